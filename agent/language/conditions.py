@@ -288,12 +288,13 @@ class Conditions(Towers, ABC):
             denied = self.text(k) == "not" or self.said(k, k + 2) == "no longer"
             k += 2 if self.text(k) == "no" else denied
             k = self._still(k)
-            k += self.text(k) in ("all", "both") and (len(refs) > 1 or refs[0].plural)
-            if len(refs) > 1 or refs[0].plural:
+            first, others = refs[0], refs[1:]
+            k += self.text(k) in ("all", "both") and (bool(others) or first.plural)
+            if others or first.plural:
                 found += [(end, Alike(refs, self.said(i, end))) for end in self._same(k)]
-            for end, so in self._predicates(i, k, refs[0]):
-                conditions = [so, *(Is(ref, so.so, so.text, so.among) for ref in refs[1:])]
-                whole: Condition = Several(tuple(conditions), True, self._without_not(i, end)) if refs[1:] else so
+            for end, so in self._predicates(i, k, first):
+                conditions = [so, *(Is(ref, so.so, so.text, so.among) for ref in others)]
+                whole: Condition = Several(tuple(conditions), True, self._without_not(i, end)) if others else so
                 found.append((end, Not(whole) if denied else whole))
         return found
 

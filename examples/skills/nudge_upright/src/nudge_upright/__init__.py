@@ -12,8 +12,6 @@ from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.primitives.manipulator import (
-    CARRY_SPEED,
-    FINE_SPEED,
     Manipulator,
     most_telling,
     raised,
@@ -83,9 +81,9 @@ def _tip(arm: Manipulator, item: DetectedObject) -> None:
         for turn in np.radians(_TURNS):
             goal = Pose.from_matrix(tcp.position, matrix_about_axis(np.array([0.0, 0.0, 1.0]), turn) @ rotation)
             try:
-                way = arm.motion.plan_joints(arm.q, arm.motion.ik(goal, arm.q), speed=CARRY_SPEED)
+                way = arm.motion.plan_joints(arm.q, arm.motion.ik(goal, arm.q), speed=arm.tempo.carry)
                 arm.motion.allow("table", item.id)
-                arm.motion.plan_line(way.q[-1], raised(goal, _drop(arm, item, goal)), speed=FINE_SPEED)
+                arm.motion.plan_line(way.q[-1], raised(goal, _drop(arm, item, goal)), speed=arm.tempo.lower)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
                 continue
@@ -108,7 +106,7 @@ def _let_fall(arm: Manipulator, name: str) -> None:
     arm.use(scene, held=name)
     arm.motion.allow("table", name)
     tcp = arm.sim.state().tcp_pose
-    down = arm.motion.plan_line(arm.q, raised(tcp, _drop(arm, arm.find(name, scene), tcp)), speed=FINE_SPEED)
+    down = arm.motion.plan_line(arm.q, raised(tcp, _drop(arm, arm.find(name, scene), tcp)), speed=arm.tempo.lower)
     arm.follow(down, Phase.LOWER, yielding=True)
     arm.ctx.enter(Phase.RELEASE)
     arm.open()
@@ -117,7 +115,7 @@ def _let_fall(arm: Manipulator, name: str) -> None:
     tcp = arm.sim.state().tcp_pose
     for distance in _BACK:
         try:
-            arm.follow(arm.motion.plan_line(arm.q, withdrawn(tcp, distance), speed=FINE_SPEED), Phase.RETREAT)
+            arm.follow(arm.motion.plan_line(arm.q, withdrawn(tcp, distance), speed=arm.tempo.lower), Phase.RETREAT)
         except UnreachableError:
             continue
         return
