@@ -47,6 +47,7 @@ _BOUNDS: tuple[tuple[tuple[str, ...], int, int | None], ...] = tuple(
         ("exactly", 0, 0),
         ("precisely", 0, 0),
         ("only", 0, 0),
+        ("just", 0, 0),
     )
 )
 """What comes before a number, and what it adds to it for the least and the most; -1 for the least is none."""
@@ -61,6 +62,8 @@ _SAME = tuple(
     for words in ("of the same colour", "of the same color", "the same colour", "the same color", "of one colour")
 )
 _FREE = word_set("free clear")
+_LIMITS = frozenset(words[0] for words, _, most in _BOUNDS if most == 0 and len(words) == 1)
+"""Words that say a number is all: "exactly one" is no mere one."""
 THING = Ref(text="something", determiner="a", nouns=("thing",))
 THERE = Relation("there")
 
@@ -181,7 +184,7 @@ class Conditions(Towers, ABC):
             ]
         found += [
             (j, ref, Bound())
-            for j, ref in self.np(i)
+            for j, ref in (self.np(i) if self.text(i) not in _LIMITS else ())
             if (ref.determiner == "a" or (ref.determiner == "bare" and ref.plural and ref.number is None))
             and _plainly(ref)
         ]

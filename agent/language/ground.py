@@ -16,13 +16,13 @@ from robosandbox.agent.language.shades import is_rather, shade_distance
 from robosandbox.agent.language.spelling import suggestions
 from robosandbox.agent.language.things import KINDS_OF
 from robosandbox.agent.language.tokens import id_parts
-from robosandbox.agent.language.vicinity import Vicinity
+from robosandbox.agent.language.truth import Truth, contradicts
 from robosandbox.types import DetectedObject, RefusalCode
 
 _SIDEWAYS = frozenset({"left", "right", "front", "back", "near", "far"})
 
 
-class Grounder(Vicinity):
+class Grounder(Truth):
     """Looks descriptions up in a world."""
 
     def one(self, ref: Ref, fits: Fits | None = None, exclude: Iterable[str] = ()) -> Meaning:
@@ -224,6 +224,7 @@ class Grounder(Vicinity):
                     list(objects),
                 )
             told = self.discourse.spoken_of() | {self.world.held}
+            self._second(ref, told | barred)
             left = [item for item in found if item.id not in told]
             # "near the crate ... the other container": a bowl will do, where the crate is the only one called so.
             others = [item for item in pool if item.id not in told] if match.is_general(ref.nouns) else []
@@ -249,6 +250,10 @@ class Grounder(Vicinity):
             if counted is not None and len(gone) > counted:
                 # "all but one of the bottles": which one stays? "A white one" leaves out all that are white.
                 raise self._ambiguous(excluded, sorted(gone))
+            doubtful = [name for name in names if name not in gone and self._has_shape(name, excluded)]
+            if several and doubtful and excluded.shapes:
+                # "everything that is not round": a can is round seen from above.
+                raise self._ambiguous(excluded, doubtful)
             kind = ref.nouns or ref.names
             if excluded.text.startswith("but ") and kind and gone and not gone & {*names}:
                 # "tap the cubes, but the cans first" leaves no can out.
@@ -282,22 +287,10 @@ class Grounder(Vicinity):
         for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
             names = self._ranked(names, rank, ref)
         names = self._shaded(names, ref, several=several)
+        names = [name for name in names if not contradicts(ref, name)]
         if not names:
             raise self._not_found(ref, fits, barred)
         return self._told_to_be(names, ref) if ref.told_to_be else names
-
-    def _told_to_be(self, names: list[str], ref: Ref) -> list[str]:
-        """As in "the orange thing, it is a car": those of them that are what is said beside.
-
-        Raises:
-            RefusedError: None of them is.
-        """
-        for what in ref.told_to_be:
-            so = [name for name in names if name in self._loosely(what, list(self.world.objects))]
-            if not so:
-                raise RefusedError(RefusalCode.IMPOSSIBLE, f"“{ref.text}”: {listed(names)} is not that.", names)
-            names = so
-        return names
 
     def _shaded(self, names: list[str], ref: Ref, *, several: bool) -> list[str]:
         """Return those that are light or dark, as told; of one thing the one that is so most."""

@@ -67,6 +67,14 @@ _WHOLE = frozenset(words[0] for words in _ALL_OF_THEM)
 PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "central", "top", "bottom"})
 
 
+def coloured_too(ref: Ref, colours: tuple[str, ...]) -> Ref:
+    """Return a description with a colour said of it besides: each must be true, as in "the red cube that is blue"."""
+    if not ref.colours or {*colours} == {*ref.colours}:
+        return replace(ref, colours=colours)
+    shown = Ref(text=" or ".join(colours), determiner="a", colours=colours, nouns=("thing",))
+    return replace(ref, told_to_be=(*ref.told_to_be, shown))
+
+
 class Modifiers(Positions):
     """The rules for what follows a noun."""
 
@@ -176,7 +184,7 @@ class Modifiers(Positions):
                     if self.text(j) == "or" and self.tag(j + 1, "COLOUR"):
                         j, second = self.tag(j + 1, "COLOUR")[0]
                         colours.append(second)
-                    found.append((j, replace(ref, colours=tuple(colours))))
+                    found.append((j, coloured_too(ref, tuple(colours))))
             if k > i:
                 found += self._said_of(k, ref)
             if k > i and (not ref.nouns or ref.nouns == ("thing",)):
@@ -205,7 +213,7 @@ class Modifiers(Positions):
             # "the cube coloured red"
             found += [(j, replace(ref, colours=(colour,))) for j, colour in self.tag(k, "COLOUR")]
         if self.text(i) in ("with", "of", "in"):
-            found += [(j, replace(ref, colours=(*ref.colours, colour))) for j, colour in self._of_colour(i + 1)]
+            found += [(j, coloured_too(ref, (colour,))) for j, colour in self._of_colour(i + 1)]
         for k, _ in after.get("NOT_IS", ()):
             if self.text(k) in _DENIED:
                 found.append((k + 1, replace(ref, relations=(*ref.relations, _DENIED[self.text(k)]))))
@@ -217,7 +225,8 @@ class Modifiers(Positions):
             if self.tag(k, "A"):
                 found += self._neither(k, ref)
             if self.text(k) in SHAPED:
-                shaped = Ref(text=self.said(k, k + 1), determiner="all", plural=True, nouns=(SHAPED[self.text(k)],))
+                noun, shapes = SHAPED[self.text(k)], (self.text(k),)
+                shaped = Ref(text=self.said(k, k + 1), determiner="all", plural=True, nouns=(noun,), shapes=shapes)
                 found.append((k + 1, replace(ref, without=(*ref.without, shaped))))
             if self.tag(k, "THE"):
                 # "a ball that is not the tennis ball"

@@ -9,7 +9,7 @@ from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import Determiner, Rank, Ref, replace
 from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
 from robosandbox.agent.language.measures import measure_before
-from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
+from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers, coloured_too
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.synonyms import SAME_AS
 from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS, SORTS
@@ -134,7 +134,7 @@ class Nouns(Modifiers):
         step: Found[Ref] = []
         for j, colour in self.tag(start, "COLOUR") if not (start > i and ref.colours) else []:
             for k in self.optional(j, "COLOURED"):
-                step.append((k, replace(ref, colours=(*ref.colours, colour))))
+                step.append((k, coloured_too(ref, (colour,))))
                 if self.text(k) == "or" and not ref.colours:
                     # "any red or green cubes"
                     step += [(m, replace(ref, colours=(colour, other))) for m, other in self.tag(k + 1, "COLOUR")]

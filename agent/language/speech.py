@@ -28,8 +28,8 @@ FILLERS = (
     "neatly, properly, "
     "real quick, real quickly, right now, right away, straight away, immediately, asap, at once, this instant, "
     "this minute, very carefully, very gently, very slowly, "
-    "once more, also, too, as well, alright, all right, basically, literally, honestly, perhaps, maybe, "
-    "quite, possibly, really, directly, simply, there is a good robot, there you go, "
+    "once more, also, too, as well, alright, all right, basically, literally, honestly, "
+    "quite, really, directly, simply, there is a good robot, there you go, "
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
     "using your arm, with your claw, using the arm, with the claw, "
     "with your hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
@@ -47,7 +47,7 @@ FILLERS = (
 )
 PREAMBLES = (
     "you please, please you, now you, you now, "
-    "you are welcome to, be sure and, why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
+    "you are welcome to, be sure and, why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, could you possibly, can you maybe, can you perhaps, can you possibly, would you maybe, would you perhaps, maybe you could, perhaps you could, maybe you can, perhaps you can, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
     "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
     "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
     "it would be great if you could, it would be nice if you could, it would be lovely if you could, "

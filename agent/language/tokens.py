@@ -26,7 +26,7 @@ from robosandbox.agent.language.lexicon import (
 )
 from robosandbox.agent.language.notation import written_out
 from robosandbox.agent.language.places import TABLE
-from robosandbox.agent.language.speech import CORRECTION, GRAMMAR_WORDS
+from robosandbox.agent.language.speech import CONDITIONS, CORRECTION, GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word, sounding_part
 from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.language.typography import in_sentences, plain_text
@@ -148,6 +148,7 @@ _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phras
 _ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
 WAITED_FOR = frozenset({"for", "until", "till", "to"})
 _ONLY = frozenset({"just", "only", "simply", "merely", "really"})
+_HAVING = frozenset({"is", "are", "see", "find", "has", "have", "contains", "holds", "holding"})
 _STUTTERED = frozenset({"i", "want", "can", "could", "we", "please", "need"})
 _HUES = _COLOUR_WORDS - {*COLOURS, "gray"}
 _IN_NAMES = frozenset({"in", "out", "on", "off"})
@@ -323,6 +324,16 @@ def _says_nothing(tokens: Sequence[Token], i: int) -> bool:
     return bool(tags & _OPENERS) and not tags & {"NOUN", "ABSENT", "COLOUR"}
 
 
+def _counts(tokens: Sequence[Token], i: int, kept: Sequence[Token]) -> bool:
+    """Say whether an "only" limits the number in a condition: "if there are only two cans"."""
+    conditional = kept and kept[-1].text in _HAVING and any(token.text in CONDITIONS for token in kept)
+    number = tokens[i + 1] if i + 1 < len(tokens) else None
+    counted = number is not None and (
+        number.kind == "number" or any(tag == "NUM" for _, tag, _ in LEXICON.at(tokens, i + 1)) or number.text == "one"
+    )
+    return bool(conditional and counted)
+
+
 def _is_plural(word: str, parts: frozenset[str]) -> bool:
     return (word.endswith("s") and word[:-1] in parts) or (word.endswith("es") and word[:-2] in parts)
 
@@ -357,6 +368,9 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             kept.append(tokens[i])
             i += 1
             continue
+        if tokens[i].text in ("only", "just") and _counts(tokens, i, kept):
+            # "if there is only one block" does not say that there is one at least.
+            length = 0
         if tokens[i].text in _ONLY and kept and kept[-1].text == "not":
             # "not just the red cube but also ..." leaves nothing out.
             length = 0

@@ -30,6 +30,8 @@ _CONTRACTIONS = [
     for pattern, replacement in (
         (r"\b(do|does|did|is|are|should|could|would|must|was|were|have|has|had)n'?t\b", r"\1 not"),
         (r"\bcan'?t\b|\bcannot\b", "can not"),
+        # "maybe put the ball in the bin?" asks politely; without the question mark nobody has decided yet.
+        (rf"^(?:maybe|perhaps|possibly),? (?={_DOING}[^.;!?]*\?\s*$)", "could you "),
         (r"\bwon'?t\b", "will not"),
         (r"\bshan'?t\b", "shall not"),
         (r"\blet'?s\b", "let us"),
@@ -122,6 +124,8 @@ _CONTRACTIONS = [
         ),
         # "I'm going to put the jam on the tray, you take the bread": who speaks does the one.
         (r"^i(?:'m| am) (?:going to|gonna) (?:(?!\byou\b)[^,.;])*[,.;] (?:and |so |then )*(?=you \w)", ""),
+        # "tap the can again and again": nobody says how often.
+        (r"\b(?:again and again|over and over)\b(?: again\b)?", "repeatedly"),
         # "tap the can, and do it again"; after more than one thing to do, which of them?
         (
             r"^((?:(?! and | then |[,.;]).)*\w)[,.;]?\s*(?:and |then |and then )?do (?:it|that|this) (?:again|once more|one more time)(?=[.! ]*$|,? (?:if|please|for|when|thanks)\b)",

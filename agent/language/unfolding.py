@@ -87,10 +87,33 @@ def unfolded(steps: Steps, after: Callable[[Steps], Deciding]) -> Unfolded:
             if not made:
                 raise RefusedError(RefusalCode.UNSUPPORTED, "I cannot see yet what that depends on.") from None
             return Unfolded(tuple(made), (step, *left), not_so)
+        if refused is not None and made and isinstance(step.control, If):
+            _ask_when(step.control.condition, after)
         not_so = not_so or refused
         again = isinstance(step.control, While) and bool(chosen)
         left[:0] = _speaking(chosen, told)
     return Unfolded(tuple(made), (), not_so)
+
+
+def _ask_when(condition: Condition, after: Callable[[Steps], Deciding]) -> None:
+    """Ask about "put the cube in the bin; if the bin is empty, tap the ball": is it decided before the cube is in it?
+
+    Args:
+        condition: One that does not hold after the steps before it.
+        after: Returns a world in which plain commands have been done on paper.
+
+    Raises:
+        RefusedError: It held before them.
+    """
+    try:
+        before = after(()).finding(condition).holds
+    except (RefusedError, NotYetError):
+        return
+    if before:
+        raise RefusedError(
+            RefusalCode.AMBIGUOUS,
+            f"“{stripped(condition)[0].text}”: that changes with what is to be done first; is it decided before that, or after it?",
+        )
 
 
 def _chosen(step: Command, world: Deciding) -> tuple[Steps, RefusedError | None, tuple[Ref, ...]]:
