@@ -28,14 +28,14 @@ from robosandbox.agent.llm.prompt import data_text, question
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
 from robosandbox.agent.usage import metered
+from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.mcp.tools import skill_failed
 from robosandbox.protocols import Perception
-from robosandbox.skill_errors import InvalidArgumentError
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.hostile import HOSTILE, picture_of
 from robosandbox.testing.openai_server import ScriptedServer, fails, plan, tool_calls
-from robosandbox.types import ObservedScene, Phase, Plan, Pose, SkillCall
+from robosandbox.types import ObservedScene, Plan, Pose, SkillCall
 
 PROMPT = "pick up the red cube, but do not touch the blue cube"
 # A thing that lies keeps its place to less, metres.

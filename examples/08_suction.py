@@ -75,7 +75,8 @@ def main() -> None:
             "success": {"kind": "on", "object": "blue_box", "target": "red_can"},
         }
         with open_session(Task.model_validate(task)) as session:
-            print(session.run().final_detail, session.judge().success)
+            episode = session.run()
+            print(f"{episode.final_detail} success={session.judge().success}")
 
 
 if __name__ == "__main__":
