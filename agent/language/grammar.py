@@ -36,6 +36,9 @@ class Grammar(Branching):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.texts[:1] == ["later"]:
+            # With nothing to do before it, "later, tap the can" puts it off.
+            self.tags[0].pop("THEN", None)
         for i, tags in enumerate(self.tags[:-1]):
             if self.texts[i] in ORDINALS and "SUPER" in self.tags[i + 1]:
                 # "..., second biggest in the bowl" counts, and opens no new step.

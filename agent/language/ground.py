@@ -251,7 +251,7 @@ class Grounder(Truth):
                 # "all but one of the bottles": which one stays? "A white one" leaves out all that are white.
                 raise self._ambiguous(excluded, sorted(gone))
             doubtful = [name for name in names if name not in gone and self._has_shape(name, excluded)]
-            if several and doubtful and excluded.shapes:
+            if several and doubtful:
                 # "everything that is not round": a can is round seen from above.
                 raise self._ambiguous(excluded, doubtful)
             kind = ref.nouns or ref.names

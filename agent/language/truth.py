@@ -106,7 +106,9 @@ class Truth(Vicinity, ABC):
             )
 
     def _has_shape(self, name: str, ref: Ref) -> bool:
-        return all(self.world.objects[name].kind in SHAPES[shape] for shape in ref.shapes)
+        """Say whether a thing has the shapes that are told of others: "round" of "not round" or "but the round things"."""
+        told = {*ref.shapes, *(word for noun in ref.nouns for word in noun.split() if word in SHAPES)}
+        return bool(told) and all(self.world.objects[name].kind in SHAPES[shape] for shape in told)
 
     def _such(self, what: Ref) -> list[str]:
         objects = self.world.objects
