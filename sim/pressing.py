@@ -14,7 +14,7 @@ from robosandbox.sim.suction import pulls
 from robosandbox.sim.world import World
 from robosandbox.types import Array
 
-# Rows of a contact in the solver: the normal, and the two tangents.
+# Rows of a contact in MuJoCo's solver, by number: the normal, and the two tangents.
 _NORMAL_AND_TANGENTS = np.arange(3)
 _UNTOUCHED: Mapping[str, Array] = {}
 

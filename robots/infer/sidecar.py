@@ -127,17 +127,7 @@ def infer_imported(
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = chain.name(model)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
-    hand: InferredGripper | InferredCup | None
-    hand, findings["gripper"] = (
-        infer_gripper(imported, gripper_names, names, chain)
-        if gripper_names
-        else (None, Finding(chain.confidence, chain.evidence))
-    )
-    if hand is None:
-        model = compile_spec(imported.spec, imported.path.name)
-        hand = infer_cup(model, tuple(model.joint(name).id for name in names))
-    if hand is None:
-        ensure_solid_tool(imported, names[-1])
+    hand, findings["gripper"] = _hand(imported, chain, names, gripper_names)
     model = compile_spec(imported.spec, imported.path.name)
     joints = tuple(model.joint(name).id for name in names)
     palm, position, rotation, start = _tool(hand, model, joints, palm, findings)
@@ -164,6 +154,23 @@ def infer_imported(
         tip=fingers.tip if fingers else 0.0,
         notes=tuple(imported.notes),
     )
+
+
+def _hand(
+    imported: ImportedModel, chain: Chain, names: tuple[str, ...], gripper_names: tuple[str, ...]
+) -> tuple[InferredGripper | InferredCup | None, Finding]:
+    """Return the gripper or the cup at an arm's end, and the evidence; without either the end is made solid."""
+    if gripper_names:
+        gripper, finding = infer_gripper(imported, gripper_names, names, chain)
+        if gripper is not None:
+            return gripper, finding
+    else:
+        finding = Finding(chain.confidence, chain.evidence)
+    model = compile_spec(imported.spec, imported.path.name)
+    cup = infer_cup(model, tuple(model.joint(name).id for name in names))
+    if cup is None:
+        ensure_solid_tool(imported, names[-1])
+    return cup, finding
 
 
 def _tool(

@@ -34,7 +34,7 @@ _SAMPLES = 101
 # of a Panda, which are 500 times those of acceleration (in its maker's interface documentation). From 0 to 50 ms the bundled arm
 # stays as near its path, within 1.2 mm.
 _SMOOTHING = 0.02
-# Metres from one sample to the next at which the TCP counts as standing; rounding.
+# Metres from one sample to the next at which the TCP counts as standing; chosen as rounding.
 _STANDING = 1e-9
 # What things stand on: one who may touch the table may touch the floor beside it, where things fall to.
 _GROUND = frozenset({"table", "floor"})

@@ -14,7 +14,7 @@ from robosandbox.types import Array, Trajectory, frozen_array
 
 # Share of a limit by which a corner may be outside of it; chosen as rounding.
 _ROUNDING = 1e-9
-# Coefficient of an acceleration, rad, below which it is none: far less than a joint moves between two samples.
+# Coefficient of an acceleration, rad, below which it is none; chosen far less than a joint moves between two samples.
 _NONE = 1e-9
 # How often a trajectory is slowed down where it is over the limits, and the share of a limit that is not over; chosen: once is
 # enough for most, and a thousandth is far less than a limit is known to.
