@@ -99,9 +99,9 @@ def test_what_hardware_lacks_is_answered_in_one_line(sim: SimProcess, ask: str, 
         with pytest.raises(UnsupportedError, match=re.escape(lacks)) as refused:
             calls.get(ask, getattr(robot, ask))()
         assert "\n" not in refused.value.message
-        # Time passes all the same.
+        # Time passes all the same; what is read is 30 ms late, as much as the driver is.
         began = robot.state().robot.time
-        assert robot.step(0.1).time == pytest.approx(began + 0.1, abs=0.02)
+        assert robot.step(0.1).time == pytest.approx(began + 0.1, abs=0.05)
 
 
 def test_a_picture_of_a_driver_without_cameras_is_refused_by_name() -> None:
