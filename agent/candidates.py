@@ -208,8 +208,9 @@ _OF_THE_HAND = frozenset({ErrorCode.COLLISION, ErrorCode.GRASP, ErrorCode.TRACKI
 
 
 def _lies_in(item: DetectedObject, other: DetectedObject) -> bool:
-    """Tell whether an object lies in another that would be moved with it."""
-    return other.shape.holds_things and not other.shape.opens and lies_in(item, other)
+    """Tell whether an object lies in another that takes it along; what is turned over leaves behind what is under it."""
+    carries = other.shape.holds_things and not other.shape.opens and bool(other.pose.rotation[2, 2] > 0.0)
+    return carries and lies_in(item, other)
 
 
 def _along(wanted: Array) -> Iterable[str]:

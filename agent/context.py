@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from robosandbox.agent.force import ForceGuard, meant_by
@@ -10,11 +11,11 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.sliding import SlideGuard, slides_under
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.drivers import require
-from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
+from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, LimitError, Phase, Repair, SkillError
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception
+from robosandbox.protocols import Driver, GraspPlanner, Guard, MotionPlanner, Perception
 from robosandbox.types import CAREFUL, Intent, Limits, ObservedScene, SkillCall, Tempo, force_limits
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure
@@ -72,14 +73,14 @@ class AgentContext(GoalContext):
         self.sim.guards.append(self._ended)
         for limits in self._all_limits():
             if limits.workspace is not None:
-                self.sim.guards.append(WorkspaceGuard(self.sim, limits.workspace))
+                self.sim.guards.append(self._now(WorkspaceGuard(self.sim, limits.workspace)))
         has = self.sim.capabilities
         if has.contact is not None or has.wrist_wrench:
             self._force = ForceGuard(self.sim, *force_limits(*self._all_limits()))
-            self.sim.guards.append(self._force)
+            self.sim.guards.append(self._now(self._force))
             if has.contact == "named":
                 self._sliding = SlideGuard(self.sim)
-                self.sim.guards.append(self._sliding)
+                self.sim.guards.append(self._now(self._sliding))
             return
         for limits in self._all_limits():
             force = limits.max_force_n or limits.max_unintended_force_n
@@ -91,6 +92,17 @@ class AgentContext(GoalContext):
             "force: the driver of %s tells neither contact nor a wrench at the wrist, so that no limit of force is kept",
             self.sim.spec.name,
         )
+
+    def _now(self, guard: Callable[[], LimitError | None]) -> Guard:
+        """Return a guard whose errors name the phase that the arm is in."""
+
+        def check() -> LimitError | None:
+            error = guard()
+            if error is not None:
+                error.at(Phase(self.phase))
+            return error
+
+        return check
 
     @property
     def max_force_n(self) -> float:

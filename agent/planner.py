@@ -8,6 +8,7 @@ from robosandbox.agent.episode import Episode
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.discourse import Discourse
 from robosandbox.agent.language.draft import Draft
+from robosandbox.agent.language.foreign import ENGLISH, language_of, learn_translations
 from robosandbox.agent.language.interpret import forget_readings, interpret, resumed
 from robosandbox.agent.language.questions import Answer, answered
 from robosandbox.agent.language.replan import replan
@@ -28,6 +29,7 @@ class StubPlanner:
         """
         self._known = tuple(skills)
         self._skills = tuple(skill.name for skill in skills)
+        learn_translations(skills)
         if learn(skills):
             forget_readings()
         self._dialogue = Dialogue(self._skills) if dialogue else None
@@ -49,7 +51,8 @@ class StubPlanner:
         """
         draft: Draft | Refusal
         discourse = self._dialogue.discourse if self._dialogue else Discourse()
-        reply = None if history else answered(prompt, scene, discourse, self._skills, self._told)
+        asked = not history and language_of(prompt) == ENGLISH
+        reply = answered(prompt, scene, discourse, self._skills, self._told) if asked else None
         if isinstance(reply, Answer):
             if reply.about:
                 discourse.mention(reply.about)

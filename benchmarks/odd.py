@@ -18,8 +18,9 @@ import logging
 import multiprocessing
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -31,7 +32,9 @@ from odd_scenes import FAMILIES, Cause, Odd, drawn
 
 from robosandbox.agent.episode import Episode
 from robosandbox.errors import InputError, SkillError
+from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.sim.intervention import Intervention
+from robosandbox.sim.modelled import Modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
@@ -89,10 +92,23 @@ class Row:
 
 
 def run(name: str, seed: int, oracle: bool = True) -> Row | None:
-    """Run one episode; None where the scene cannot be built as it was drawn."""
-    odd = drawn(name, seed)
+    """Run one episode of a family; None where the scene cannot be built as it was drawn."""
+    return episode(drawn(name, seed), can_hold if oracle else None)
+
+
+Oracle = Callable[[Modelled, Odd, PlanningScene], bool]
+
+
+def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
+    """Run one episode; None where the scene cannot be built as it was drawn.
+
+    Args:
+        odd: The scene, and what is asked.
+        oracle: Tells of what was not held whether it can be; None asks nobody.
+        options: What `open_session` takes besides.
+    """
     try:
-        session = open_session(_task(odd))
+        session = open_session(_task(odd), **options)
     except InputError:
         return None
     with session:
@@ -106,7 +122,7 @@ def run(name: str, seed: int, oracle: bool = True) -> Row | None:
         meter = Meter(session.sim, odd)
         end = session.sim.subscribe(meter)
         begin = time.process_time()
-        episode = session.run()
+        run = session.run()
         cpu = time.process_time() - begin
         end()
         is_done = done(session.sim.fork(), odd, start, bottom)
@@ -115,14 +131,14 @@ def run(name: str, seed: int, oracle: bool = True) -> Row | None:
         possible: bool | None = odd.possible
         if is_done:
             possible = True
-        elif possible is None and oracle and odd.goal == "held":
-            possible = can_hold(world, odd, session.ctx.planning(session.observe()))
+        elif possible is None and oracle is not None and odd.goal == "held":
+            possible = oracle(world, odd, session.ctx.planning(session.observe()))
         moved = {thing: 1e3 * float(np.linalg.norm(now[thing] - start[thing])) for thing in now}
         return Row(
-            family=name,
-            seed=seed,
+            family=odd.family,
+            seed=odd.seed,
             prompt=odd.prompt,
-            claimed=episode.success,
+            claimed=run.success,
             done=is_done,
             judged=judged,
             possible=possible,
@@ -131,12 +147,12 @@ def run(name: str, seed: int, oracle: bool = True) -> Row | None:
             unnamed=meter.unnamed[1],
             moved_mm=round(max((far for thing, far in moved.items() if thing not in odd.named), default=0.0), 1),
             bin_mm=round(max((moved[thing] for thing in odd.still), default=0.0), 1),
-            cause=_cause(episode, odd),
+            cause=_cause(run, odd),
             causes=tuple(sorted(odd.causes)),
             stuck=is_stuck(session),
-            why=str(episode.final_reason),
-            said=episode.final_detail,
-            errors=tuple(_code(attempt.error) for attempt in episode.attempts),
+            why=str(run.final_reason),
+            said=run.final_detail,
+            errors=tuple(_code(attempt.error) for attempt in run.attempts),
             cpu_secs=round(cpu, 2),
         )
 
@@ -248,25 +264,50 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=300, help="in all, dealt to the families in turn")
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--families", nargs="+", choices=sorted(FAMILIES), default=sorted(FAMILIES))
+    options = parsed(parser)
+    seeds = itertools.count(options.first_seed)
+    dealt = itertools.islice(((name, seed) for seed in seeds for name in options.families), options.episodes)
+    found = rows_of(run, [(name, seed, not options.no_oracle) for name, seed in dealt], options.jobs, _told)
+    rows = [row for row in found if row is not None]
+    table = {name: summary([row for row in rows if row.family == name]) for name in options.families}
+    table["all"] = {**summary(rows), "not_built": len(found) - len(rows)}
+    report(options, "families", table, rows, wrong)
+
+
+def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
+    """Add the options of every round of odd episodes and return what was given."""
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--no-oracle", action="store_true", help="do not try what was refused")
     parser.add_argument("--misses", action="store_true", help="also print every episode that went wrong")
     parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
     logging.disable(logging.CRITICAL)
-    seeds = itertools.count(options.first_seed)
-    dealt = itertools.islice(((name, seed) for seed in seeds for name in options.families), options.episodes)
-    jobs = [(name, seed, not options.no_oracle) for name, seed in dealt]
-    if options.jobs > 1:
-        with ProcessPoolExecutor(options.jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-            found = [_told(row) for row in pool.map(run, *zip(*jobs, strict=True))]
-    else:
-        found = [_told(run(*job)) for job in jobs]
-    rows = [row for row in found if row is not None]
-    table = {name: summary([row for row in rows if row.family == name]) for name in options.families}
-    table["all"] = {**summary(rows), "not_built": len(found) - len(rows)}
+    return parser.parse_args()
+
+
+def rows_of(
+    run: Callable[..., Row | None], jobs: Sequence[tuple[Any, ...]], processes: int, told: Callable[[Row], str]
+) -> list[Row | None]:
+    """Return the row of each job, told on stderr as it is done: a long round that is cut off has shown what it found."""
+    found = []
+    with ExitStack() as stack:
+        done_in_turn: Iterable[Row | None] = itertools.starmap(run, jobs)
+        if processes > 1:
+            spawn = multiprocessing.get_context("spawn")
+            pool = stack.enter_context(ProcessPoolExecutor(processes, mp_context=spawn))
+            done_in_turn = pool.map(run, *zip(*jobs, strict=True))
+        for row in done_in_turn:
+            if row is not None:
+                print(told(row), file=sys.stderr, flush=True)
+            found.append(row)
+    return found
+
+
+def report(
+    options: argparse.Namespace, groups: str, table: dict[str, Any], rows: Sequence[Row], wrong: Callable[[Row], bool]
+) -> None:
+    """Print the figures of each group, or with --json those and the rows; with --misses also what went wrong."""
     if options.json:
-        print(json.dumps({"families": table, "rows": [asdict(row) for row in rows]}))
+        print(json.dumps({groups: table, "rows": [asdict(row) for row in rows]}))
         return
     for name, figures in table.items():
         print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in figures.items()))
@@ -275,15 +316,8 @@ def main() -> None:
             print(asdict(row))
 
 
-def _told(row: Row | None) -> Row | None:
-    """Tell on stderr that an episode is over: a long run that is cut off has shown what it found."""
-    if row is not None:
-        print(
-            f"{row.family} {row.seed}: {'wrong: ' + json.dumps(asdict(row)) if wrong(row) else 'fine'}",
-            file=sys.stderr,
-            flush=True,
-        )
-    return row
+def _told(row: Row) -> str:
+    return f"{row.family} {row.seed}: {'wrong: ' + json.dumps(asdict(row)) if wrong(row) else 'fine'}"
 
 
 def wrong(row: Row) -> bool:

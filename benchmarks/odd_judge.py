@@ -97,6 +97,10 @@ def lowest(sim: Modelled, data: mujoco.MjData, name: str) -> float:
             reach = float(np.abs(down) @ size)
         elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
             reach = float(size[0] * np.hypot(down[0], down[1]) + size[1] * abs(down[2]))
+        elif kind == mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = model.geom_dataid[geom]
+            begin, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+            reach = float((model.mesh_vert[begin : begin + count] @ down).max())
         else:
             reach = float(size[0])
         low = min(low, float(data.geom_xpos[geom][2]) - reach)

@@ -67,7 +67,7 @@ def _grasped(
     for lean, height, heading in itertools.product(_LEANS, _HEIGHTS, _HEADINGS):
         if trials <= 0:
             return False
-        held = _try(
+        held = try_grasp(
             sim.fork(), odd, planning, middle + [0.0, 0.0, height * up], _hand(axes, heading, lean), start, bottom
         )
         if held:
@@ -152,11 +152,22 @@ def _hand(axes: np.ndarray, heading: float, lean: tuple[float, float]) -> np.nda
     return np.asarray(turned @ matrix_from_rotation_vector(np.array([*lean, 0.0])))
 
 
-def _try(
+def try_grasp(
     sim: Modelled, odd: Odd, planning: PlanningScene, point: np.ndarray, rotation: np.ndarray,
-    start: dict[str, np.ndarray], bottom: float,
+    start: dict[str, np.ndarray], bottom: float, *, closed: float = 0.0,
 ) -> bool | None:  # fmt: skip
-    """Try one grasp in a copy of the world; return whether it holds, None where the arm cannot stand there."""
+    """Try one grasp in a copy of the world; return whether it holds, None where the arm cannot stand there.
+
+    Args:
+        sim: The copy; it is changed.
+        odd: What is to be held.
+        planning: The arm's kinematics.
+        point: Where the TCP goes, metres, shape (3,).
+        rotation: The TCP's frame there, shape (3, 3).
+        start: Where the objects were.
+        bottom: How high the subject's lowest point was, metres.
+        closed: How far closed the fingers come, 0 to 1.
+    """
     kinematics, robot = planning.kinematics(), sim.robot
     before = point - _COME_FROM * rotation[:, 2]
     far = kinematics.solve(before, rotation, robot.home_q, restarts=4)
@@ -169,8 +180,8 @@ def _try(
     if any("robot" in pair for pair in forces(sim, raw_state(sim, mujoco.MjData(sim.model)))):
         return None
     worst, end = _felt(sim, odd)
-    sim.set_gripper(0.0)
-    sim.wait(0.1)
+    sim.set_gripper(closed)
+    sim.wait(0.1 if closed == 0.0 else 0.5)
     _go(sim, far.q, near.q)
     sim.set_gripper(1.0)
     sim.wait(0.8)

@@ -25,7 +25,7 @@ from robosandbox.tasks.session import open_session
 from robosandbox.types import Plan, SkillCall
 from robosandbox.world.verifier import Verdict, verify
 
-UNSEEN = Path(__file__).parents[1] / "tests" / "plans" / "unseen.yaml"
+UNSEEN = tuple(sorted((Path(__file__).parents[1] / "tests" / "plans").glob("*.yaml")))
 
 
 @cache
@@ -66,7 +66,7 @@ def judge(row: dict[str, Any]) -> tuple[bool, str]:
 def main() -> int:
     """Judge every plan; print those that are judged wrong and the figures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--plans", nargs="+", type=Path, default=[UNSEEN], metavar="FILE", help="sets of plans")
+    parser.add_argument("--plans", nargs="+", type=Path, default=UNSEEN, metavar="FILE", help="sets of plans")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     given = parser.parse_args()
     wrong: list[dict[str, Any]] = []

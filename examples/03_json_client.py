@@ -20,7 +20,11 @@ def main():
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([ENDPOINT]))
-    with zenoh.open(config) as session:
+    try:
+        session = zenoh.open(config)
+    except zenoh.ZError:
+        raise SystemExit(f"nobody listens at {ENDPOINT}: start `robo-sandbox sim` first") from None
+    with session:
         # A goal needs a UUID; this session's own random number is as good as one from a library.
         digits = str(session.info.zid()).zfill(32)
         goal = {"goal_id": "-".join((digits[:8], digits[8:12], digits[12:16], digits[16:20], digits[20:]))}

@@ -162,7 +162,8 @@ def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks:
 def _centred(track: Track, tcp: Pose, width: float, geometry: GripperGeometry) -> Pose:
     """Return the held thing's pose as the closed fingers have it: in their middle, its sides along the pads; a cup moves nothing."""
     item, closing = track.detected(), tcp.rotation[:, 1]
-    if geometry.cup is not None:
+    if geometry.cup is not None or not item.shape.size_fields:
+        # Of a mesh the fingers hold a part, whose extent its box does not tell.
         return item.pose
     rotation = item.pose.rotation
     if isinstance(item.shape.hull(item.size), BoxHull) and not item.shape.holds_things and abs(closing[2]) < 0.2:

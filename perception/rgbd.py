@@ -13,6 +13,7 @@ from robosandbox.perception.frame import Frame, Image, Mask, Table, check_frame,
 from robosandbox.perception.frames import FrameSet, segment_frame
 from robosandbox.perception.groups import group
 from robosandbox.perception.holding import Hands
+from robosandbox.perception.known_meshes import KnownMeshes
 from robosandbox.perception.recognize import recognize
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.sensed import SensedSim
@@ -63,6 +64,7 @@ class RgbdPerception:
         self._tracker = Tracker(setup.declared)
         self._containers = frozenset({"cup", *(item.kind for item in setup.declared)})
         self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
+        self._meshes = KnownMeshes(setup)
         self._hands = Hands(None, 0.0)
         self._episode = -1
         self._last: ObservedScene | None = None
@@ -116,10 +118,11 @@ class RgbdPerception:
         self.frames = self._frames(captures)
         segments = [segment for segmented in self.frames.by_camera.values() for segment in segmented.segments]
         held = self._hands.hold.id if self._hands.hold else None
+        told, segments = self._meshes.find(segments, self.frames, self._tracker.tracks, held)
         things = recognize(
             group(segments), self.frames, self._tracker.hulls(held), self._tracker.solids(held), self._containers
         )
-        self.things = labelled(things, self.tags)
+        self.things = labelled([*told, *things], self.tags)
         return self.things
 
     def assign_ids(self) -> None:

@@ -41,7 +41,7 @@ def as_told(item: DetectedObject, known: Known | None) -> DetectedObject:
         item: As seen: a box, cylinder, capsule or sphere.
         known: What the task says of what has its id; None for what it does not describe.
     """
-    if known is None or known.mesh is None or item.shape.holds_things or not item.size:
+    if known is None or known.mesh is None or item.shape.holds_things or not item.shape.size_fields:
         return item
     try:
         points = _corners(known.mesh, known.scale)

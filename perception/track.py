@@ -98,6 +98,14 @@ def update_from(track: Track, thing: Thing) -> None:
     if old.shape.opens and thing.shape.opens:
         total = thing.size[1] + (thing.opening or 0.0)
         track.thing = replace(old, opening=opened(old.size, total), group=thing.group, seen=thing.seen)
+    if not thing.shape.size_fields:
+        # The whole of a mesh is laid on what is seen of it: no average tells more.
+        track.thing, track.confidence = thing, max(track.confidence, thing.confidence)
+        return
+    if not old.shape.size_fields:
+        # Half covered it looks like something else.
+        track.confidence = max(track.confidence * FADING, thing.confidence)
+        return
     if old.shape.opens or (old.shape.holds_things and not thing.shape.holds_things):
         # A container half hidden shows a wall or two; that it is one is known.
         track.confidence = max(track.confidence * FADING, thing.confidence)

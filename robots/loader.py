@@ -15,6 +15,7 @@ from robosandbox.robots.fitting import fit_roles
 from robosandbox.robots.gripper.calibrate import servo_map
 from robosandbox.robots.gripper.collision import ensure_solid_tool, refine_fingers
 from robosandbox.robots.gripper.geometry import DerivedGripper
+from robosandbox.robots.gripper.hand import settle_listed
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
@@ -214,6 +215,8 @@ def load_with(
         if attached is not None:
             gripper_model = resolve_robot(config.parent / attached.model)
             mount(imported, attached, gripper_model.resolve(), package_paths)
+        if given.fingers is not None and imported.options is None:
+            settle_listed(imported, given.fingers.joints)
         sidecar = apply_roles(given, imported)
         model = compile_spec(imported.spec, imported.path.name)
         keep_arm(imported, model, sidecar.arm.joints)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from robosandbox.errors import InputError
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Convex, frozen_array
 from robosandbox.types.solids import CIRCLE, CORNERS
@@ -79,7 +80,10 @@ def _form(model: mujoco.MjModel, geom: int) -> tuple[Array, float]:
         case kinds.mjGEOM_MESH:
             return _hull_of(model, int(model.geom_dataid[geom])), 0.0
         case other:
-            raise NotImplementedError(f"no object is made of {other!r}")
+            raise InputError(
+                f"an object has a geom of kind {other.name.removeprefix('mjGEOM_').lower()}, by which nobody can judge it; "
+                "make it of spheres, capsules, cylinders, boxes and meshes"
+            )
 
 
 def _hull_of(model: mujoco.MjModel, mesh: int) -> Array:

@@ -37,6 +37,7 @@ class Skill:
     Attributes:
         name: As calls name it.
         words: What makes it sayable; None for what the grammar knows by itself or programs alone call.
+        translations: The same in languages that are data: lines of a lexicon and of rules, by language.
     """
 
     name: ClassVar[str]
@@ -44,6 +45,7 @@ class Skill:
     contract: Any = None
     alternatives: Any = None
     words: ClassVar[Words | None] = None
+    translations: ClassVar[Mapping[str, str]] = {}
 
     @cached_property
     def description(self) -> str:

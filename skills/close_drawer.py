@@ -31,7 +31,7 @@ from robosandbox.skills.primitives.manipulator import (
     most_telling,
     raised,
 )
-from robosandbox.skills.push import flange_depth
+from robosandbox.skills.primitives.strokes import flange_depth
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract

@@ -9,6 +9,7 @@ from robosandbox.evidence import DrawerEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.drawers import (
+    OPEN_SHARE,
     RESISTED,
     find_drawer,
     let_go,
@@ -24,9 +25,6 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
-# Share of its way by which a drawer has to come out; chosen so that the seeds' task, which asks for 80 mm of 120, is
-# passed (halved nothing changes, at more than the way no drawer is open).
-OPEN_SHARE = 0.75
 # Shares of its way that are tried, the most first; chosen so that a hand which cannot go all the way still opens it.
 _SHARES = (0.98, 0.9, 0.8)
 # Times that a grip which slipped is taken anew; chosen as in `pick`.
@@ -48,6 +46,7 @@ class OpenDrawer(Skill):
                 fact("grip_fits", drawer),
                 fact("may_press", RESISTED),
                 fact("reachable", drawer),
+                fact("room_to_open", drawer),
             ),
             gives=(fact("open", drawer),),
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -79,16 +78,14 @@ class Pick(Skill):
         target = arm.find(object)
         if arm.start.held == object:
             return _lift_held(arm, target)
-        excluded: list[Grasp] = []
-        looks, nudges, least_aperture, felt = 0, 0, 0.0, np.zeros(3)
-        failure: SkillError | None = None
-        scene = arm.start
+        tries = _Tries(arm, object)
+        looks, nudges, scene = 0, 0, arm.start
         while True:
-            seen = _shifted(arm.find(object, scene), felt)
+            seen = _shifted(arm.find(object, scene), tries.felt)
             if scene is not arm.start:
                 self.require(ctx, scene, object=object)
             try:
-                plan = self._planned(arm, seen, scene, excluded, least_aperture, failure)
+                plan = tries.planned(seen, scene)
             except CollisionError:
                 nudges += 1
                 if nudges > _NUDGES or not nudge_off_walls(arm, object, most=ctx.max_force_n):
@@ -104,40 +101,8 @@ class Pick(Skill):
                     continue
                 return self._execute(arm, target, plan)
             except (GraspError, TrackingError, LimitError) as error:
-                if isinstance(error, LimitError) and not _pressed(error):
-                    raise
-                failure = error
-                excluded.append(in_frame(plan.grasp, seen))
-                # No other grasp frees fingers that stick.
-                last = len(excluded) >= _ATTEMPTS or _reason(error) == "gripper_stuck"
-                if last and isinstance(error, TrackingError):
-                    raise
-                if isinstance(error, MetError) and error.other == object:
-                    felt = felt + _towards(arm, plan, error.body)
-                    least_aperture = arm.geometry.max_aperture
-                # As far as the fingers came: beside a wall there is no more room.
-                arm.open(plan.aperture)
-                back_off(arm, error)
-                if last:
-                    raise
+                tries.failed(plan, seen, error)
                 scene = arm.look()
-
-    def _planned(
-        self,
-        arm: Manipulator,
-        seen: DetectedObject,
-        scene: ObservedScene,
-        excluded: Sequence[Grasp],
-        least_aperture: float,
-        failure: SkillError | None,
-    ) -> GraspPlan:
-        """Return a grasp that was not tried yet; where none is left, what the last one failed of counts."""
-        try:
-            return plan_grasp(arm, seen, scene, excluded, least_aperture)
-        except SkillError:
-            if failure is not None and _reason(failure) in _OF_LOAD:
-                raise failure from None
-            raise
 
     def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> SkillResult:
         grasp = plan.grasp
@@ -166,6 +131,55 @@ class Pick(Skill):
                 "width_mm": 1000.0 * width,
             },
         )
+
+
+class _Tries:
+    """The grasps of one object that were carried out in vain, and what each of them taught.
+
+    Attributes:
+        felt: By how much (3,) the object lies elsewhere than it is seen, as fingers that came down on it tell; metres.
+    """
+
+    def __init__(self, arm: Manipulator, object: str) -> None:
+        self.felt: Array = np.zeros(3)
+        self._arm = arm
+        self._object = object
+        self._excluded: list[Grasp] = []
+        self._least_aperture = 0.0
+        self._failure: SkillError | None = None
+
+    def planned(self, seen: DetectedObject, scene: ObservedScene) -> GraspPlan:
+        """Return a grasp that was not tried yet; where none is left, what the last one failed of counts."""
+        try:
+            return plan_grasp(self._arm, seen, scene, self._excluded, self._least_aperture)
+        except SkillError:
+            if self._failure is not None and _reason(self._failure) in _OF_LOAD:
+                raise self._failure from None
+            raise
+
+    def failed(self, plan: GraspPlan, seen: DetectedObject, error: GraspError | TrackingError | LimitError) -> None:
+        """Draw back from a grasp that failed.
+
+        Raises:
+            SkillError: `error`, where no further try is worth it.
+        """
+        if isinstance(error, LimitError) and not _pressed(error):
+            raise error
+        self._failure = error
+        self._excluded.append(in_frame(plan.grasp, seen))
+        # No other grasp frees fingers that stick.
+        last = len(self._excluded) >= _ATTEMPTS or _reason(error) == "gripper_stuck"
+        if last and isinstance(error, TrackingError):
+            raise error
+        if not isinstance(error, MetError):
+            # As far as the fingers came: beside a wall there is no more room.
+            self._arm.open(plan.aperture)
+        elif error.other == self._object:
+            self.felt = self.felt + _towards(self._arm, plan, error.body)
+            self._least_aperture = self._arm.geometry.max_aperture
+        back_off(self._arm, error)
+        if last:
+            raise error
 
 
 def _descend(arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> None:

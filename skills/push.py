@@ -21,13 +21,13 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
 )
 from robosandbox.skills.primitives.pressing import Pressed, press_along
+from robosandbox.skills.primitives.strokes import STAND_OFF, hand_rotations, stroke_heights, stroke_poses
 from robosandbox.types import (
     DIRECTION_AXES,
     Array,
     DetectedObject,
     Direction,
     ObservedScene,
-    Pose,
     SkillCall,
     SkillResult,
 )
@@ -35,18 +35,10 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import PUSH_RELATIVE_TOLERANCE, PUSH_TOLERANCE
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import bottom, centre, displacement, gap, support, top
+from robosandbox.world.relations import centre, displacement, gap
 
 # Strokes of one push; chosen: most take one, and one passed by the object is turned for the next.
 _STROKES = 4
-# Metres between fingers and object before a stroke; chosen as ten times perception's error (halved 2 % shorter
-# episodes, doubled 10 % longer).
-_STAND_OFF = 0.012
-# Metres between fingertips and table; chosen as twice the planner's clearance.
-_TIP_CLEARANCE = 0.004
-# How much of an object's height a fingertip has before it at least that pushes it high, metres; chosen as half a pad of
-# small grippers.
-_TIP_HOLD = 0.012
 # Share of the joints' speed limits; chosen so that what is pushed stays at the fingers (halved 11 % longer episodes,
 # doubled 12 % shorter, all succeed).
 _PUSH_SPEED = 0.12
@@ -72,6 +64,7 @@ class Push(Skill):
                 fact("way_on_table", object, direction, distance),
                 fact("reachable", object),
                 fact("reachable_after", object, direction, distance),
+                fact("room_behind", object, direction, distance),
             ),
             gives=(fact("displaced", object, direction, distance),),
         )
@@ -205,12 +198,13 @@ def _stroke(
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
     q = arm.q
-    options = _hand_rotations(arm, axis)
+    robot = arm.sim.spec
+    options = hand_rotations(robot, axis, arm.sim.state().tcp_pose.rotation)
     turned = 2 * missed % len(options)
     hands = (*options[turned:], *options[:turned])
-    ways = itertools.product(_heights(arm, target, axis, scene.table_height), hands)
+    ways = itertools.product(stroke_heights(robot, target, axis, scene.table_height), hands)
     for height, (rotation, half_depth) in ways:
-        start, end = _line(target, axis, distance, rotation, half_depth, height)
+        start, end = stroke_poses(target, axis, distance, rotation, half_depth, height)
         try:
             arm.motion.allow()
             descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=arm.tempo.near)
@@ -222,68 +216,10 @@ def _stroke(
             continue
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
-        pressed = press_along(arm, push, target.id, most=arm.ctx.max_force_n, before=_STAND_OFF)
+        pressed = press_along(arm, push, target.id, most=arm.ctx.max_force_n, before=STAND_OFF)
         arm.use(arm.look())
         # Pressed against the object, a hand of weak servos sinks onto the table.
         arm.motion.allow("table", target.id)
         arm.rise(HOVER_HEIGHT, Phase.RETREAT)
         return pressed
     raise most_telling(failures)
-
-
-def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
-    """Return TCP rotations pointing down, wide side to the object first, each with the hand's half depth along axis."""
-    down = np.array([0.0, 0.0, -1.0])
-    across = np.cross(down, axis)
-    gripper = arm.sim.spec.gripper
-    hand = arm.sim.state().tcp_pose.rotation
-    options = []
-    for closing in (across, -across, axis, -axis):
-        rotation = np.column_stack([np.cross(closing, down), closing, down])
-        if gripper is None:
-            depth = flange_depth(arm.sim.spec.tool_bounds, rotation.T @ axis)
-        else:
-            squarely = abs(float(closing @ axis)) > 0.5
-            depth = gripper.geometry.finger_thickness if squarely else gripper.geometry.finger_width / 2.0
-        options.append((rotation, depth))
-    # The wide side first; of two opposite hands the one that turns less.
-    return sorted(
-        options, key=lambda option: (abs(float(option[0][:, 1] @ axis)) > 0.5, -float(np.trace(hand.T @ option[0])))
-    )
-
-
-def flange_depth(bounds: tuple[float, float, float, float], forward: Array) -> float:
-    """Return how far a flange reaches from its TCP towards `forward`, shape (3,), in the TCP frame."""
-    x_min, x_max, y_min, y_max = bounds
-    x = x_max if forward[0] > 0.0 else -x_min
-    y = y_max if forward[1] > 0.0 else -y_min
-    return x if abs(forward[0]) > abs(forward[1]) else y
-
-
-def _heights(arm: Manipulator, target: DetectedObject, axis: Array, table_height: float) -> tuple[float, ...]:
-    """Return heights of the TCP in a stroke, metres: the object's middle, and where that is higher, over what is beside it."""
-    gripper = arm.sim.spec.gripper
-    lowest = table_height + _TIP_CLEARANCE
-    if gripper is None:
-        # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
-        return (lowest,)
-    middle = centre(target)
-    usual = max(float(middle[2]), lowest + gripper.geometry.tip_depth)
-    # Pushed at most half as high as it is deep, nothing tips over whose friction on what it stands on is below 1.
-    half = float(support(target, axis[None])[0] - axis @ middle)
-    high = min(top(target) - _TIP_HOLD, bottom(target) + half) + gripper.geometry.tip_depth
-    return (usual, high) if high > usual else (usual,)
-
-
-def _line(
-    target: DetectedObject, axis: Array, distance: float, rotation: Array, half_depth: float, height: float
-) -> tuple[Pose, Pose]:
-    """Return the TCP poses where the stroke begins and ends."""
-    middle = centre(target)
-    behind = float(support(target, -axis[None])[0] + axis @ middle)
-    begin = middle - axis * (behind + half_depth + _STAND_OFF)
-    finish = middle - axis * (behind + half_depth) + axis * distance
-    return (
-        Pose.from_matrix(np.array([begin[0], begin[1], height]), rotation),
-        Pose.from_matrix(np.array([finish[0], finish[1], height]), rotation),
-    )

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Annotated
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -29,6 +29,34 @@ from robosandbox.world.standing import AT_TOLERANCE
 _GRIPS = 4
 # Of what is left to turn, what is tried with one grip, the most first.
 _SHARES = (1.0, 0.75, 0.5, 0.25)
+
+
+_GERMAN = """
+TURN
+  turn = verb dreh, verb rotier
+ROUND
+  round = herum, um
+ANGLE
+  0.017453292519943295 = grad, °
+  6.283185307179586 = umdrehung, umdrehungen, drehung, drehungen
+SENSE
+  -1 = in dem uhrzeigersinn, nach rechts, rechtsherum, rechts herum
+  1 = gegen den uhrzeigersinn, entgegen dem uhrzeigersinn, nach links, linksherum, links herum
+join ROUND VERBS
+order : Command
+  = verb=worded skill=turn simple(TURN turned)
+  = verb=worded skill=turn parted(TURN ROUND turned)
+gap : Command
+  = objects slots+:turning
+turned
+  = objects slots+:turning
+  = objects
+turning : slot
+  = angle:turned_angle
+turned_angle : product
+  = "um"? of+:NUMBER of+:ANGLE of+:SENSE?
+  = of+:SENSE "um"? of+:NUMBER of+:ANGLE
+"""
 
 
 class Turn(Skill):
@@ -71,6 +99,20 @@ class Turn(Skill):
         required=("angle", "align_with"),
     )
 
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
+
+    def check(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the arguments by keyword, converted to their types.
+
+        Raises:
+            InvalidArgumentError: One is wrong, or not exactly one of angle and align_with is given.
+        """
+        checked = super().check(arguments)
+        if (checked["angle"] is None) == (checked["align_with"] is None):
+            given = "both are given" if checked["angle"] is not None else "neither is given"
+            raise InvalidArgumentError(f"{self.name}: give either angle or align_with; {given}", phase=Phase.CHECK)
+        return checked
+
     def contract(self, *, object: str, angle: float | None, align_with: str | None) -> Contract:
         """Return what turning an object needs and brings about."""
         goal = fact("turned", object, angle or 0.0) if align_with is None else fact("aligned", object, align_with)
@@ -107,11 +149,8 @@ class Turn(Skill):
             align_with: Id of the object whose sides its own shall be parallel to, in place of an angle.
 
         Raises:
-            InvalidArgumentError: Neither or both of angle and align_with are given.
             SkillError: As pick and place_at raise them.
         """
-        if (angle is None) == (align_with is None):
-            raise InvalidArgumentError(f"{self.name}: give either angle or align_with", phase=Phase.CHECK)
         start = Manipulator(ctx)
         before = start.find(object)
         wanted = angle if angle is not None else yaw_to_align(before.pose, start.find(align_with or "").pose)

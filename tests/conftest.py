@@ -63,7 +63,8 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
         return
     named = config.args_source is pytest.Config.ArgsSource.ARGS
     if not named and config.option.numprocesses is None and not config.option.usepdb:
-        config.option.numprocesses = min(os.cpu_count() or 1, _MOST_WORKERS)
+        # One more than cores: a worker waits a quarter of its time, for the processes and servers that tests start.
+        config.option.numprocesses = min((os.cpu_count() or 1) + 1, _MOST_WORKERS)
         config.option.dist = "worksteal"
 
 

@@ -131,7 +131,7 @@ def test_a_call_that_lacks_something_is_turned_down_with_the_cause_and_nothing_m
         (call("pick", thing="red_cube"), "object: Field required"),
         (call("achieve", goals=["in(red_cube, grey_bin)"]), "in"),
         (call("achieve", goals=["inside(grey_bin, red_cube)"]), "There is no plan"),
-        (call("check", steps=[]), "steps: Tuple should have at least 1 item"),
+        (call("check", steps=[]), "steps: List should have at least 1 item"),
         (call("refuse", code="because", message="x"), "(it is 'because')"),
         (call("finish", summary="Done."), "nothing was done"),
         (call("finish", summary="Done.", holds=["inside(red_cube, grey_bin)"]), "not_holding"),

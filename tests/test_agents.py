@@ -46,7 +46,7 @@ def test_the_expert_that_acts_does_what_is_asked(benchmark: ModuleType, argument
 
 @pytest.mark.parametrize("benchmark", ["agents"], indirect=True)
 def test_a_run_that_was_cut_off_goes_on_and_its_rows_make_a_page(
-    benchmark: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    benchmark: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rows = tmp_path / "rows.jsonl"
     told = ["--planner", "expert", "--resume", str(rows), "--transcripts", str(tmp_path / "said")]
@@ -59,8 +59,29 @@ def test_a_run_that_was_cut_off_goes_on_and_its_rows_make_a_page(
     (one, *_) = sorted((tmp_path / "said").iterdir())
     transcript = json.loads(one.read_text())["transcript"]
     assert transcript[-1]["answered"] and transcript[-1]["output_tokens"] == 100 and transcript[-1]["mode"] == "tools"
-    page = _league().page([json.loads(line) for line in rows.read_text().splitlines()])
-    assert "| expert | 2/2" in page and "| expert | 3 prompts | 2 | 1 | 0 | 0 |" in page
+    league = _league()
+    monkeypatch.setattr(league, "TARGET", tmp_path / "league.md")
+    monkeypatch.setattr(league, "KEPT", tmp_path / "league_rows.jsonl")
+    monkeypatch.setattr(sys, "argv", ["make_league.py", str(rows)])
+    league.main()
+    page = league.TARGET.read_text()
+    assert "| expert | 2 tasks | 2/2" in page and "| expert | 3 prompts | 2 | 1 | 0 | 0 |" in page
+    monkeypatch.setattr(sys, "argv", ["make_league.py"])
+    league.main()
+    assert league.TARGET.read_text() == page
+
+
+def test_the_league_table_is_what_the_kept_rows_make() -> None:
+    league = _league()
+    assert league.page(*league.read(league.KEPT)) == league.TARGET.read_text(encoding="utf-8")
+
+
+def test_rows_of_upsets_stand_beside_one_another_only_where_they_are_the_same() -> None:
+    league = _league()
+    row = {**league.FIELDS, "kind": "upset", "name": "nudged pick_can", "done": True, "claimed": True}
+    stub, expert = {**row, "entry": "stub"}, {**row, "entry": "expert", "done": False}
+    assert "| nudged | 1 | 1 | 0 |" in "".join(league.beside({"stub": [stub], "expert": [expert]}))
+    assert not [*league.beside({"stub": [stub], "expert": [{**expert, "seed": 1}]})]
 
 
 @pytest.mark.parametrize("benchmark", ["agents"], indirect=True)

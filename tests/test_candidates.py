@@ -17,6 +17,7 @@ from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillCall, Sk
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract, contract_of
 from robosandbox.world.facts import fact
+from robosandbox.world.relations import lies_in
 
 SKILLS = {skill.name: skill for skill in load_skills()}
 GREY = (0.5, 0.5, 0.5, 1.0)
@@ -135,6 +136,21 @@ def test_what_a_thing_lies_in_is_not_moved_out_of_its_way() -> None:
         around = scene(box("cube", *place), vessel)
         ways = found(failed(SkillCall(skill="pick", arguments={"object": "cube"}), in_the_way("hand", "bin"), around))
         assert any("object=bin" in call for way in ways for call in way) is moved
+
+
+def test_a_bowl_turned_over_is_taken_off_what_lies_under_it() -> None:
+    bowl = DetectedObject(
+        id="bowl",
+        kind="bowl",
+        size=(0.06, 0.05),
+        colour="",
+        rgba=GREY,
+        pose=Pose(xyz=(0.1, 0.03, 0.1), quat_xyzw=(1.0, 0.0, 0.0, 0.0)),
+    )
+    under = scene(box("cube", 0.1, 0.0), bowl)
+    assert lies_in(under.objects[0], bowl)
+    ways = found(failed(SkillCall(skill="pick", arguments={"object": "cube"}), in_the_way("hand", "bowl"), under))
+    assert any("object=bowl" in call for way in ways for call in way)
 
 
 def test_a_promise_that_holds_seen_from_when_the_call_began_is_mended() -> None:

@@ -12,6 +12,7 @@ import pytest
 from robosandbox.cli import app
 from robosandbox.commands import bench
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
+from robosandbox.suggestions import did_you_mean
 from robosandbox.tasks.loader import bundled_tasks
 
 TUTORIAL = """\
@@ -54,7 +55,12 @@ def run_bench(*arguments: str) -> int:
         (["run", "go home", "--planner", "stubb"], ["'stubb'", "did you mean 'stub'"]),
         (["run", "go home", "--perception", "truth"], ["'truth'", "ground_truth"]),
         (["run", "go home", "--seed", "-1"], ["--seed: -1", "0 or more"]),
-        (["run", "go home", "--sede", "1"], ["--sede", "--help"]),
+        (["run", "go home", "--seed", "x"], ["--seed", "got 'x'", "robo-sandbox run --help"]),
+        (["run", "go home", "--sede", "1"], ["--sede", "robo-sandbox run --help"]),
+        (["run", "go", "home"], ["the prompt ends after 'go'", "in quotes"]),
+        (["run", "go home", "--task", "nope"], ["no task 'nope'"]),
+        (["look", "--picture", "seen.txt"], ["'seen.txt' does not end in .png"]),
+        (["look", "--picture", "gone/seen.png"], ["no folder 'gone'"]),
         (["plam", "go home"], ["'plam'", "plan"]),
         (["tasks", "show", "stack_tow"], ["did you mean 'stack_two'"]),
         (["tasks", "show", "gone.yaml"], ["gone.yaml: no such file"]),
@@ -65,7 +71,7 @@ def test_wrong_input_is_one_line_and_exit_2(
 ) -> None:
     assert sandbox(*arguments) == EXIT_USAGE
     out, err = capsys.readouterr()
-    assert out == "" and err.count("\n") == 1 and len(err) < 400 and "Traceback" not in err
+    assert out == "" and err.count("\n") == 1 and len(err) < 500 and "Traceback" not in err
     assert [part for part in named if part not in err] == [], err
 
 
@@ -90,6 +96,20 @@ def test_wrong_input_to_the_bench_is_one_line_and_exit_2(
     out, err = capsys.readouterr()
     assert out == "" and err.count("\n") == 1
     assert [part for part in named if part not in err] == [], err
+
+
+@pytest.mark.parametrize("group", ["tasks", "runs", "export", "robot"])
+def test_a_group_of_commands_by_itself_lists_them(group: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert sandbox(group) == EXIT_DONE
+    out, err = capsys.readouterr()
+    assert "Commands:" in out and err == ""
+
+
+def test_a_name_with_nothing_near_gets_no_suggestion() -> None:
+    assert did_you_mean("foo", ["hardware", "mujoco"]) == "" == did_you_mean("nope", ["open_drawer"])
+    assert did_you_mean("pick_three", ["pick_cube_franka", "pick_cube_scrambled", "pick_from_three"]).startswith(
+        "; did you mean 'pick_from_three'"
+    )
 
 
 def test_ten_megabytes_on_stdin_are_refused(

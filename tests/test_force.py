@@ -10,7 +10,7 @@ import pytest
 from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.agent.sliding import slides_under
 from robosandbox.drivers import Capabilities
-from robosandbox.errors import LimitError, PushError
+from robosandbox.errors import LimitError, Phase, PushError
 from robosandbox.evidence import PushEvidence
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -116,6 +116,7 @@ def test_the_arm_stops_before_it_presses_harder_than_allowed(
 ) -> None:
     session, way = lowered
     session.ctx.permit(SkillCall(skill="tap", arguments={"object": next(iter(meant), "nothing")}))
+    session.ctx.enter(Phase.DESCEND)
     peak = Peak(session.sim, "table")
     with pytest.raises(LimitError, match=f"the robot presses on table .* allows {limit:g}") as caught:
         session.sim.follow(way)
@@ -123,6 +124,7 @@ def test_the_arm_stops_before_it_presses_harder_than_allowed(
     peak.end()
     assert 0.5 * limit < peak.force < 1.1 * limit
     assert caught.value.evidence is not None and caught.value.evidence.met() == ("table",)
+    assert caught.value.phase is Phase.DESCEND, "the arm had moved, so that another try begins from somewhere else"
 
 
 def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(

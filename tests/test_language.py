@@ -373,9 +373,11 @@ def test_mutated_sentences_give_a_plan_or_a_refusal(one: str, other: str, random
         timed_plan(prompt)
 
 
-def test_a_sentence_broken_off_anywhere_gives_a_plan_or_a_refusal() -> None:
+@pytest.mark.sample(every=4)
+@pytest.mark.parametrize("part", range(4))
+def test_a_sentence_broken_off_anywhere_gives_a_plan_or_a_refusal(part: int) -> None:
     timed_plan("hello swap the ball and the can so they")
-    some = (prompt.text for path in sentences.LEARNED[::9] for prompt in sentences.load_prompts(path))
+    some = (prompt.text for path in sentences.LEARNED[9 * part :: 36] for prompt in sentences.load_prompts(path))
     for k, sentence in enumerate(some):
         words = sentence.split()
         cut = k % max(len(words), 1)

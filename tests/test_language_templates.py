@@ -151,14 +151,9 @@ _EXAMPLES = """
     no not the can , the ball ! tap the ball -> do not touch the can . tap the ball
     teacher says tap the can -> tap the can
     make that the can is in the bin -> i want the can in the bin
-    the both balls in the bin -> both balls in the bin
-    let fall the can in the bin -> drop the can in the bin
-    the can i need in the bin -> i want the can in the bin
-    i wish you tap the can -> tap the can
     tap the can , that is all for now -> tap the can , that is all
     tap the can when you are finished -> tap the can
     tap the can or the ball , i do not mind which -> tap the can or the ball
-    would it be possible for the can to go in the bin -> put the can in the bin
     shove the can in the bin -> put the can in the bin
     lift the can onto the tray -> put the can onto the tray
     i do not want the can there , tap it -> the can , tap it
@@ -184,12 +179,6 @@ _EXAMPLES = """
     grab the can and hold it up for me -> grab the can and hold it
     grab the can and keep hold of it -> grab the can and hold it
     for the can , tap it -> tap the can
-    the can who is red -> the can that is red
-    the can must be putted in the bin -> put the can in the bin
-    the can in the bin you must put -> put the can in the bin
-    make open the drawer -> open the drawer
-    change the can with the ball -> swap the can and the ball
-    take the can and leave it in the bin -> put the can in the bin
     both balls in the bin of their own colour -> both balls in the bin of the same colour
     the can should really be in the bin -> put the can in the bin
     the can belongs in the bin -> put the can in the bin

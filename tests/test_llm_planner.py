@@ -279,7 +279,7 @@ def test_reading_any_text_ends_in_a_call_or_a_correction(text: str) -> None:
     [
         (tool_calls(("plan", '{"steps": [}')), "not valid JSON"),
         (tool_calls(("plan", '["pick"]')), "(it is 'pick')"),
-        (tool_calls(("plan", '{"steps": []}')), "steps: Tuple should have at least 1 item"),
+        (tool_calls(("plan", '{"steps": []}')), "steps: List should have at least 1 item"),
         (tool_calls(("plan", '{"steps": [{"skill": "pick", "arguments": {"object": "red_cube", "force": 9}}]}')), "force"),
         (tool_calls(("move_joint", '{"joint": 1}')), "no tool 'move_joint'"),
         (tool_calls(("plan", '{"steps": [{"skill": "home"}]}'), ("refuse", "{}")), "exactly one"),

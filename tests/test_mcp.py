@@ -3,13 +3,13 @@
 import asyncio
 import base64
 import contextlib
+import importlib.util
 import json
-import shutil
 import socket
 import subprocess
-import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import anyio
@@ -27,8 +27,10 @@ from robosandbox.mcp.server import build_server
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
+from robosandbox.testing.processes import mcp_command, mcp_over_http
 
-PROGRAM = [sys.executable, "-c", "from robosandbox.cli import main; main()", "mcp"]
+PROGRAM = mcp_command()
+BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 Visit = Callable[[Client], Awaitable[None]]
 
 
@@ -39,24 +41,9 @@ async def over_stdio(*arguments: str) -> AsyncIterator[Client]:
         yield client
 
 
-@contextlib.contextmanager
-def http_server(*arguments: str) -> Iterator[str]:
-    """Serve over HTTP and yield the address; the server ends without a fault when it is asked to."""
-    process = subprocess.Popen([*PROGRAM, "--http", "0", *arguments], stderr=subprocess.PIPE, text=True)
-    try:
-        assert process.stderr is not None
-        line = process.stderr.readline()
-        assert line.startswith("serving on http://127.0.0.1:"), line + process.stderr.read()
-        yield line.split()[-1]
-        process.terminate()
-        assert process.wait(20) == 0
-    finally:
-        process.kill()
-
-
 @contextlib.asynccontextmanager
 async def over_http(*arguments: str) -> AsyncIterator[Client]:
-    with http_server(*arguments) as url:
+    with mcp_over_http(*arguments) as url:
         async with Client(url) as client:
             yield client
 
@@ -193,6 +180,12 @@ async def _sees_errors(client: Client) -> None:
     assert gone.is_error and _keeps_to_its_schema(listed["pick"], gone)
     unread = await client.call_tool("check", {"steps": []})
     assert unread.is_error and _keeps_to_its_schema(listed["check"], unread)
+    for steps, told in (
+        ([], "List should have at least 1 item"),
+        (["pick"], "steps.0: Input should be a valid object"),
+    ):
+        message = structured(await client.call_tool("check", {"steps": steps}))["error"]["message"]
+        assert told in message and '{"skill": "pick", "arguments": {"object": "red_cube"}}' in message
     assert _keeps_to_its_schema(listed["look"], await client.call_tool("look"))
     error = structured(gone)["error"]
     assert error["code"] == "object_not_found" and "red_cube" in error["evidence"]["seen"]
@@ -455,29 +448,27 @@ def test_wrong_options_are_one_line_and_exit_2(
 
 
 @pytest.fixture(scope="module")
-def visitor(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Install the official JavaScript client beside the script that drives it."""
-    if shutil.which("npm") is None:
-        pytest.skip("no npm here")
-    folder = tmp_path_factory.mktemp("visitor")
-    shutil.copy(Path(__file__).parent / "support" / "mcp_visitor.mjs", folder)
-    subprocess.run(["npm", "install", "--silent", "@modelcontextprotocol/sdk@1"], cwd=folder, check=True, timeout=300)
-    return folder / "mcp_visitor.mjs"
+def clients() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("mcp_clients", BENCHMARKS / "mcp_clients.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module", params=["python", "javascript"])
+def visitor(request: pytest.FixtureRequest, clients: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Return the command of an official client, the JavaScript one installed from npm."""
+    try:
+        return list(clients.install(request.param, tmp_path_factory.mktemp("visitor")))
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["stdio", "http"])
-def test_the_official_javascript_client_looks_checks_simulates_runs_cancels_resets_and_judges(
-    visitor: Path, way: str
+@pytest.mark.parametrize("way", WAYS)
+def test_an_official_client_looks_checks_simulates_runs_cancels_resets_and_judges(
+    clients: ModuleType, visitor: list[str], way: str
 ) -> None:
-    options = ["--task", "put_in_bin", "--realtime"]
-    with contextlib.ExitStack() as stack:
-        where = [*PROGRAM, *options]
-        if way == "http":
-            where = [stack.enter_context(http_server(*options))]
-        done = subprocess.run(
-            ["node", str(visitor), way, *where], capture_output=True, text=True, timeout=600, check=False
-        )
-    assert done.returncode == 0, done.stderr
-    held = json.loads(done.stdout)
-    assert {"look", "check", "simulate", "run with progress", "cancel", "reset", "judge after"} <= {*held}
+    found = clients.visit(visitor, way)
+    assert not found["failed"] and {*clients.STEPS} <= {*found["shown"]}

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from robosandbox.errors import GraspError, InputError
+from robosandbox.grasp.surface import Surface
 from robosandbox.motion.beliefs import Known, believed_scene
+from robosandbox.perception.mesh_fit import fit_mesh, known_mesh
 from robosandbox.perception.told_mesh import as_told
 from robosandbox.shapes.mesh_file import mesh_bounds, mesh_pieces, mesh_volume
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.tasks.session import open_session
-from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall
+from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall, matrix_from_rotation_vector
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -146,3 +148,95 @@ def test_what_is_seen_is_the_mesh_that_the_task_describes_where_that_tells_how_i
     boxed = seen("box", tuple(float(c) for c in (high - low) / 2.0))
     assert as_told(boxed, Known(mesh=angle, scale=0.001)) == boxed
     assert as_told(boxed, None) == boxed
+
+
+def cuboid(low: tuple[float, float, float], high: tuple[float, float, float], first: int) -> list[str]:
+    """Return the lines of an OBJ file's box whose first vertex has a number."""
+    corners = [
+        (x, y, z)
+        for z in (low[2], high[2])
+        for x, y in ((low[0], low[1]), (high[0], low[1]), high[:2], (low[0], high[1]))
+    ]
+    sides = [(k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4) for k in range(4)]
+    faces = [*sides, (3, 2, 1, 0), (4, 5, 6, 7)]
+    return [*(f"v {x} {y} {z}" for x, y, z in corners), *("f " + " ".join(str(k + first) for k in f) for f in faces)]
+
+
+@pytest.fixture(scope="module")
+def table_of_boxes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A board of 12 x 9 cm on a post in its middle, millimetres, each a group of its file."""
+    path = tmp_path_factory.mktemp("meshes") / "board.obj"
+    post, board = cuboid((-12, -12, 0), (12, 12, 60), 1), cuboid((-60, -45, 60), (60, 45, 72), 9)
+    path.write_text("\n".join(["o post", *post, "o board", *board]) + "\n")
+    return path
+
+
+def test_all_groups_of_an_obj_file_are_read_and_convex_ones_are_its_pieces(table_of_boxes: Path) -> None:
+    low, high = mesh_bounds(table_of_boxes, 0.001, of="it")
+    assert high - low == pytest.approx([0.12, 0.09, 0.072])
+    volumes = [0.024 * 0.024 * 0.06, 0.12 * 0.09 * 0.012]
+    assert mesh_volume(table_of_boxes, 0.001, of="it") == pytest.approx(sum(volumes))
+    cut = mesh_pieces(table_of_boxes, 0.001, 0.1, decomposed=True, of="it")
+    assert [piece.hull.volume for piece in cut] == pytest.approx(volumes)
+    (hull,) = mesh_pieces(table_of_boxes, 0.001, 0.1, decomposed=False, of="it")
+    assert hull.hull.volume > 1.5 * sum(volumes)
+
+
+def test_closing_lines_join_points_of_the_outside_through_what_is_between(table_of_boxes: Path) -> None:
+    corners = [
+        np.array(piece.centre) + piece.hull.corners
+        for piece in mesh_pieces(table_of_boxes, 0.001, 0.1, decomposed=True, of="it")
+        if isinstance(piece.hull, PolyhedronHull)
+    ]
+    surface = Surface(Pose(xyz=(0.1, 0.0, 0.1)), corners)
+    points, normals = surface.points
+    assert not surface.covers(points + 1e-4 * normals).any() and surface.covers(points - 1e-4 * normals).all()
+    middles, closings, widths = surface.lines
+    ends = middles[:, None] + np.stack([-closings, closings], axis=1) * (widths / 2.0)[:, None, None]
+    for end, way in ((ends[:, 1], closings), (ends[:, 0], -closings)):
+        assert surface.covers(end - 1e-4 * way).all() and not surface.covers(end + 1e-4 * way).any()
+    # Across the post, the board, and up through both.
+    assert {round(1e3 * width) for width in widths} >= {12, 24, 72, 90, 120}
+
+
+@pytest.mark.parametrize("tip", [0.0, np.pi], ids=["post_below", "post_above"])
+def test_what_is_wider_than_the_hand_is_held_where_it_is_thin(table_of_boxes: Path, tip: float) -> None:
+    pose = Pose(xyz=(0.15, 0.0, 0.04 + 0.0365), quat_xyzw=(np.sin(tip / 2.0), 0.0, 0.0, np.cos(tip / 2.0)))
+    board = thing(table_of_boxes, scale=0.001, collision="coacd", mass=0.1, pose=pose)
+    with open_session(Scene(objects=(board,)), what_if=False) as session:
+        grasps = list(session.ctx.grasp.candidates(session.observe().objects[0], session.observe(), session.sim.spec,
+            pieces=session.ctx.planning(session.observe()).pieces("it")))  # fmt: skip
+        assert grasps and {round(1e3 * grasp.width) for grasp in grasps} <= {12, 24}
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
+        assert session.sim.truth().held == "it"
+
+
+def test_how_a_mesh_lies_is_found_from_points_of_its_surface(angle: Path) -> None:
+    mesh = known_mesh(angle, 0.001)
+    turn = matrix_from_rotation_vector(np.array([0.0, 0.0, 0.7])) @ matrix_from_rotation_vector(
+        np.array([1.5708, 0.0, 0.0])
+    )
+    low = float((mesh.corners @ turn.T)[:, 2].min())
+    place = np.array([0.12, -0.08, 0.04 - low])
+    # What cameras over it and before it see.
+    seen = (mesh.points @ turn.T)[(mesh.normals @ turn.T)[:, 2] > 0.5] + place
+    front = (mesh.points @ turn.T)[(mesh.normals @ turn.T)[:, 0] < -0.5] + place
+    found = fit_mesh(mesh, np.concatenate([seen, front])[::7], (), 0.04)
+    assert found.explains
+    assert found.pose.position == pytest.approx(place, abs=0.001)
+    assert np.trace(found.pose.rotation.T @ turn) == pytest.approx(3.0, abs=0.001)
+    # Points of a ball are none of it.
+    ball = 0.03 * mesh.normals + place
+    assert not fit_mesh(mesh, ball[::7], (), 0.04).explains
+
+
+def test_a_known_mesh_is_seen_as_it_lies_and_picked_where_it_is_thin(table_of_boxes: Path) -> None:
+    board = thing(table_of_boxes, scale=0.001, collision="coacd", mass=0.1, rgba=(0.85, 0.1, 0.1, 1.0),
+        pose=Pose(xyz=(0.15, 0.0, 0.04 + 0.0365), quat_xyzw=(1.0, 0.0, 0.0, 0.0)))  # fmt: skip
+    with open_session(Scene(objects=(board,)), perception="rgbd", what_if=False) as session:
+        (seen,) = session.observe().objects
+        truth = session.sim.truth().objects["it"].pose
+        assert seen.kind == "mesh"
+        assert seen.pose.position == pytest.approx(truth.position, abs=0.002)
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
+        assert session.sim.truth().held == "it"

@@ -250,6 +250,11 @@ def test_commands_record_list_show_and_replay(tmp_path: Path, capsys: pytest.Cap
     folder = document["recorded"]
     assert command("runs", "list", str(tmp_path)) == 0
     assert capsys.readouterr().out.startswith("push_left-seed0000  success ")
+    (tmp_path / "cut").mkdir()
+    (tmp_path / "cut" / "meta.json").write_text("{")
+    assert command("runs", "list", str(tmp_path)) == 0
+    listed = capsys.readouterr()
+    assert listed.out.count("\n") == 1 and "note: left out: cut/meta.json: cannot be read" in listed.err
     assert command("runs", "show", folder) == 0
     assert "judged: success (along_mm=" in capsys.readouterr().out
     assert command("replay", folder, "--check", "--json") == 0

@@ -141,6 +141,7 @@ def test_the_last_millimetres_to_a_support_are_slow_and_the_way_there_is_not():
         assert isinstance(lower, Timing)
         last = heights[1:] - heights[-1] < lower.near - 0.001
         assert speed[last].max() <= 1.1 * lower.arrival < 0.3 * speed.max()
+        assert 0.9 * lower.most < speed.max() <= 1.02 * lower.most
 
 
 def test_what_is_heavy_for_the_grip_is_carried_slower_and_a_light_thing_is_not():

@@ -95,6 +95,10 @@ IMPOSSIBLE = [
     ("stack_three", "pick red_cube; place_in blue_cube", 2, "holds_things"),
     ("stack_three", "push red_cube right 0.9", 1, "way_on_table"),
     ("stack_three", "pick red_cube; push green_cube left 0.1", 2, "hand_empty"),
+    ("narrow_gap", "push grey_wall left 0.1; pick red_cube", 1, "room_behind"),
+    ("close_drawer", "tap can; push can right 0.1", 2, "room_behind"),
+    ("put_in_drawer", "pick can; place_at 0.1 0.05; open_drawer drawer", 3, "room_to_open"),
+    ("home", "pick red_cube; place_at 0.42 0.38", 2, "reachable_at"),
     ("tap_ball", "pick bowl; place_on yellow_ball", 2, "has_top"),
     ("tap_ball", "pick bowl; tap yellow_ball", 2, "hand_empty"),
     ("clutter_pick", "pick purple_bar; stack red_cube purple_bar", 2, "hand_ready"),
@@ -107,10 +111,13 @@ POSSIBLE = [
     ("put_in_drawer", "open_drawer drawer; close_drawer drawer; open_drawer drawer"),
     ("put_in_drawer", "open_drawer drawer; pick red_cube; place_in drawer; close_drawer drawer; open_drawer drawer; pick red_cube"),
     ("put_in_drawer", "close_drawer drawer"),
+    ("put_in_drawer", "pick can; place_at 0.0 0.05; open_drawer drawer"),
+    ("put_in_drawer", "pick red_cube; place_at 0.12 0.05; open_drawer drawer"),
+    ("home", "pick red_cube; place_at 0.42 0.30"),
     ("put_in_drawer", "stack red_cube can"),
     ("put_in_drawer", "pick can; place_beside red_cube left; home"),
     ("close_drawer", "pick red_cube; place_in drawer; close_drawer drawer"),
-    ("close_drawer", "tap can; push can right 0.1"),
+    ("close_drawer", "tap can; push red_cube left 0.1"),
     ("pour_beads", "pick cup; pour bowl; place_at 0.1 -0.2"),
     ("pour_beads", "pick cup; pour bowl; place_at 0.0 -0.2; pick bowl; pour cup"),
     ("pour_beads", "pick cup; place_in bowl"),
@@ -141,7 +148,7 @@ POSSIBLE = [
     ("sort_by_colour", "pick red_ball; place_in red_bin; pick red_can; place_in red_bin; pick blue_can; home"),
     ("clutter_pick", "pick purple_bar; place_at 0.0 0.25; stack red_cube grey_block"),
     ("clear_to_bin", "pick purple_bar; home; place_at 0.0 0.2; push cyan_cube left 0.05"),
-    ("narrow_gap", "push grey_wall left 0.1; pick red_cube"),
+    ("narrow_gap", "pick red_cube; place_at 0.3 0.2; push grey_wall left 0.05"),
     ("pick_tilted", "pick yellow_block; place_at 0.1 0.2; pick grey_block"),
 ]  # fmt: skip
 
@@ -151,6 +158,14 @@ def test_impossible_plan_is_refused_with_its_cause(task: str, text: str, step: i
     found = check(task, text).problems
     assert [(problem.step, problem.relation.relation) for problem in found] == [(step, relation)]
     assert found[0].cause and found[0].help
+
+
+@pytest.mark.parametrize(
+    ("given", "said"), [("red_cube", "neither is given"), ("red_cube 0.5 blue_cube", "both are given")]
+)
+def test_turn_takes_an_angle_or_something_to_align_with(given: str, said: str) -> None:
+    [problem] = check("stack_three", f"turn {given}").problems
+    assert problem.relation == fact("arguments", "turn") and said in problem.cause
 
 
 @pytest.mark.parametrize(("task", "text"), POSSIBLE)

@@ -10,15 +10,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import Enum
 
-from robosandbox.agent.language.asides_clauses import Clause, Clausewise
-from robosandbox.agent.language.asides_words import (
+from robosandbox.agent.language.asides_clauses import (
     ADDRESSING,
     ASKING,
     AUXILIARIES,
     BINDING,
+    COURTEOUS,
     DETERMINERS,
+    FRAMES,
     GREETINGS,
     HELD_BACK,
+    HELD_OFF,
     LABELS,
     LEADS,
     MODALS,
@@ -31,13 +33,16 @@ from robosandbox.agent.language.asides_words import (
     PUT_OFF,
     REASONS,
     REFERRING,
+    TAKEN_BACK,
     TIMED,
     WHOSE,
     WILLING,
+    Clause,
+    Clausewise,
+    may_spare,
 )
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.slots import PEOPLE, Said
-from robosandbox.agent.language.sparing import may_spare
 from robosandbox.agent.language.speech import QUESTIONS
 from robosandbox.agent.language.tokens import MARKS, Token
 from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
@@ -106,6 +111,8 @@ class _Asides(Clausewise):
             kind = self._kind(clause, ordered=ordered, began=any(self._thing(k) for k in kept))
             if kind is _Kind.ORDER:
                 start = clause.start + (not kept and self.texts[clause.start] in ("and", "but", "so"))
+                framed = self._framed(start, clause.end)
+                dropped, start = dropped or framed > start, framed
                 kept += range(start, clause.after)
                 ordered = True
                 continue
@@ -146,16 +153,20 @@ class _Asides(Clausewise):
         if not things and self._is_courtesy(start, clause.end):
             return _Kind.CHAT
         # "the note reads: pick up the can"
+        if not span and self._text(clause.start) != "right":
+            return _Kind.CHAT
+        if span and not things and (self._gives_reason(clause, start) or self._addresses(start, clause.end)):
+            return _Kind.CHAT
+        if not (things or began or ordered) and self._is_idle_talk(clause, start):
+            return _Kind.CHAT
         if (
             not span
-            or self._text(clause.end) == ":"
-            or self._binds(clause, start)
+            or (self._text(clause.end) == ":" and (things or any(self._acts(k) for k in span)))
+            or self._binds(clause, start, began=began)
             or self._says_when_or_how(clause, start)
         ):
             return _Kind.ORDER
         subject = self._subject(start, ordered=ordered)
-        if self._addresses(start, clause.end) and not things:
-            return _Kind.CHAT
         explains = self._text(clause.start) in REASONS and self._text(start) in PERSONS - {"you"} and not things
         if (self._orders(start, clause.end) and not explains) or (subject is not None and subject > clause.end):
             return _Kind.ORDER
@@ -164,7 +175,11 @@ class _Asides(Clausewise):
             # What is said after an order may limit it or take it back: "it is the small one", "that will do".
             reason = self._text(clause.start) in REASONS | {"before", "while", "cause"}
             says_how = any(_TELLING & self.tags[k] for k in span)
-            told = told and reason and not (things or says_how)
+            somebody = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE - {"your"}
+            # What is said between two orders may take the first one back.
+            final = not any(self._thing(k) or self._acts(k) for k in range(clause.after, len(self.texts)))
+            told = told and (reason or (final and (somebody or self._unknown(clause.end - 1))))
+            told = told and not (things or says_how)
         if things:
             return _Kind.TOLD if told and not (ordered and self._text(clause.start) not in REASONS) else _Kind.ORDER
         if subject is not None:
@@ -173,9 +188,62 @@ class _Asides(Clausewise):
         stray = apart and self._exclaims(start, clause.end)
         return _Kind.CHAT if stray else _Kind.ORDER
 
-    def _binds(self, clause: Clause, start: int) -> bool:
+    def _framed(self, start: int, end: int) -> int:
+        """Return where the order begins in "it would be super if you could pick ...", "might I ask you to pick ..."."""
+        for k in range(start + 2, end):
+            tail = " ".join(self.texts[k - 2 : k])
+            asked = tail in FRAMES or (self.texts[k - 1] == "to" and "you" in self.texts[start:k])
+            if not (asked and self._text(k) in BASE_FORMS and "VERB" in self.tags[k]):
+                continue
+            # "so you can put it away" tells what for.
+            polite = {*self.texts[start:k]} <= COURTEOUS and self.texts[start : start + 2] not in (
+                ["so", "you"],
+                ["as", "you"],
+            )
+            return k if polite and not {"i", "we"} & {*self.texts[k - 2 : k]} else start
+        return start
+
+    def _is_idle_talk(self, clause: Clause, start: int) -> bool:
+        """Say whether words before any order speak of something else: no thing and no act of the scene, no word that may bind."""
+        span, words = range(start, clause.end), {*self.texts[clause.start : clause.end]}
+        unknown = [k for k in span if self._unknown(k)]
+        somebody = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE
+        free = (PUT_OFF | BINDING) - (
+            frozenset({"not", "never", "no", "again"}) if somebody and not HELD_BACK & words else TAKEN_BACK
+        )
+        acts = [k for k in span if self._acts(k) and not (somebody and self._past(k))]
+        refers = any(self._refers(k, clause.end) for k in span) and not somebody
+        how = any(
+            self.texts[k].endswith(_MANNER) or {*self.tags[k]} & ORDERED | {"TIMES"} & {*self.tags[k]} for k in span
+        )
+        told = (clause.closes or self._subject(start) is not None) and self._text(clause.end) != ":"
+        told = told and not (
+            self._text(start) in BASE_FORMS | UNSUPPORTED_VERBS and self._text(start) not in ADDRESSING | AUXILIARIES
+        )
+        return (
+            bool(unknown)
+            and told
+            and not (acts or refers or how or self._says_when_or_how(clause, start) or (free - TAKEN_BACK) & words)
+        )
+
+    def _gives_reason(self, clause: Clause, start: int) -> bool:
+        """As in "because I no longer need it", "so it does not roll away": why, and nothing of how or where."""
+        first, words = self._text(clause.start), {*self.texts[clause.start : clause.end]}
+        subject = self._subject(start)
+        if first not in REASONS or start == clause.start or subject is None or self._text(start) == "you":
+            return False
+        if first == "so" and self._text(start) not in PERSONS and self._text(subject + 1) != "not":
+            # "so it is at the side" says where.
+            return False
+        told = any(
+            (_TELLING - {"NEGATION", "STILL"}) & self.tags[k] and not self._idle(k) for k in range(start, clause.end)
+        )
+        acts = any(self._acts(k) for k in range(start, clause.end))
+        return not (told or acts or (BINDING | TIMED | HELD_OFF) & words)
+
+    def _binds(self, clause: Clause, start: int, *, began: bool) -> bool:
         """Say whether a clause may forbid, limit, put off or take back an order."""
-        words = {*self.texts[clause.start : clause.end]}
+        words = {*self.texts[clause.start : clause.end]} - (frozenset() if began else TAKEN_BACK)
         if BINDING & words:
             return True
         somebody = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE - {"your"}
@@ -201,6 +269,8 @@ class _Asides(Clausewise):
             free = bool(said & WILLING) and ("you" in said or "it" in said or "that" in said or "possible" in said)
             return free and said <= POLITE and words[-1] not in ("it", "that", "to", "you")
         acts = any(self._acts(k) or _TELLING & self.tags[k] for k in range(i + 1, end))
+        if len(words) == 2 and first in ("will", "would", "could", "can") and words[1] == "you":
+            return True
         alone = len(words) == 1 and first in ("sorry", "excuse", "pardon")
         return first in GREETINGS and not (
             alone or acts or (BINDING | PUT_OFF) & {*words} or any(self._refers(k, end) for k in range(i, end))
@@ -225,7 +295,7 @@ class _Asides(Clausewise):
 
     def _addresses(self, i: int, end: int) -> bool:
         """As in "look at you", "let us see what you have got", "be a dear"."""
-        start = i + 2 if self.texts[i : i + 2] in (["let", "us"], ["let", "me"]) else i
+        start = i + 2 if self.texts[i : i + 2] in (["let", "us"], ["let", "me"], ["do", "not"]) else i
         turned = start + 1 < end and self._text(start) in ADDRESSING
         acts = any("VERB" in self.tags[k] and self._text(k) in BASE_FORMS for k in range(start + 1, end))
         return turned and not acts and not any(self._refers(k, end) for k in range(start, end))
@@ -276,7 +346,14 @@ class _Asides(Clausewise):
             plain = self._unknown(k) or self.tags[k] <= _PLAIN_TAGS or self._text(k) in QUESTIONS | PEOPLE | {"of"}
             # "in April!" is said of no order, "in reverse order, ..." may be.
             plain = plain or (self._text(end) in ("!", ".", "?") and self._idle(k))
-            if not plain or self._text(k).endswith(_MANNER) or self.tokens[k].kind == "number":
+            # "thirty years ago"
+            counted = (
+                (self.tokens[k].kind == "number" or "NUM" in self.tags[k])
+                and self._unknown(k + 1)
+                and self._text(end) in (".", "!", "?")
+            )
+            plain = plain or counted or (k == i and self._text(k) == "as")
+            if not plain or self._text(k).endswith(_MANNER) or (self.tokens[k].kind == "number" and not counted):
                 return False
         return not (end > i + 1 and self._unknown(i) and self._text(i + 1) in DETERMINERS | OBJECTS)
 

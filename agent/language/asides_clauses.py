@@ -1,25 +1,155 @@
-"""A sentence clause by clause: where clauses begin, what they are about, what stands for a thing or an act in them."""
+"""A sentence clause by clause: where clauses begin, what they are about, what stands for a thing or an act in them, what may bind an order."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from robosandbox.agent.language.asides_words import (
-    AUXILIARIES,
-    BEING,
-    DETERMINERS,
-    FINITE,
-    JOINTS,
-    OBJECTS,
-    PERSONS,
-    REFERRING,
-)
-from robosandbox.agent.language.lexicon import LEXICON
-from robosandbox.agent.language.slots import Said
+from robosandbox.agent.language.lexicon import LEXICON, words_plural
+from robosandbox.agent.language.slots import PEOPLE, Said
 from robosandbox.agent.language.speech import GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.tokens import MARKS, Token
 from robosandbox.agent.language.verbs import BASE_FORMS
+from robosandbox.agent.language.wordlist import word_set
+
+_WHOLE = frozenset({"ALL", "EVERYTHING", "BOTH", "OTHER", "OTHERS", "REST"})
+_ANY = frozenset({"one", "thing"})
+
+
+def may_spare(said: Said, left: Sequence[Token]) -> bool:
+    """Tell whether what a sentence says beside its order names one of several things that the order is for.
+
+    As in "the red block is mine, put the blocks in the bin": nobody can tell whether that goes too.
+
+    Args:
+        said: The sentence.
+        left: What of it is the order; the same tokens.
+    """
+    kept = {id(token) for token in left}
+    beside = [token for token in said.tokens if id(token) not in kept]
+    told = _kinds(beside, said)
+    if not told or not beside:
+        return False
+    tags = [{tag for _, tag, _ in LEXICON.at(left, i)} for i in range(len(left))]
+    if any(_WHOLE & found for found in tags):
+        return True
+    several = {kind for kind, plural in _nouns(left, said) if plural} - {
+        kind for kind, plural in _nouns(beside, said) if plural
+    }
+    return bool(several) and bool((told & several) | (told & _ANY) | (several & _ANY))
+
+
+def _kinds(tokens: Sequence[Token], said: Said) -> set[str]:
+    """Return what kinds of things words name; a colour alone may be of any."""
+    kinds = {kind for kind, _ in _nouns(tokens, said)}
+    coloured = any(tag == "COLOUR" for i in range(len(tokens)) for _, tag, _ in LEXICON.at(tokens, i))
+    return kinds or ({"one"} if coloured else set())
+
+
+def _nouns(tokens: Sequence[Token], said: Said) -> set[tuple[str, bool]]:
+    """Return the kinds of things that words name, each with whether it is several; words of ids are kinds of their own."""
+    found: set[tuple[str, bool]] = set()
+    plurals = {words_plural(part): part for part in said.words.parts if part.isalpha() and len(part) > 2}
+    for i, token in enumerate(tokens):
+        tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
+        nouns = [value for _, tag, value in LEXICON.at(tokens, i) if tag == "NOUN"]
+        found |= {(noun, plural) for noun, _, plural in nouns}
+        if token.text in plurals and token.text not in said.words.parts:
+            found.add((plurals[token.text], True))
+        elif token.text in said.words.parts and not nouns and not tags - {"ABSENT"}:
+            found.add((token.text, False))
+        if token.kind == "id":
+            found |= {(part, False) for part in token.text.split("_") if part.isalpha()}
+    return found
+
+
+BINDING = word_set(
+    """
+    if unless until till whether otherwise else instead except only again maybe perhaps nor neither without
+    cancel abort joking kidding joke wrong mistake mistaken meant mean or mind changed
+    pretend pretending hypothetically fictional imaginary
+    nobody nothing none careful avoid beware allowed forbidden upright upside sideways rather twice
+    """
+)
+"""What may forbid, limit, put off or take back an order, wherever it stands."""
+TAKEN_BACK = word_set(
+    "cancel abort joking kidding joke wrong mistake mistaken meant mean mind changed forget already done finished enough"
+)
+"""What may take an order back: only one that was given."""
+HELD_OFF = word_set("only until unless yet later tomorrow tonight rather before")
+"""What may limit or put off an order even where a reason is told."""
+FRAMES = frozenset(
+    f"{one} {other}"
+    for modal in ("could", "can", "would", "will", "might", "may")
+    for one, other in (("you", modal), (modal, "you"))
+) | {"if you", "as to"}
+"""After which the order comes: "I was hoping that you might ..."."""
+COURTEOUS = word_set(
+    """
+    i we you it that this is would could can will might may be am if as to ask let me do any have had a an the was were
+    been ever so really very much super just terribly awfully most extremely kindly possibly perhaps please
+    good nice great lovely kind helpful cool fantastic wonderful brilliant sweet perfect glad happy grateful obliged thankful delighted
+    appreciate appreciated love like hope hoping wonder wondering think guess reckon suppose chance mind able possible
+    favour favor help thing for of
+    """
+)
+"""Of what a frame around an order is made."""
+PUT_OFF = word_set("stop wait forget already done finished enough later tomorrow tonight not never no")
+"""What may do so but where it is told of somebody: "I can not see", "she comes later"."""
+HELD_BACK = word_set(
+    "yet now ready sure want wants mean think like ask say said tell told so longer done finished it that this them those one ones "
+    "myself ourselves himself herself please way allowed need needs"
+)
+"""With which a "not" of somebody's may be about the order: "I do not think so", "I am not ready yet"."""
+TIMED = word_set("when whenever once after then first last next")
+"""How clauses begin that say when."""
+JOINTS = word_set("and but so because cause since before while as though although which who")
+LEADS = word_set(
+    "and but so because cause since before while as though although well oh also anyway now ok okay that hey yeah yes right just yesterday today"
+)
+REASONS = word_set("because cause since as so though although")
+PERSONS = (
+    word_set(
+        "i we he she you everyone everybody someone somebody people mommy nobody mom mum dad guests visitors customers boss"
+    )
+    | PEOPLE
+)
+WHOSE = word_set("my our his her their your")
+DETERMINERS = WHOSE | word_set("the a an some that this these those one")
+REFERRING = word_set("it this that they there these those things")
+OBJECTS = word_set("it them that this those these one ones")
+AUXILIARIES = word_set(
+    "is are was were am has have had will would can could does did do may might shall should must be been"
+)
+FINITE = AUXILIARIES | word_set(
+    """
+    came went got made took told thinks loves hates knows fell broke ran kept found lost spent heard built bought thought
+    felt says say needs wants looks seems feels smells sounds gets goes keeps makes takes comes hurts hurt gave saw knew
+    took sent brought dug sat stood held slept rang ate drank wore drove flew began met paid
+    grew woke forgot hit cost won sang wrote burnt
+    """
+)
+ASKING = word_set(
+    "want wants need needs wish wishes like likes prefer prefers love expect wanted needed asked asks say says said tell told"
+)
+MODALS = word_set("should must may can could shall might ought would")
+PLACING = word_set("goes gets needs wants keeps takes comes")
+BEING = word_set("is are was were be been looks look getting so very too")
+ADDRESSING = word_set(
+    "mind worry ask judge laugh look see listen hear guess imagine think feel have be help thank bless believe trust know say"
+)
+"""Verbs with which a speaker turns to somebody: no order while no thing is named."""
+GREETINGS = word_set("sorry thanks thank cheers hello hi welcome congratulations apologies excuse pardon bravo")
+WILLING = word_set(
+    "mind kind good nice able possible convenient minute moment second time chance ready ok okay alright right fine trouble"
+)
+POLITE = WILLING | word_set(
+    "if when whenever you it that is would be are were can could so sweet lovely not too much of to a an the for up all me have "
+    "get got find please no bother problem at as do with"
+)
+LABELS = word_set("task job thing deal plan request mission order command goal instruction")
+ORDERED = frozenset({"ORDINAL", "FIRST", "THEN", "SUPER"})
+NO_MATTER = word_set("rush hurry pressure worries worry problem stress trouble fuss")
 
 
 class Clause(NamedTuple):
@@ -81,6 +211,8 @@ class Clausewise:
         if k >= len(self.tokens) or self._modal(k):
             return False
         text = self.texts[k]
+        if self._text(k - 1) in ("her", "his", "their") and text not in self.said.words.forms:
+            return False
         ours = text in self.said.words.forms and len(text) > 2 and text not in GRAMMAR_WORDS
         return self.tokens[k].kind == "id" or ours or bool({"NOUN", "COLOUR"} & self.tags[k])
 
@@ -112,8 +244,8 @@ class Clausewise:
             if self._text(k) in MARKS or self._text(k) in JOINTS:
                 return None
             # After an order, "y unchanged" is no sentence.
-            if self._text(k) in FINITE or ((noun or not ordered) and self._verb(k)):
-                return k if not self._thing(k) else None
+            if not self._thing(k) and (self._text(k) in FINITE or ((noun or not ordered) and self._verb(k))):
+                return k
         return None
 
     def _verb(self, k: int) -> bool:
@@ -137,7 +269,7 @@ class Clausewise:
     def _idle(self, k: int) -> bool:
         """Say whether a word of place or number says nothing of a thing: "in here", "and all"."""
         if self._text(k) in ("here", "there", "all", "time", "way") or self._text(k + 1) in ("here", "there"):
-            return True
+            return self._text(k) != "all" or not (self._thing(k + 1) or self._text(k + 1) == "the")
         # "melting in the sun", "in my way"
         noun = k + 1 + (self._text(k + 1) in DETERMINERS)
         return "REL" in self.tags[k] and (self._unknown(noun) or self._text(noun) == "way")

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from dataclasses import replace as changed
 from functools import cached_property
 
-from robosandbox.agent.language.alluding import echoed, told_of
 from robosandbox.agent.language.amendments import Amendments
+from robosandbox.agent.language.anaphora import echoed, told_of
 from robosandbox.agent.language.chart import Found, distinct, rule
 from robosandbox.agent.language.conditions import THERE
 from robosandbox.agent.language.intent import Command, Relation, replace

@@ -32,8 +32,8 @@ from robosandbox.agent.language.intent import (
 )
 from robosandbox.agent.language.logic import If, While, commands_of
 from robosandbox.agent.language.orders import Fits
+from robosandbox.agent.language.readings import check_sides, fused, is_tower, swapped
 from robosandbox.agent.language.strain import parties
-from robosandbox.agent.language.together import check_sides, fused, is_tower, swapped
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
 from robosandbox.agent.language.worded import known, resolved

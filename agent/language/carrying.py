@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from robosandbox.agent.language import lazy_regex
 from robosandbox.agent.language.composing import discard, unstack
-from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame
 from robosandbox.agent.language.intent import (
     IT,
@@ -18,6 +17,7 @@ from robosandbox.agent.language.intent import (
     replace,
 )
 from robosandbox.agent.language.whereabouts import Axis
+from robosandbox.agent.language.whereto import placed
 
 _AIMED = lazy_regex.compile(
     r" (to|towards?) (the|your) (left|right|far|near|back|front)( hand)?( (edge|side|end)( of the table)?)?$"

@@ -88,13 +88,17 @@ class Chart:
         self.tags: list[dict[str, list[tuple[int, Any]]]] = []
         for i in range(len(self.tokens)):
             tags: dict[str, list[tuple[int, Any]]] = {}
-            for end, tag, value in LEXICON.at(self.tokens, i):
+            for end, tag, value in self.phrases(i):
                 tags.setdefault(tag, []).append((end, value))
             for found in tags.values():
                 if len(found) > 1:
                     found.sort(key=lambda item: -item[0])
             self.tags.append(tags)
         self.present: frozenset[str] = frozenset(tag for tags in self.tags for tag in tags)
+
+    def phrases(self, i: int) -> list[tuple[int, str, Any]]:
+        """Return (end, tag, value) of every phrase of the lexicon that starts at token `i`."""
+        return LEXICON.at(self.tokens, i)
 
     def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
         """Return (end, value) of every phrase with this tag at `i`, longest first."""

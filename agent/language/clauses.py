@@ -111,10 +111,6 @@ class Clauses(Whereabouts):
             return found
         for j, first in self.element(i):
             start = j + 1 if self.text(j) in (",", ":") else j
-            if self.text(j) == "." and first.kind in ("direction", "objects"):
-                # "push it left. Five centimetres."
-                for k, metres in self.distance(j + 1):
-                    found.append((k, (first, Element("distance", metres))))
             if first.kind == "order_end":
                 # "blue at the bottom, then green, and red on top"
                 while self.text(start) in ("then", "and"):
@@ -201,8 +197,6 @@ class Clauses(Whereabouts):
             found += [(j, "big") for j, _ in self.tag(i, "BY_SIZE")] + [
                 (j, "small") for j, _ in self.tag(i, "SMALL_FIRST")
             ]
-        if self.said(i, i + 4) == "in order of size":
-            i += 5 if self.text(i + 4) == "," else 4
         opened = self.text(i) in ("starting", "beginning", "start") and self.text(i + 1) in ("with", "from")
         for start in self.optional(i + 2 if opened else i, "THE"):
             small = self.tag(start, "SIZE") if self.text(start - 1) == "the" else []

@@ -45,7 +45,6 @@ class Commands(Conditions):
         found += self._fronted(i)
         found += self._partitive(i)
         found += self._telegram(i)
-        found += self._verb_last(i)
         for j, key in self.tag(i, "FROM"):
             # "counting from the left, pick the fourth"
             for end, command in self._verb_first(self._skip(j)):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import MUTUAL, TOGETHER, Frame
 from robosandbox.agent.language.intent import IT, Command, Place, Ref, Relation, Table, replace
+from robosandbox.agent.language.whereto import placed
 
 _LEVELS = (" bottom", " top", " middle", " lowest", " highest", " base")
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError
 from robosandbox.agent.language.draft import Draft, Step
+from robosandbox.agent.language.foreign import ENGLISH, language_of, thing_in
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
@@ -81,7 +82,11 @@ class Dialogue:
 
     def _fragment(self, prompt: str, scene: ObservedScene) -> Ref | None:
         """Return the noun phrase that the whole prompt is, if it is one."""
-        known = scene_words(tuple(item.id for item in scene.objects))
+        ids = tuple(item.id for item in scene.objects)
+        language = language_of(prompt)
+        if language != ENGLISH:
+            return thing_in(language, prompt, ids)
+        known = scene_words(ids)
         try:
             tokens = tokenize(prompt, known)
         except TooLongError:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from robosandbox.agent.language.alluding import still_about
 from robosandbox.agent.language.amendments import without
-from robosandbox.agent.language.anaphora import in_it, inside_it, named_first
+from robosandbox.agent.language.anaphora import in_it, inside_it, named_first, still_about
 from robosandbox.agent.language.branching import Branching
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
 from robosandbox.agent.language.frames import frame_command

@@ -217,30 +217,69 @@ class Grounder(Truth):
         several = ref.plural or ref.determiner == "all"
         found = self._named(ref, pool, several, fits)
         if ref.other:
-            if not self.discourse.mentioned and not self.world.held:
-                raise RefusedError(
-                    RefusalCode.AMBIGUOUS,
-                    f"“{ref.text}”: other than which? I see {listed(list(objects))}.",
-                    list(objects),
-                )
-            told = self.discourse.spoken_of() | {self.world.held}
-            self._second(ref, told | barred)
-            left = [item for item in found if item.id not in told]
-            # "near the crate ... the other container": a bowl will do, where the crate is the only one called so.
-            others = [item for item in pool if item.id not in told] if match.is_general(ref.nouns) else []
-            found = left or self._named(ref, others, several, fits)
-            if ref.one and not ref.colours and self.discourse.described and not several:
-                # "one red cube on the other": another red cube, if there is one.
-                spoken = (
-                    reversed(self.discourse.described) if fits == self.world.movable else self.discourse.described[-1:]
-                )
-                likes = (self._named(replace(ref, names=()), found, False, None) for ref in spoken)
-                found = next((like for like in likes if like), found)
+            found = self._others(ref, found, pool, fits, barred)
         if not found:
             raise self._not_found(ref, fits, barred)
         names = [item.id for item in found]
         for relation in ref.relations:
             names = self._related(names, relation, ref)
+        names = self._without(ref, names, several=several)
+        if fits:
+            preferred = [name for name in names if fits(name)]
+            names = preferred or names
+        alike = [gone.colours for gone in ref.instead if gone.one or gone.nouns == ref.nouns]
+        if any(shown and len(match.with_colour([objects[n] for n in names], shown)) == len(names) for shown in alike):
+            # "in the bin, not the green one", where the bin is green.
+            raise self._not_found(ref, fits, barred)
+        for claim in ref.claims:
+            names = self._claimed(claim, names, several=several)
+        if not names:
+            raise self._not_found(ref, fits, barred)
+        if any(rank.key in _SIDEWAYS for rank in ref.ranks):
+            # "the leftmost in the rack, the rightmost in the bin": of those that stood there.
+            names = [name for name in names if name not in self.world.put_in] or names
+        for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
+            names = self._ranked(names, rank, ref)
+        names = self._shaded(names, ref, several=several)
+        names = [name for name in names if not contradicts(ref, name)]
+        if not names:
+            raise self._not_found(ref, fits, barred)
+        return self._told_to_be(names, ref) if ref.told_to_be else names
+
+    def _others(
+        self, ref: Ref, found: list[DetectedObject], pool: list[DetectedObject], fits: Fits | None, barred: set[str]
+    ) -> list[DetectedObject]:
+        """Return those of some things that were not spoken of: "the other one".
+
+        Raises:
+            RefusedError: Nothing was.
+        """
+        several = ref.plural or ref.determiner == "all"
+        if not self.discourse.mentioned and not self.world.held:
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS,
+                f"“{ref.text}”: other than which? I see {listed(list(self.world.objects))}.",
+                list(self.world.objects),
+            )
+        told = self.discourse.spoken_of() | {self.world.held}
+        self._second(ref, told | barred)
+        left = [item for item in found if item.id not in told]
+        # "near the crate ... the other container": a bowl will do, where the crate is the only one called so.
+        others = [item for item in pool if item.id not in told] if match.is_general(ref.nouns) else []
+        found = left or self._named(ref, others, several, fits)
+        if ref.one and not ref.colours and self.discourse.described and not several:
+            # "one red cube on the other": another red cube, if there is one.
+            spoken = reversed(self.discourse.described) if fits == self.world.movable else self.discourse.described[-1:]
+            likes = (self._named(replace(ref, names=()), found, False, None) for ref in spoken)
+            found = next((like for like in likes if like), found)
+        return found
+
+    def _without(self, ref: Ref, names: list[str], *, several: bool) -> list[str]:
+        """Return things but those that a description leaves out.
+
+        Raises:
+            RefusedError: It is not clear which those are, or none is left.
+        """
         every = names
         for excluded in ref.without:
             gone = set(self._loosely(excluded, names))
@@ -270,27 +309,7 @@ class Grounder(Truth):
                     every,
                     firm=True,
                 )
-        if fits:
-            preferred = [name for name in names if fits(name)]
-            names = preferred or names
-        alike = [gone.colours for gone in ref.instead if gone.one or gone.nouns == ref.nouns]
-        if any(shown and len(match.with_colour([objects[n] for n in names], shown)) == len(names) for shown in alike):
-            # "in the bin, not the green one", where the bin is green.
-            raise self._not_found(ref, fits, barred)
-        for claim in ref.claims:
-            names = self._claimed(claim, names, several=several)
-        if not names:
-            raise self._not_found(ref, fits, barred)
-        if any(rank.key in _SIDEWAYS for rank in ref.ranks):
-            # "the leftmost in the rack, the rightmost in the bin": of those that stood there.
-            names = [name for name in names if name not in self.world.put_in] or names
-        for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
-            names = self._ranked(names, rank, ref)
-        names = self._shaded(names, ref, several=several)
-        names = [name for name in names if not contradicts(ref, name)]
-        if not names:
-            raise self._not_found(ref, fits, barred)
-        return self._told_to_be(names, ref) if ref.told_to_be else names
+        return names
 
     def _shaded(self, names: list[str], ref: Ref, *, several: bool) -> list[str]:
         """Return those that are light or dark, as told; of one thing the one that is so most."""

@@ -14,9 +14,11 @@ from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.corrections import may_correct, set_right
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
+from robosandbox.agent.language.foreign import ENGLISH, language_of, read_in, says_in_turn, told_in
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.loosely import loosely
 from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.purposes import where_it_goes
 from robosandbox.agent.language.slots import Said
@@ -48,6 +50,7 @@ _ON_THE_WAY = word_set(
     """
 )
 _NEVERTHELESS = frozenset({"back", ".", ";", ":"})
+_BINDING = frozenset({"again", "only", "except", "maybe", "perhaps"})
 _AT_HOME = frozenset({"live", "lives", "belong", "belongs"})
 _WHERE_IT_GOES = lazy_regex.compile(
     r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b"
@@ -81,6 +84,9 @@ def interpret(
         chosen: Answers to questions asked before: unclear words and the ids that they mean.
     """
     names = tuple(skills)
+    language = language_of(prompt)
+    if language != ENGLISH:
+        return _interpreted_in(language, prompt, scene, names, discourse, chosen)
     made = _interpreted(prompt, scene, names, discourse, chosen)
     if isinstance(made, Draft) or len(prompt) > _MOST_REMEMBERED:
         return made
@@ -96,6 +102,23 @@ def interpret(
         return made
 
 
+def _interpreted_in(
+    language: str,
+    prompt: str,
+    scene: ObservedScene,
+    names: tuple[str, ...],
+    discourse: Discourse | None,
+    chosen: Mapping[str, str] | None,
+) -> Draft | Refusal:
+    """As `interpret`, for a sentence of a language that is data."""
+    made: Draft | Refusal | Readings = read_in(language, prompt, tuple(item.id for item in scene.objects))
+    if isinstance(made, tuple):
+        made = choose(made, scene, names, discourse, chosen)
+    if isinstance(made, Draft):
+        made = _once_each("then" if says_in_turn(language, prompt) else "", made)
+    return told_in(language, made) if isinstance(made, Refusal) else made
+
+
 def _interpreted(
     prompt: str,
     scene: ObservedScene,
@@ -109,7 +132,7 @@ def _interpreted(
     made = _once_each(prompt, choose(readings, scene, names, discourse, chosen))
     if isinstance(made, Refusal) and (made.code in _PERHAPS_MISREAD or may_correct(prompt)):
         ids = tuple(item.id for item in scene.objects)
-        for read_again in (_plainer, _corrected) if len(prompt) <= _MOST_REMEMBERED else ():
+        for read_again in (_plainer, _corrected, _read_in_any_order) if len(prompt) <= _MOST_REMEMBERED else ():
             others = read_again(prompt, ids)
             # What it was read as already makes no more sense now.
             if others and others != readings:
@@ -121,7 +144,7 @@ def _interpreted(
 
 def forget_readings() -> None:
     """Read sentences anew that were read before; words were learnt since."""
-    for remembered in (_read, _said, _order, _in_plain_words, _plainer, _corrected):
+    for remembered in (_read, _said, _order, _in_plain_words, _plainer, _corrected, _read_in_any_order):
         remembered.cache_clear()
 
 
@@ -139,7 +162,7 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
     try:
         said = _said(prompt, ids)
         readings = said.grammar.sentences()
-        for apart in (_order, _in_plain_words):
+        for apart in (_order, _in_plain_words, _read_loosely):
             if readings and readings[0][0] < STRANGE:
                 break
             plain = apart(prompt, ids)
@@ -235,6 +258,15 @@ def _in_plain_words(prompt: str, ids: tuple[str, ...]) -> Said:
     return _plainly(_order(prompt, ids))
 
 
+def _read_loosely(prompt: str, ids: tuple[str, ...]) -> Said:
+    """Return a sentence as plain orders; as it is if it cannot be read so."""
+    order, known = _order(prompt, ids), scene_words(ids)
+    if _BINDING & {token.text for token in spoken(prompt, known)} - {*order.texts}:
+        # What the grammar may pass over where it reads the rest is not passed over here.
+        return order
+    return loosely(order.now(_respelled(order.tokens, order.words)))
+
+
 @lru_cache(maxsize=32)
 def _plainer(prompt: str, ids: tuple[str, ...]) -> Readings:
     """Return the readings of a sentence in plainer words, none if those are its own: for what makes no sense as it stands."""
@@ -245,6 +277,17 @@ def _plainer(prompt: str, ids: tuple[str, ...]) -> Readings:
             return ()
         plain = _in_plain_words(prompt, ids)
         return plain.grammar.sentences(_STEPS_AGAIN) if plain.texts and plain.texts != said.texts else ()
+    except (TooLongError, TooComplicatedError):
+        return ()
+
+
+@lru_cache(maxsize=32)
+def _read_in_any_order(prompt: str, ids: tuple[str, ...]) -> Readings:
+    """Return the readings of a sentence read loosely, none if that changes nothing: for what makes no sense as it stands."""
+    try:
+        said = _said(prompt, ids)
+        loose = _read_loosely(prompt, ids)
+        return loose.grammar.sentences(_STEPS_AGAIN) if loose.texts != said.texts else ()
     except (TooLongError, TooComplicatedError):
         return ()
 
@@ -382,7 +425,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     if not tokens:
         return _unrecognized("Tell me what to do, for example: pick up the red cube.")
     words = [token.text for token in tokens]
-    if words[0] in QUESTIONS or (tokens[-1].text == "?" and words[0] in QUESTIONS):
+    if words[0] in QUESTIONS:
         return Refusal(
             code=RefusalCode.UNSUPPORTED,
             message="I say where things are, how many, how big, how far apart and what holds of them, and not this; "
@@ -392,20 +435,9 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     bare = _only_a_thing(said.grammar)
     if bare:
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"What should I do with “{bare}”?", candidates=tuple(skills))
-    for i, token in enumerate(tokens):
-        tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
-        starts = i == 0 or tokens[i - 1].text in (",", "and", "then", ".", "to", ";", "you")
-        giving = any(tag == "VERB" and value == "give" for _, tag, value in LEXICON.at(tokens, i))
-        if starts and token.text in known_verbs(skills):
-            return _unrecognized(f"To {token.text} takes a thing, and how: say which and how far, or where to.")
-        if starts and token.text == "do" and words[i + 1 : i + 2] == ["not"]:
-            continue
-        if starts and (giving or (token.text in UNSUPPORTED_VERBS and ("VERB" not in tags or i == 0))):
-            return Refusal(
-                code=RefusalCode.UNSUPPORTED,
-                message=f"I cannot “{token.raw}”; I can {VERBS_FOR_PEOPLE}.",
-                candidates=tuple(skills),
-            )
+    unable = _unable(tokens, skills)
+    if unable:
+        return unable
     unmovable = _unmovable(tokens, known)
     if unmovable:
         return unmovable
@@ -443,6 +475,26 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     return _unrecognized(
         f"I know the words but not the sentence “{' '.join(t.raw for t in tokens)}”; please say it differently."
     )
+
+
+def _unable(tokens: Sequence[Token], skills: Sequence[str]) -> Refusal | None:
+    """Say which verb lacks what it takes, or is none that a skill has; None where there is no such verb."""
+    words = [token.text for token in tokens]
+    for i, token in enumerate(tokens):
+        tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
+        starts = i == 0 or tokens[i - 1].text in (",", "and", "then", ".", "to", ";", "you")
+        giving = any(tag == "VERB" and value == "give" for _, tag, value in LEXICON.at(tokens, i))
+        if starts and token.text in known_verbs(skills):
+            return _unrecognized(f"To {token.text} takes a thing, and how: say which and how far, or where to.")
+        if starts and token.text == "do" and words[i + 1 : i + 2] == ["not"]:
+            continue
+        if starts and (giving or (token.text in UNSUPPORTED_VERBS and ("VERB" not in tags or i == 0))):
+            return Refusal(
+                code=RefusalCode.UNSUPPORTED,
+                message=f"I cannot “{token.raw}”; I can {VERBS_FOR_PEOPLE}.",
+                candidates=tuple(skills),
+            )
+    return None
 
 
 def known_verbs(skills: Sequence[str]) -> frozenset[str]:

@@ -28,12 +28,7 @@ _ADJECTIVES = {
     "tall": "height", "high": "height", "wide": "", "long": "", "broad": "", "across": "diameter", "thick": "",
     "deep": "", "big": "", "large": "",
 }  # fmt: skip
-_NOUNS = {
-    "side": "", "sides": "", "edge": "", "edges": "", "length": "", "width": "", "height": "height",
-    "diameter": "diameter", "radius": "radius", "size": "",
-}  # fmt: skip
 TAG_WORDS = frozenset({"tag", "apriltag", "marker", "tagged"})
-_LENGTHS = frozenset({"length", "lengths"})
 _IS = word_set("is are was measures measure measuring being")
 
 
@@ -44,9 +39,7 @@ def tagged(chart: Chart, i: int) -> Found[Measure]:
         if chart.text(i) in ("that", "which") and chart.text(i + 1) in ("has", "carries", "bears", "is")
         else i + 1
     )
-    if chart.text(i) == "tagged" or (k > i + 1 and chart.text(k) == "tagged"):
-        k = k + (chart.text(k) in ("tagged", "with"))
-    elif k > i + 1 or chart.text(i) in ("with", "carrying", "bearing", "having"):
+    if k > i + 1 or chart.text(i) in ("with", "carrying", "bearing", "having"):
         k = next((end + 1 for end in chart.optional(k, "THE", "A") if chart.text(end) in TAG_WORDS), 0)
     else:
         return []
@@ -65,26 +58,6 @@ def measure_before(chart: Chart, i: int) -> Found[Measure]:
 def measure_after(chart: Chart, i: int) -> Found[Measure]:
     """As in "with 3 cm sides", "that is 10 cm tall", "with a diameter of 5 cm", "whose edges are 3 cm long"."""
     word = chart.text(i)
-    if word in ("with", "of", "having"):
-        return [
-            *(hit for k in chart.optional(i + 1, "A") for hit in _noun_first(chart, k, "of")),
-            *(
-                (k + 1, Measure(_NOUNS[chart.text(m)], metres))
-                for start in chart.optional(i + 1, "A")
-                for j, metres in _length(chart, start)
-                for m in (j, j + 1)
-                for k in ([m + 1] if chart.text(m + 1) in _LENGTHS else [m])
-                if chart.text(m) in _NOUNS and (m == j or chart.text(j) in ("long", "wide"))
-            ),
-            *(
-                (j, Measure("", m))
-                for j, m in _length(chart, i + 1)
-                # "push the block of 5 cm forward" is how far, as those say it who have it from French.
-                if word == "of" and chart.text(i - 1) not in _NOUNS and not chart.tag(j, "DIR")
-            ),
-        ]
-    if word == "whose":
-        return _noun_first(chart, i + 1, *_IS)
     told = i + (word in ("that", "which"))
     stated = told + (chart.text(told) in _IS)
     bare = stated > told
@@ -107,25 +80,11 @@ def _length(chart: Chart, i: int) -> Found[float]:
 
 def _described(chart: Chart, j: int, metres: float, *, bare: bool) -> Found[Measure]:
     found = [(j + 1, Measure(_ADJECTIVES[chart.text(j)], metres))] if chart.text(j) in _ADJECTIVES else []
-    if chart.text(j) == "in" and chart.text(j + 1) in _NOUNS:
-        found.append((j + 2, Measure(_NOUNS[chart.text(j + 1)], metres)))
     return [*found, (j, Measure("", metres))] if bare else found
-
-
-def _noun_first(chart: Chart, i: int, *joints: str) -> Found[Measure]:
-    if chart.text(i) not in _NOUNS:
-        return []
-    j = i + 2 if chart.text(i + 1) in _LENGTHS else i + 1
-    found = []
-    for k, metres in _length(chart, j + 1) if chart.text(j) in joints else ():
-        found.append((k + (chart.text(k) in ("long", "each")), Measure(_NOUNS[chart.text(i)], metres)))
-    return found
 
 
 def _measures(item: DetectedObject, dimension: str) -> tuple[float, ...]:
     """Return the outer measures of an object that a dimension can mean, metres."""
     radii = [value for field, value in zip(item.shape.size_fields, item.size, strict=False) if field.endswith("radius")]
     named = {"height": [2.0 * item.shape.hull(item.size).half_extents[2]], "radius": radii}
-    if radii:
-        named["diameter"] = [2.0 * radii[0]]
     return tuple(named.get(dimension, item.shape.extents(item.size)))

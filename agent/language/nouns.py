@@ -12,7 +12,7 @@ from robosandbox.agent.language.measures import measure_before
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers, coloured_too
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.synonyms import SAME_AS
-from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS, SORTS
+from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
 
@@ -52,8 +52,6 @@ class Nouns(Modifiers):
                         add(m, "the", other=True, number=number, plural=number > 1)
         for j, _ in here.get("BOTH", ()):
             add(j, "all", number=2, plural=True)
-            for k, _ in self.tag(j, "OTHER"):
-                add(k, "all", number=2, plural=True, other=True)
         for j, number in self._count(i):
             add(j, "bare", number=number, plural=number > 1)
             if self.text(j) == "of":
@@ -112,8 +110,6 @@ class Nouns(Modifiers):
             part = self.text(j) == "of" and any(rank.key in ("near", "far") for rank in ref.ranks)
             bare = ranked or part or ref.colours or ref.not_colours or ref.unknown
             pointed = base.other or base.determiner == "all" or (base.number and base.determiner != "bare")
-            if j > i and ref.nouns == ("thing",):
-                found.append((j, ref))
             # "red first" tells an order.
             named = not (base.determiner == "bare" and j > i + 1 and self.tag(j - 1, "ORDINAL"))
             # "a little" is how much; "the lemon" is a lemon and nothing yellow.
@@ -289,17 +285,7 @@ class Nouns(Modifiers):
             ]
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
-        return found + self._told_twice(found)
-
-    def _told_twice(self, found: Found[Ref]) -> Found[Ref]:
-        """As in "the gear wheels": the sort of thing after its name, where nothing is called that."""
-        twice: Found[Ref] = []
-        for j, named in found:
-            kind = self.text(j).removesuffix("s")
-            names = SORTS.get(kind, ()) if kind not in self.words.parts else ()
-            if names and not named.unknown and (named.names or named.nouns)[-1:] and self.text(j - 1) in names:
-                twice.append((j + 1, replace(named, plural=named.plural or self.text(j) != kind)))
-        return twice
+        return found
 
     def _part(self, i: int) -> str:
         """Return a word as an id would have it: numbers in digits."""
@@ -341,8 +327,6 @@ class Nouns(Modifiers):
             # "the bottle of water", "the can of beans", "the drawer of the tools"; "a tower of red, blue" is of both.
             found.append((of + 1, replace(ref, names=(*ref.names, filling))))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
-        if self.text(k) == "." and k > j:
-            k += 1
         # "give the red ball a gentle tap" names no ball called a.
         given = (
             self.text(k) == "a" and any(tag in self.tags[k + 1] for tag in _STROKES) if k + 1 < self.count else False

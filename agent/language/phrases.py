@@ -6,8 +6,8 @@ from abc import ABC
 
 from robosandbox.agent.language.chart import Found, distinct, rule
 from robosandbox.agent.language.choices import Choices
-from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
-from robosandbox.agent.language.modifiers import HELD, says_nothing
+from robosandbox.agent.language.intent import Rank, Ref, replace
+from robosandbox.agent.language.modifiers import says_nothing
 from robosandbox.agent.language.tokens import WAITED_FOR, id_parts
 
 _ALL_THINGS = frozenset({"EVERYTHING", "EVERYTHING_ELSE"})
@@ -56,24 +56,14 @@ class Phrases(Choices, ABC):
                 found.append((j, replace(each, text=self.said(i, j))))
         if self.text(i) in ("all", "everything") and self.text(i + 1) == "what":
             found += self.np(i + 1)
-        if self.said(i, i + 2) in ("the following", "the following things", "the following items"):
-            found.append((i + 2, Ref(text="the following", determiner="it", plural=True)))
         telling = self.text(i) in ("what", "whatever") or (self.text(i) == "whichever" and is_ > i + 1)
         for j, colour in self.tag(is_ + 1, "COLOUR") if telling and self.text(is_) == "is" else []:
             found.append(
                 (j, Ref(text=self.said(i, j), determiner="all", nouns=("thing",), colours=(colour,), plural=True))
             )
-        if self.said(i, i + 2) == "the same":
-            # "the same bin as the can"
-            for j, (_, phrase, plural) in self.tag(i + 2, "NOUN"):
-                for k, inner in self.np(j + 1) if self.text(j) == "as" and not plural else []:
-                    where = Relation("holds", (inner,))
-                    found.append((k, Ref(text=self.said(i, k), nouns=(phrase,), relations=(where,))))
         if self.text(i) in ("number", "no") and self._suffix(i + 1):
             # "all vials except number two"
             found.append((i + 2, Ref(text=self.said(i, i + 2), names=(self._suffix(i + 1),))))
-        for j, _ in here.get("HELD_THING", ()):
-            found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
         found += self._broken_off(i) if "CORRECTION" in self.present else []
         found += self._alternatives(i, found)
         if self.text(i) == "not":
@@ -244,8 +234,6 @@ class Phrases(Choices, ABC):
             k += 1
         if self.text(k) in ("and", "plus"):
             k += 1
-        elif self.text(k) == "as" and self.text(k + 1) == "well" and self.text(k + 2) == "as":
-            k += 3
         elif self.text(k) in ("together", "along") and self.text(k + 1) == "with":
             k += 2
         if self.text(k) in ("then", "also", "finally", "afterwards") and (k > j or self.text(k) == "then"):

@@ -5,7 +5,6 @@ Each table maps what people say to one canonical value. Multi-word entries are m
 
 from __future__ import annotations
 
-SIDE_WORDS = {"left": "left", "right": "right"}
 DIRECTIONS: dict[str, str] = {
     "forward": (
         "forward, forwards, ahead, straight ahead, straight forward, onward, onwards, away from you, "

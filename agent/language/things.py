@@ -146,20 +146,6 @@ COMPOUND_HEADS = word_set(
 POTS = word_set("pot jar tub")
 POTTED = word_set("paint glue ink jam honey varnish lacquer primer cream mustard yoghurt yogurt marmalade")
 """What comes in a pot, and may be called one."""
-IRREGULAR_PLURALS: dict[str, str] = {
-    "boxes": "box",
-    "dice": "cube",
-    "glasses": "mug",
-    "dishes": "bowl",
-    "flasks": "bottle",
-    "ones": "one",
-    "stuff": "thing",
-    "trash": "bin",
-    "rubbish": "bin",
-    "garbage": "bin",
-    "tumblers": "mug",
-    "brushes": "brush",
-}
 PLURAL_NOUNS = frozenset({"crockery", "tableware", "dishware", "stationery", "hardware", "cutlery", "stuff", "dice"})
 COLLECTIVE_NOUNS = frozenset({"fruit", "veg"})
 """Which may be one or all of them."""

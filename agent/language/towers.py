@@ -8,12 +8,10 @@ from functools import cached_property
 from robosandbox.agent.language.adjectives import FEELINGS
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import At, Command, Place, Rank, Ref, Region, Relation, replace
-from robosandbox.agent.language.phrases import of_its_kind
 from robosandbox.agent.language.word_order import WordOrder
 
 Levels = tuple[tuple[str, Ref], ...]
 Head = tuple[tuple[Ref, ...], Place | None, bool]
-_TOWERS = frozenset({"tower", "stack", "pile", "column", "heap"})
 _TELLING = frozenset({"TOP", "BOTTOM", "MIDDLE", "UP_ORDER", "DOWN_ORDER"})
 _UPON = frozenset(
     f"{on} {it}" for on in ("on", "on top of", "above", "over", "upon") for it in ("it", "that", "this")
@@ -71,10 +69,6 @@ class Towers(WordOrder, ABC):
                     found += [(j, command) for command in _by_size(whole, place, told)]
                     continue
                 made_of = whole
-                if len(whole) == 1 and whole[0].number == len(told) and whole[0].determiner != "the":
-                    # "of two cubes: red below, green above"
-                    told = tuple((level, of_its_kind(ref, whole[0])) for level, ref in told)
-                    made_of, count = (), len(told)
                 if (count and (made_of or count != len(told))) or (not made_of and not _all_named(told)):
                     continue
                 objects = made_of or tuple(ref for _, ref in told)

@@ -38,7 +38,6 @@ _FIRSTS = frozenset({"first", "first of all", "as the first one", "as the first"
 _THERE = ("in there", "in", "there")
 _SECOND = frozenset({"second", "next", "third", "fourth"})
 _NEXT = frozenset({"then", "next", "followed by", "and then", "then comes", "after that", "and after that"})
-_IN_ORDER = frozenset({"in the order", "in the following order"})
 
 
 class TakingTurns(Phrasing):
@@ -61,10 +60,6 @@ class TakingTurns(Phrasing):
             for j in (start + 2, start + 3):
                 if self.said(start, j).lower() in openers:
                     found += [hit for k, ref in self._taker(j) for hit in self._first_or_last(k, which, ref)]
-        for j in (start + 3, start + 4):
-            if self.said(start, j).lower() in _IN_ORDER:
-                named = self.np_list(j + 1 if self.text(j) == ":" else j)
-                found += [(k, tuple(("first", ref) for ref in refs)) for k, refs in named if len(refs) > 1]
         if self.text(start) in _KEPT:
             found += [
                 (end, (("last", ref),))
@@ -80,10 +75,6 @@ class TakingTurns(Phrasing):
                     said = self.said(k, end).lower()
                     found += self._first_or_last(end, "first", ref) if said in _FIRSTS else []
                     found += [(end, (("last", ref),))] if said in _LASTS else []
-            if self.text(j) in ("before", "after"):
-                for k, other in self._taker(j + 1):
-                    pair = (ref, other) if self.text(j) == "before" else (other, ref)
-                    found.append((k, (("first", pair[0]), ("first", pair[1]))))
         return found + self._both_ends(found)
 
     def _gone(self, i: int) -> list[int]:

@@ -18,8 +18,6 @@ def _which_one(match: re.Match[str]) -> str:
     """Return "the red one next to the duck" as "the cup, not the car" has it: another place if that is denied, else what the one is."""
     colour, place, said, denied = match.groups()
     words = place.split()
-    if said in words:
-        return match[0]
     if denied in words:
         return f"the {colour} one " + " ".join(said if word == denied else word for word in words)
     return f"the {colour} {said}{place}"
@@ -293,13 +291,4 @@ def plain_text(text: str) -> str:
 
 def in_sentences(text: str) -> str:
     """Replace "a) ... b) ...", "1. ... 2. ...", "... stop ... stop" by sentences."""
-    if re.search(r"(?i)\b(period|full stop)\W*$", text):
-        # As it is dictated.
-        text = re.sub(r"(?i)\bcomma\b", ",", re.sub(r"(?i)\b(period|full stop)\b", " . ", text))
-    if len(re.findall(r"(?i)\bstop\b", text)) > 1 and re.search(r"(?i)\bstop\W*$", text):
-        # As in a telegram.
-        text = re.sub(r"(?i)\bstop\b", " . ", text)
-    if re.match(r"\s*a[.)] ", text) and re.search(r"\sb[.)] ", text):
-        # "a) ... b) ..."
-        text = re.sub(r"(?:^|(?<=\s))[a-f][.)]\s", " . ", text)
     return in_steps(text)

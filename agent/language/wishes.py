@@ -8,7 +8,7 @@ from functools import cached_property
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation, Verb, replace
+from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.tokens import MARKS, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
@@ -17,12 +17,7 @@ _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
 _MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
 _HOLDS = frozenset({"has", "contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
 _HAS_BEEN = frozenset({"has been", "have been", "is safely", "is all"})
-_DONE_STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
 _BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
-_RECEIVES = frozenset({"gets", "get", "needs", "need", "deserves", "receives"})
-_IS_THE_ONE = frozenset(
-    f"{be} the {one} {that}" for be in ("is", "are") for one in ("one", "ones") for that in ("that", "which")
-)
 _GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
 
 
@@ -63,33 +58,6 @@ class Wishes(Clauses, ABC):
             # "could the can go in the bin?"
             for j, refs in self.np_list(i + 1):
                 found += self._placed_there(refs, j + 1) if self.text(j) in _GOES else []
-                for m, verb in self.tag(j, "VERB"):
-                    # "could the block scoot 2 cm to the right?"
-                    if verb == "swap":
-                        # "can the cup and the can change places?"
-                        found += [
-                            (end, command)
-                            for end, elements in self.elements(m)
-                            for command in frame_command("swap", (spoken(refs), *elements))
-                        ]
-                    if verb in ("push", "move"):
-                        found += [
-                            (end, command)
-                            for end, elements in self.elements(m)
-                            for command in frame_command("push", (spoken(refs), *elements))
-                        ]
-                    if verb == "swap":
-                        # "could the cubes swap places?"
-                        found += [
-                            (end, command)
-                            for end, elements in self.elements(m)
-                            for command in frame_command("swap", (spoken(refs), *elements))
-                        ]
-        if self.text(i) == "it" and self.text(i + 1) == "is":
-            # "it is the apple that goes in the basket"
-            for j, refs in self.np_list(i + 2):
-                for k, _ in self.tag(j + 1, "COPULA") if self.text(j) in ("that", "which") else []:
-                    found += self._placed_there(refs, k)
         starts = [end for end, _ in self.tag(i, "DESIRE")]
         for start in starts:
             # "I want to see a tower of the cubes"
@@ -101,27 +69,7 @@ class Wishes(Clauses, ABC):
                 lead = refs[0]
                 found += self._holding(refs, j, wished=start > i)
                 found += self._belonging(refs, j)
-                if self.text(j) in _RECEIVES or self.said(j, j + 2) in ("should get", "must get", "has to get"):
-                    # "each can gets a tap"
-                    k = j + 1 if self.text(j) in _RECEIVES else j + 2
-                    for a, _ in self.tag(k, "A"):
-                        for adjective in self.optional(a, "LIGHT_ADJECTIVE"):
-                            for n, verb in self.tag(adjective, "LIGHT_NOUN"):
-                                found += [
-                                    (end, command)
-                                    for end, elements in self.elements(n)
-                                    for command in frame_command(verb, (spoken(refs), *elements))
-                                ]
-                if (
-                    self.text(j) in _MODALS
-                    and self.text(j + 1) in ("all", "both", "each")
-                    and self.text(j + 2) in _GOES
-                ):
-                    found += self._placed_there(refs, j + 3)
                 aside = j + 1 if len(refs) > 1 and self.text(j) in (",", "all", "both", "each") else j
-                if self.said(j, j + 4) in _IS_THE_ONE:
-                    # "the can is the one that goes in the bin"
-                    aside = j + 4
                 copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
                 k = j + 1 if self.text(j) in (*_MODALS, "to") else j + 2 if self.said(j, j + 2) in _MODALS_TO else j
                 found += [
@@ -190,10 +138,6 @@ class Wishes(Clauses, ABC):
     def _belonging(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
         """As in "the bin is where the ball belongs", "the ball's place is in the bin"."""
         found: Found[Command] = []
-        if self.said(i, i + 2) == "is where" and self._named_container(refs):
-            for j, objects in self.np_list(i + 2):
-                ends = [end for end, _ in self.tag(j, "COPULA")]
-                found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in ends]
         if self.said(i, i + 2) in ("is for", "are for"):
             # "the ball is for the bin"
             found += [
@@ -201,13 +145,6 @@ class Wishes(Clauses, ABC):
                 for j, where in self.np_list(i + 2)
                 if self._named_container(where) and not self._named_container(refs)
             ]
-        if self.said(i, i + 2) == "is for" and self._named_container(refs):
-            # "the bin is for the ball"
-            found += [
-                (j, Command("put", objects, Relation("in", refs), bare=0.6)) for j, objects in self.np_list(i + 2)
-            ]
-        if self.text(i) in ("place", "spot", "home", "position") and self.text(i + 1) == "is":
-            found += self._placed_there(refs, i + 2)
         return found
 
     def _by_doing(self, i: int) -> Found[Command]:
@@ -225,8 +162,6 @@ class Wishes(Clauses, ABC):
                     it = command.objects[0].determiner == "it"
                     if it and element.kind == "objects":
                         found.append((end, replace(command, objects=(*element.value, *command.objects[1:]))))
-                    elif not it and (element.kind == "table" or verb == "build"):
-                        found.append((end, command))
         return found
 
     def _accomplished(self, i: int) -> Found[Command]:
@@ -240,8 +175,6 @@ class Wishes(Clauses, ABC):
             m += self.text(m) in ("safely", "all", "both") and m > j
             if m == j or refs[0].determiner == "it":
                 continue
-            if self.text(m) in _DONE_STATES:
-                found.append((m + 1, Command(_DONE_STATES[self.text(m)], refs)))
             found += self._placed_there(refs, m)
         return found
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC
-from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Element, Elements
@@ -44,11 +43,6 @@ class WordOrder(Wishes, ABC):
             start = self._skip(j)
             commands = (*self._verb_first(start), *self._wish(start)) if whole.plural and not whole.ranks else ()
             for k, command in commands:
-                into = command.place
-                if isinstance(into, Relation) and len(into.refs) == 1 and _of_some(into.refs[0]):
-                    # "of the two bins, put the can in the closer one"
-                    which = replace(into.refs[0], nouns=whole.nouns, names=whole.names, one=False)
-                    found.append((k, replace(command, place=replace(into, refs=(which,)))))
                 if command.objects and all(ref.one and not ref.nouns for ref in command.objects):
                     parts = tuple(
                         replace(
@@ -162,8 +156,6 @@ class WordOrder(Wishes, ABC):
         found: Found[Command] = []
         for j, ref in self.np(i):
             j = next((end for end, particle in self.tag(j, "PART") if particle == "over here"), j)
-            if self.text(j) == "over" and self.text(j + 1) == "there":
-                j += 2
             if self._skip(j) == j and self.text(i - 3) != "if" and self.text(i - 4) != "if":
                 continue
             which = replace(ref, determiner="the") if ref.determiner == "a" or ref.number else ref
@@ -206,21 +198,12 @@ class WordOrder(Wishes, ABC):
                     if [element.kind for element in elements] == ["place"]
                     for c in frame_command("put", (spoken(refs), *elements))
                 ]
-            up = j + 1 if self.text(j) == "," and self.text(j + 1) == "up" else j
-            if up > j and up + 1 >= len(self.tokens):
-                # "ball, up"
-                found += [
-                    (up + 1, replace(c, bare=0.9))
-                    for c in frame_command("pick", (spoken(refs), Element("particle", "up")))
-                ]
             if self.text(j) == "up" and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
                 # "can up"
                 found += [
                     (j + 1, replace(c, bare=0.9))
                     for c in frame_command("pick", (spoken(refs), Element("particle", "up")))
                 ]
-            if self.text(j) == "away" and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
-                found.append((j + 1, Command("tidy", refs, bare=0.9)))
             if self.text(j) == "swap" and len(refs) == 2:
                 ends = [j + 2] if self.text(j + 1) in ("places", "positions", "spots", "locations") else []
                 found += [(end, Command("swap", refs, bare=0.3)) for end in (*ends, j + 1)]
@@ -233,34 +216,6 @@ class WordOrder(Wishes, ABC):
                 put = Relation("in", refs)
                 found += [(k, Command("put", objects, put, bare=0.6)) for k, objects in self.np_list(j + 1)]
         return found
-
-    def _verb_last(self, i: int) -> Found[Command]:
-        """As in "the lemon in the bowl put", "the blue spool take up": as those say it whose verbs come last."""
-        found: Found[Command] = []
-        for j, elements in self.elements(i) if i < max(self.last_verbs, default=0) else ():
-            kinds = [element.kind for element in elements]
-            if j in self.last_verbs and kinds in (["objects"], ["objects", "place"], ["place", "objects"]):
-                for end, verb, last in self.last_verbs[j]:
-                    commands = frame_command(verb, (*elements, *last))
-                    found += [(end, replace(c, bare=c.bare + 0.9)) for c in commands]
-        return found
-
-    @cached_property
-    def last_verbs(self) -> dict[int, list[tuple[int, str, Elements]]]:
-        """Verbs that end a clause, alone or with a particle, by where they start: their end, what they are, the particle."""
-        found: dict[int, list[tuple[int, str, Elements]]] = {}
-        for j in range(1, self.count):
-            # "in the parts bin" ends with no verb.
-            asks = self.texts[j] in _ASKING and "NOUN" not in self.tags[j] and self.texts[j] not in self.words.parts
-            for k, verb in self.tag(j, "VERB") if asks else ():
-                particles = [(end, (Element("particle", particle),)) for end, particle in self.tag(k, "PART")]
-                for end, last in (*particles, (k, ())):
-                    if end >= self.count or self._joints_at(end):
-                        found.setdefault(j, []).append((end, verb, last))
-        return found
-
-    def _tags_at(self, i: int) -> dict[str, list[tuple[int, Any]]]:
-        return self.tags[i] if i < self.count else {}
 
     def _joints_at(self, i: int) -> bool:
         return self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))

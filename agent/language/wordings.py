@@ -89,4 +89,4 @@ TABLE = {
     "<start> [no!] not {one} (,|.|!|;) [but] {_one2} (!|.|;) {VERB} {that}": "do not touch {one} . {VERB} {that}",
 }
 # fmt: on
-WORDINGS = Constructions(abroad.ASIDES_ABROAD, abroad.ABROAD, abroad.FOREIGN, TABLE, parts={**abroad.PARTS, **PARTS})
+WORDINGS = Constructions(abroad.ASIDES_ABROAD, abroad.FOREIGN, TABLE, parts={**abroad.PARTS, **PARTS})

@@ -213,8 +213,7 @@ class ActingCourse:
         try:
             answer = self._answer(call.tool_name, arguments, scene)
         except ValidationError as error:
-            takes = list(OWN[call.tool_name].model_fields)
-            answer = {"ok": False, "error": wrong_arguments(call.tool_name, error, takes)}
+            answer = {"ok": False, "error": wrong_arguments(call.tool_name, error, OWN[call.tool_name])}
         except InputError as error:
             answer = {"ok": False, "error": str(error)}
         return self._settled(call, answer, scene)

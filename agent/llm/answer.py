@@ -9,7 +9,7 @@ from pydantic import Field, ValidationError
 
 from robosandbox.agent.llm.correction import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
-from robosandbox.agent.tools import RefuseArguments
+from robosandbox.agent.tools import RefuseArguments, said_of
 from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.arguments import fitting, object_arguments
@@ -150,12 +150,7 @@ def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> R
 
 def _told(error: ValidationError) -> str:
     """Return what is wrong field by field: its path, what is asked of it, and the value that it has."""
-    lines = [
-        f"{'.'.join(str(part) for part in item['loc']) or 'the arguments'}: {item['msg']}"
-        + ("" if item["type"] == "missing" else f" (it is {item['input']!r:.80})")
-        for item in error.errors(include_url=False)
-    ]
-    return "; ".join(lines[:5])[:1000]
+    return "; ".join(map(said_of, error.errors(include_url=False)[:5]))[:1000]
 
 
 def skill_arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any] | None:

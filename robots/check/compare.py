@@ -278,7 +278,7 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[
             "base_pose.xyz",
         )
         if sunk > _SUNK
-        else Check("base_height", True, f"the mounting plane is {-sunk * 1000:+.0f} mm from the table top")
+        else Check("base_height", True, f"the mounting plane is {round(-sunk * 1000):+d} mm from the table top")
     ]
     outside = [
         name

@@ -20,6 +20,8 @@ _MOST_SETTLES = 8  # Number of waits after which the gripper is taken to rest. C
 _STILL = 0.003  # Speed at rest, rad/s or m/s. Chosen.
 # Half the depth at which fingers are taken to be locked into one another, metres. Chosen above what contacts yield.
 _LOCKED = 0.0005
+IN_STEP = "in_step/"  # In the names of equalities that keep a hand's fingers in step.
+_JAWS = 2  # Number of sides of a gripper up to which each closes on the other.
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 
 
@@ -120,6 +122,8 @@ def polarities(
     if len(actuator_ids) < 2:
         return [1] * len(actuator_ids)
     groups = moving_groups(model, joint_ids)
+    if len(groups) > _JAWS and (steps := _in_step(model, actuator_ids)) is not None:
+        return steps
     signs = []
     keep = data.qpos.copy()
     for actuator in actuator_ids:
@@ -145,6 +149,16 @@ def polarities(
     return [sign * signs[0] for sign in signs]
 
 
+def _in_step(model: mujoco.MjModel, actuator_ids: Sequence[int]) -> list[int] | None:
+    """Return for each actuator of fingers that equalities keep in step which way it goes: 1 as the first, or -1; None of others."""
+    joints = [int(model.actuator_trnid[a, 0]) for a in actuator_ids]
+    signs = {joints[0]: 1}
+    for e in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT.value):
+        if int(model.eq_obj2id[e]) == joints[0] and IN_STEP in str(model.equality(int(e)).name):
+            signs[int(model.eq_obj1id[e])] = 1 if model.eq_data[e, 1] > 0.0 else -1
+    return [signs[j] for j in joints] if signs.keys() >= set(joints) else None
+
+
 def sweep_gripper(
     model: mujoco.MjModel, data: mujoco.MjData, joint_ids: Sequence[int], actuator_ids: Sequence[int]
 ) -> Sweep:
@@ -156,7 +170,7 @@ def sweep_gripper(
         ValueError: An actuator has no range.
     """
     actuators, joints_wanted = list(actuator_ids), list(joint_ids)
-    still = _alone(model, joints_wanted)
+    still = free_hand(model, joints_wanted)
     ranges = np.array([control_range(model, actuator) for actuator in actuators])
     for row, sign in enumerate(polarities(model, data, joint_ids, actuator_ids)):
         if sign < 0:
@@ -165,14 +179,14 @@ def sweep_gripper(
     for actuator in range(model.nu):
         if actuator not in actuators:
             _hold(model, data, actuator)
-    inside = _inside(model, joints_wanted)
+    inside = joints_below(model, joints_wanted)
     for joint in inside:
         # Fingers that start outside their limits may start inside one another.
         if model.jnt_limited[joint]:
             address = model.jnt_qposadr[joint]
             data.qpos[address] = np.clip(data.qpos[address], *model.jnt_range[joint])
     apart = _end_apart(model, still, data, joints_wanted, actuators, ranges)
-    drive = _Drive(still, data, inside, actuators, ranges)
+    drive = Drive(still, data, inside, actuators, ranges)
     if apart:
         drive.rest(1.0)
     drive.rest(0.0)
@@ -193,7 +207,7 @@ def sweep_gripper(
     return Sweep(np.array(joints), np.array(lengths), np.array(qpos))
 
 
-class _Drive:
+class Drive:
     """Moves a gripper's joints by its servos; the arm is put back after every few steps, however its own servos pull.
 
     Args:
@@ -274,7 +288,7 @@ def place(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array) -> None:
     mujoco.mj_fwdPosition(model, data)
 
 
-def _alone(model: mujoco.MjModel, joint_ids: list[int]) -> mujoco.MjModel:
+def free_hand(model: mujoco.MjModel, joint_ids: list[int]) -> mujoco.MjModel:
     """Return the model without gravity, in which the gripper touches nothing but itself."""
     still = copy.copy(model)
     still.opt.gravity[:] = 0.0
@@ -300,7 +314,7 @@ def _hold(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> None:
     data.ctrl[actuator] = scale * length + offset
 
 
-def _inside(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
+def joints_below(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
     """Return all joints below the gripper joints' common parent."""
     root = palm_of(model, joint_ids)
     inside = {body for body in range(model.nbody) if _is_below(model, body, root)} - {root}

@@ -8,7 +8,7 @@ import mujoco
 
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import let_neighbours_touch
-from robosandbox.robots.infer.kinematic_tree import tendon_joints
+from robosandbox.robots.importers.welding import weld
 
 
 def keep_arm(imported: ImportedModel, model: mujoco.MjModel, joints: Iterable[str]) -> None:
@@ -37,28 +37,7 @@ def keep_arm(imported: ImportedModel, model: mujoco.MjModel, joints: Iterable[st
     held = {str(model.joint(j).name) for j in range(model.njnt) if int(model.jnt_bodyid[j]) not in carried}
     held = {joint.name for joint in spec.joints if joint.name in held}
     if held:
-        _hold(spec, model, held)
+        weld(spec, model, dict.fromkeys(held))
         let_neighbours_touch(spec, compile_spec(spec, imported.path.name))
         imported.made_actuators &= {actuator.name for actuator in spec.actuators}
         imported.notes.append(f"held still: {', '.join(sorted(held))}")
-
-
-def _hold(spec: mujoco.MjSpec, model: mujoco.MjModel, joints: set[str]) -> None:
-    """Weld joints where they are, and take away what drives or couples them."""
-    tendons = {
-        str(model.tendon(t).name)
-        for t in range(model.ntendon)
-        if any(str(model.joint(j).name) in joints for j in tendon_joints(model, t))
-    }
-    for actuator in list(spec.actuators):
-        if actuator.target in joints or actuator.target in tendons:
-            spec.delete(actuator)
-    for equality in list(spec.equalities):
-        if {equality.name1, equality.name2} & (joints | tendons):
-            spec.delete(equality)
-    for tendon in list(spec.tendons):
-        if tendon.name in tendons:
-            spec.delete(tendon)
-    for joint in list(spec.joints):
-        if joint.name in joints:
-            spec.delete(joint)

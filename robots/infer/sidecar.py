@@ -14,6 +14,7 @@ from robosandbox.progress import doing
 from robosandbox.robots.chains import Tool
 from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.gripper.collision import ensure_solid_tool
+from robosandbox.robots.gripper.hand import settle_hand
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
@@ -127,6 +128,8 @@ def infer_imported(
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = chain.name(model)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
+    if gripper_names:
+        gripper_names = settle_hand(imported, gripper_names, listed)
     hand, findings["gripper"] = _hand(imported, chain, names, gripper_names)
     model = compile_spec(imported.spec, imported.path.name)
     joints = tuple(model.joint(name).id for name in names)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from robosandbox.shapes.mesh_file import mesh_bounds
+from robosandbox.robots.importers.meshes import add_mesh
+from robosandbox.shapes.mesh_file import grouped_mesh, mesh_bounds
 from robosandbox.sim.objects.geoms import PREFIX
 from robosandbox.types import SceneObject
 
@@ -19,7 +20,11 @@ def add_drawing(spec: mujoco.MjSpec, body: mujoco.MjsBody, item: SceneObject) ->
     if item.mesh is None:
         return
     name = PREFIX + item.id
-    spec.add_mesh(name=name, file=str(item.mesh.resolve()), scale=[item.scale] * 3)
+    grouped = grouped_mesh(item.mesh)
+    if grouped is None:
+        spec.add_mesh(name=name, file=str(item.mesh.resolve()), scale=[item.scale] * 3)
+    else:
+        add_mesh(spec, name, item.scale * grouped.vertices, grouped.faces)
     middle = np.sum(mesh_bounds(item.mesh, item.scale, of=item.id), axis=0) / 2.0
     form = {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, "pos": -middle, "rgba": item.rgba}
     body.add_geom(mass=0.0, contype=0, conaffinity=0, **form)

@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from robosandbox.errors import UnreachableError
 from robosandbox.grasp.hand import lean
 from robosandbox.protocols import SkillContext
+from robosandbox.skills.primitives.drawers import (
+    OPEN_SHARE,
+    box_of,
+    grip_aperture,
+    grip_poses,
+    moved_by,
+    opening_of,
+    outwards,
+)
 from robosandbox.skills.primitives.grasping import why_no_grasp
-from robosandbox.types import Array, DetectedObject, Limits, ObservedScene, Pose, force_limits
-from robosandbox.world.abilities import Abilities
+from robosandbox.skills.primitives.rehearsal import Rehearsal
+from robosandbox.skills.primitives.strokes import hand_rotations, stroke_heights, stroke_poses
+from robosandbox.types import Array, DetectedObject, Grasp, Limits, ObservedScene, Pose, force_limits
+from robosandbox.world.abilities import Abilities, Obstruction
 
 # Height over the table up to which what is in easy reach needs no inverse kinematics, metres: reach is measured there.
 _LOW = 0.25
 # Attitudes of the hand that are tried at a point: turns about the vertical, and tilts outwards, radians.
 _YAWS = (0.0, np.pi / 2.0)
 _LEANS = (0.0, 0.5, 1.0)
+# Cosine of the angle to the vertical up to which a hand points straight down; chosen as 2.6 degrees.
+_STRAIGHT = 0.999
 # Seeds of inverse kinematics at each: with ten nearly all that can be reached is found.
 _RESTARTS = 12
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -38,9 +51,11 @@ class GripperAbilities(Abilities):
             self.apertures = (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
             self.aperture, self.cup = state.width, gripper.geometry.cup
 
-    def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:
+    def out_of_reach(
+        self, point: Sequence[float], scene: ObservedScene, carried: DetectedObject | None = None
+    ) -> str | None:
         """Return None: motion planning tells."""
-        del point, scene
+        del point, scene, carried
         return None
 
 
@@ -60,41 +75,94 @@ class RobotAbilities(GripperAbilities):
         self.max_force, _ = force_limits(*kept)
         self._planning = ctx.planning(ctx.look())
 
-    def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:
+    def out_of_reach(
+        self, point: Sequence[float], scene: ObservedScene, carried: DetectedObject | None = None
+    ) -> str | None:
         """Return why the hand cannot work at a point (3,) of the world, metres: by distance first, then by its kinematics."""
         far_out = Abilities.out_of_reach(self, point, scene)
         if far_out is not None:
             return far_out
-        distance, (near, far) = math.dist(point[:2], scene.base_xy), scene.reach
-        if near <= distance <= far and point[2] - scene.table_height < _LOW:
+        if self._is_easy(point, scene):
             return None
         motion = self._ctx.motion
         motion.use(self._planning, self._ctx.sim.state())
-        for pose in self._attitudes(np.array(point)):
+        upright = carried is not None and self._is_held_from_above(carried, scene)
+        for pose in self._attitudes(np.array(point), _LEANS[:1] if upright else _LEANS):
             try:
                 motion.ik(pose, restarts=_RESTARTS)
             except UnreachableError:
                 continue
             return None
-        return f"it is {distance:.2f} m from the robot at a height of {point[2]:.2f} m, and no attitude of the hand gets there"
+        where = f"{math.dist(point[:2], scene.base_xy):.2f} m from the robot at a height of {point[2]:.2f} m"
+        if carried is not None and upright:
+            return f"it is {where}, and the hand, straight above {carried.id} as it takes it, does not get there"
+        return f"it is {where}, and no attitude of the hand gets there"
 
-    def _attitudes(self, point: Array) -> Iterator[Pose]:
-        for angle in _LEANS:
+    def _is_easy(self, point: Sequence[float], scene: ObservedScene) -> bool:
+        """Tell whether a point is where the hand, pointing down, was measured to get to."""
+        near, far = scene.reach
+        return near <= math.dist(point[:2], scene.base_xy) <= far and point[2] - scene.table_height < _LOW
+
+    def _is_held_from_above(self, item: DetectedObject, scene: ObservedScene) -> bool:
+        """Tell whether a pick takes an object from straight above: what it does wherever it can, and keeps till it is put down.
+
+        Of what is in the hand already the grasp may be any.
+        """
+        if self._ctx.sim.spec.gripper is None or self._planning.seen.held == item.id:
+            return False
+        low = (*item.pose.xyz[:2], scene.table_height)
+        grasps = (grasp.tcp_pose.rotation[2, 2] for grasp in self._grasps(item, scene))
+        return self._is_easy(low, scene) and any(down < -_STRAIGHT for down in grasps)
+
+    def _attitudes(self, point: Array, leans: Sequence[float]) -> Iterator[Pose]:
+        for angle in leans:
             for yaw in _YAWS:
                 closing = np.array([np.cos(yaw), np.sin(yaw), 0.0])
                 down = np.column_stack([np.cross(closing, _DOWN), closing, _DOWN])
                 yield Pose.from_matrix(point, lean(point - self._ctx.sim.spec.base_position, angle) @ down)
+
+    def _grasps(self, item: DetectedObject, scene: ObservedScene) -> Iterable[Grasp]:
+        pieces = () if item.shape.size_fields else self._planning.pieces(item.id)
+        return self._ctx.grasp.candidates(item, scene, self._ctx.sim.spec, pieces=pieces)
 
     def ungraspable(self, item: DetectedObject, scene: ObservedScene) -> str | None:
         """Return why the gripper cannot take hold of an object as it lies; None where it can."""
         robot = self._ctx.sim.spec
         if robot.gripper is None or scene.held == item.id:
             return None
-        pieces = () if item.shape.size_fields else self._planning.pieces(item.id)
-        found = self._ctx.grasp.candidates(item, scene, robot, pieces=pieces)
-        if next(iter(found), None) is not None:
+        if next(iter(self._grasps(item, scene)), None) is not None:
             return None
+        pieces = () if item.shape.size_fields else self._planning.pieces(item.id)
         return f"no grasp fits {item.id}: {why_no_grasp(robot.gripper.geometry, item, pieces)}"
+
+    def unpushable(
+        self, item: DetectedObject, axis: Sequence[float], distance: float, scene: ObservedScene
+    ) -> Obstruction | None:
+        """Return what keeps the hand from pushing an object along a level unit vector (3,), whichever way it is turned."""
+        robot, state = self._ctx.sim.spec, self._ctx.sim.state()
+        if robot.gripper is None or scene.held is not None:
+            return None
+        along = np.array(axis)
+        rehearsal = Rehearsal(self._ctx, scene, robot.gripper.geometry.min_aperture)
+        for height in stroke_heights(robot, item, along, scene.table_height):
+            for rotation, depth in hand_rotations(robot, along, state.tcp_pose.rotation):
+                begin, end = stroke_poses(item, along, distance, rotation, depth, height)
+                if rehearsal.works((begin, ()), (end, (item.id,))):
+                    return None
+        return rehearsal.obstruction
+
+    def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
+        """Return what keeps the hand from pulling a drawer open at its grip, whichever way it is pitched."""
+        gripper, state = self._ctx.sim.spec.gripper, self._ctx.sim.state()
+        if gripper is None or scene.held is not None:
+            return None
+        travel = max(OPEN_SHARE * drawer.size[3] - opening_of(drawer), 0.0)
+        rehearsal = Rehearsal(self._ctx, scene, grip_aperture(gripper.geometry, drawer))
+        own = (box_of(drawer),)
+        for tcp in grip_poses(gripper.geometry, drawer, state.tcp_pose.rotation):
+            if travel == 0.0 or rehearsal.works((tcp, own), (moved_by(tcp, travel * outwards(drawer)), own)):
+                return None
+        return rehearsal.obstruction
 
     def off_home(self) -> float:
         """Return how far the arm's joints are off their home, radians or metres."""

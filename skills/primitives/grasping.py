@@ -53,6 +53,8 @@ _CLOSING_STEP = CONTAINER_WALL
 _SAME_PLACE = 0.008
 # Cosine between the axes of two such grasps; chosen as 14 degrees.
 _SAME_TURN = 0.97
+# Metres that an object must be wider than the closed fingers, so that they press; as for `Antipodal`.
+_THINNEST = 0.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,10 +303,12 @@ def why_no_grasp(geometry: GripperGeometry, target: DetectedObject, pieces: Sequ
         widest = widest_face(target, pieces)
         has = f"its widest measures {widest * 1000:.0f} mm" if widest else "it has none"
         return f"this cup holds flat faces of at least {least_face(geometry.cup) * 1000:.0f} mm across, and {has}"
-    width = narrowest(target, pieces)
+    width = narrowest(target, pieces, geometry.min_aperture + _THINNEST)
     if width >= geometry.max_aperture - 0.006:
         return f"it is {width * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
-    if width > geometry.min_aperture + 0.001:
+    if width > geometry.min_aperture + _THINNEST:
+        if len(pieces) > 1:
+            return "where it is thin enough for the hand there is no room for fingers and palm"
         return "it is too flat for the fingers"
     least = geometry.min_aperture * 1000
     return f"it is {width * 1000:.1f} mm thin, less than the gripper can hold: it closes to {least:.0f} mm"
@@ -318,7 +322,7 @@ def _no_candidate(arm: Manipulator, target: DetectedObject, pieces: Sequence[Arr
         evidence=GraspEvidence(
             object=target.id,
             reason="none_found",
-            object_width=narrowest(target, pieces) if geometry.cup is None else None,
+            object_width=narrowest(target, pieces, geometry.min_aperture + _THINNEST) if geometry.cup is None else None,
             aperture=arm.gripper.width,
             max_aperture=geometry.max_aperture,
         ),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robosandbox.errors import CollisionError, Phase, SkillError, TrackingError, UnreachableError
-from robosandbox.evidence import TrackingEvidence
+from robosandbox.errors import CollisionError, LimitError, Phase, SkillError, TrackingError, UnreachableError
+from robosandbox.evidence import LimitEvidence, TrackingEvidence
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.types import Trajectory
 
@@ -100,7 +100,16 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
             return None
         return MetError(body, other, force, phase=phase, joint=arm.sim.spec.joints[-1])
 
-    arm.follow(trajectory, phase, guards=(check,))
+    try:
+        arm.follow(trajectory, phase, guards=(check,))
+    except LimitError as error:
+        # Where nothing is to be touched, what was pressed as hard as is allowed was met, only faster.
+        evidence = error.evidence
+        if not isinstance(evidence, LimitEvidence) or not evidence.touching:
+            raise
+        _, body, _ = arm.sim.strongest_contact()
+        joint = arm.sim.spec.joints[-1]
+        raise MetError(body or "the robot", evidence.touching[0], evidence.value, phase=phase, joint=joint) from None
 
 
 def back_off(arm: Manipulator, error: SkillError) -> None:

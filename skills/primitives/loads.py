@@ -11,12 +11,12 @@ import numpy as np
 from robosandbox.errors import GraspError, Phase
 from robosandbox.evidence import GraspEvidence
 from robosandbox.protocols import Driver
+from robosandbox.skills.primitives.gripping import GRAVITY
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.types import Array, DetectedObject, ObservedScene
-from robosandbox.world.relations import bottom, centre, contents, gap, moved, on_top, support, top
+from robosandbox.world.containers import walls
+from robosandbox.world.relations import bottom, centre, contents, gap, moved, on_top, top
 
-# m/s^2; the standard acceleration of free fall, rounded.
-_GRAVITY = 9.81
 # N; chosen as the weight of half a kilogram: any grip that slips under less may hold when it is a better one.
 _LOAD = 5.0
 # Metres; chosen above perception's error: a thing that a pull has moved by less is fixed.
@@ -111,7 +111,7 @@ def lift_error(arm: Manipulator, before: DetectedObject, width: float, load: Loa
         reason = "immovable" if travelled < _UNMOVED else "too_heavy"
         said = (
             f"{before.id} came off the cup under a pull of {pull:.0f} N, and the cup holds {holds:.0f} N: it is heavier than "
-            f"{holds / _GRAVITY:.1f} kg or fixed; take something lighter, or push it"
+            f"{holds / GRAVITY:.1f} kg or fixed; take something lighter, or push it"
         )
     elif holds is not None and reason == "slipped":
         said = f"{before.id} came off the cup while it was lifted; look again and try another face"
@@ -163,14 +163,14 @@ def _cause(
     if travelled < _UNMOVED:
         return "immovable", (
             f"{name} did not move under a pull of {pull:.0f} N, and nothing that is seen holds it: it is fixed where it is, or "
-            f"heavier than {pull / _GRAVITY:.1f} kg; limits.max_force_n allows {most:g} N: free it, or take something else"
+            f"heavier than {pull / GRAVITY:.1f} kg; limits.max_force_n allows {most:g} N: free it, or take something else"
         )
     if weight is None or weight < _LOAD:
         return "slipped", ""
     risen = bottom(after) - bottom(before) if after else 0.0
     return "too_heavy", (
         f"{name} came up {risen * 1000:.0f} mm and slid out of the grip under a steady load of {weight:.0f} N, with nothing "
-        f"else touching it: {weight / _GRAVITY:.1f} kg are more than this grip holds; take something lighter, or push it"
+        f"else touching it: {weight / GRAVITY:.1f} kg are more than this grip holds; take something lighter, or push it"
     )
 
 
@@ -184,7 +184,7 @@ def held_back(target: DetectedObject, scene: ObservedScene) -> Held:
     sides: list[tuple[str, Array]] = []
     for item in others:
         if target.id in {name for name, _ in contents([target], item)}:
-            sides += [(item.id, direction) for direction in _walls(target, item)]
+            sides += [(item.id, direction[:2]) for direction, room in walls(target, item) if room < _TOUCHES]
         elif _is_beside(target, item):
             direction = (centre(item) - centre(target))[:2]
             sides.append((item.id, direction / max(float(np.linalg.norm(direction)), 1e-9)))
@@ -193,8 +193,8 @@ def held_back(target: DetectedObject, scene: ObservedScene) -> Held:
         between = f"the walls of {names[0]}" if len(names) == 1 else " and ".join(names)
         return Held("wedged", names, f"wedged between {between}; try another grasp, or clear one of them away")
     if sides:
-        walls = ", ".join(names)
-        return Held("braced", names, f"held against {walls}; try another grasp, or move it away from there first")
+        about = ", ".join(names)
+        return Held("braced", names, f"held against {about}; try another grasp, or move it away from there first")
     return Held(None)
 
 
@@ -207,23 +207,3 @@ def is_over(item: DetectedObject, target: DetectedObject) -> bool:
 def _is_beside(target: DetectedObject, item: DetectedObject) -> bool:
     level = bottom(item) < top(target) - _TOUCHES and top(item) > bottom(target) + _TOUCHES
     return level and gap(target, item) < _TOUCHES and not on_top(target, item).holds
-
-
-def _walls(target: DetectedObject, vessel: DetectedObject) -> list[Array]:
-    """Return the level directions (2,) of the walls of a container that a thing in it touches."""
-    room = vessel.shape.room(vessel.size)
-    if room is None:
-        return []
-    frame = vessel.pose.rotation
-    local = frame.T @ (centre(target) - vessel.pose.position)
-    if room.is_round:
-        away = np.array([*local[:2], 0.0]) / max(float(np.hypot(*local[:2])), 1e-9)
-        directions, limits = [frame @ away], [float(room.half[0])]
-    else:
-        axes = [sign * frame[:, axis] for axis in (0, 1) for sign in (1.0, -1.0)]
-        limits = [float(room.half[axis] + sign * room.middle[axis]) for axis in (0, 1) for sign in (1.0, -1.0)]
-        directions = axes
-    reach = support(target, np.array(directions)) - np.array(directions) @ vessel.pose.position
-    return [
-        direction[:2] for direction, far, limit in zip(directions, reach, limits, strict=True) if far > limit - _TOUCHES
-    ]

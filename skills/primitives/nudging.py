@@ -20,6 +20,7 @@ from robosandbox.skills.primitives.guarded import follow_free
 from robosandbox.skills.primitives.manipulator import Manipulator, raised
 from robosandbox.skills.primitives.pressing import Way
 from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, Trajectory
+from robosandbox.world.containers import walls
 from robosandbox.world.relations import bottom, centre, lies_in, moved, support, top
 
 # N with which the tip presses; chosen as the weight of half a kilogram: a thing of a few hundred grams is dragged, and what
@@ -94,30 +95,12 @@ def ways_off(target: DetectedObject, scene: ObservedScene, needed: float) -> Ite
         -(needed - gap) * direction
         for vessel in scene.objects
         if vessel.id != target.id and lies_in(target, vessel)
-        for direction, gap in _walls(target, vessel)
+        for direction, gap in walls(target, vessel)
         if gap < needed
     ]
     if len(lacking) > 1:
         yield np.sum(lacking, axis=0)
     yield from lacking
-
-
-def _walls(target: DetectedObject, vessel: DetectedObject) -> list[tuple[Array, float]]:
-    """Return the directions (3,) of a container's walls from a thing in it, and how far each is, metres."""
-    room = vessel.shape.room(vessel.size)
-    if room is None:
-        return []
-    frame = vessel.pose.rotation
-    if room.is_round:
-        local = frame.T @ (centre(target) - vessel.pose.position)
-        out = np.array([*local[:2], 0.0]) / max(float(np.hypot(*local[:2])), 1e-9)
-        directions, limits = [frame @ out], [float(room.half[0])]
-    else:
-        sides = list(itertools.product((0, 1), (1.0, -1.0)))
-        directions = [sign * frame[:, axis] for axis, sign in sides]
-        limits = [float(room.half[axis] + sign * room.middle[axis]) for axis, sign in sides]
-    reach = support(target, np.array(directions)) - np.array(directions) @ vessel.pose.position
-    return [(direction, limit - float(far)) for direction, far, limit in zip(directions, reach, limits, strict=True)]
 
 
 def _dragged(arm: Manipulator, target: DetectedObject, scene: ObservedScene, away: Array, most: float) -> bool:

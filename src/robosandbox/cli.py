@@ -43,6 +43,10 @@ COMMANDS = {
     "runs": LazyCommand("robosandbox.commands.runs:app", "Recorded episodes."),
     "export": LazyCommand("robosandbox.commands.export:app", "Recorded episodes as datasets and logs."),
     "tasks": LazyCommand("robosandbox.commands.tasks:app", "The tasks that a bench runs."),
+    "grammar": LazyCommand(
+        "robosandbox.commands.grammar:grammar",
+        "List the languages that are pairs of files, or print the rules and words of one; nothing moves.",
+    ),
     "robot": LazyCommand("robosandbox.commands.robot:app", "Bring your own robot: infer its sidecar, check it."),
 }
 

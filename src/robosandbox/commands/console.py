@@ -45,9 +45,7 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return code if isinstance(code, int) else EXIT_DONE
     except _UsageError as error:
-        message = getattr(error, "format_message", error.__str__)()
-        _complain(program, f"{message.rstrip('.')}; see {program} --help")
-        return EXIT_USAGE
+        return _misused(program, error)
     except RoboSandboxError as error:
         exit_code = _exit_code(error)
         if exit_code is None:
@@ -70,6 +68,29 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         return EXIT_FAILED
     finally:
         stop_telling(waiting)
+
+
+def _misused(program: str, error: Exception) -> int:
+    """Say what is wrong with a command line, and where its help is; a group by itself prints it."""
+    context = getattr(error, "ctx", None)
+    message = getattr(error, "format_message", error.__str__)().rstrip(".")
+    if "Missing command" in message:
+        print(context.get_help() if context else message)
+        return EXIT_DONE
+    path = context.command_path if context else program
+    said = context.params.get("prompt") if context else None
+    if said and "extra argument" in message:
+        message = f"the prompt ends after {said!r}: put the whole sentence in quotes"
+    elif isinstance(error.__context__, ValueError) and (wrong := _given(error.__context__)):
+        message = f"{message}, got {wrong!r}"
+    _complain(program, f"{message}; see {path} --help")
+    return EXIT_USAGE
+
+
+def _given(error: ValueError) -> str:
+    """Return the value that a validation refused; empty where it does not tell."""
+    details: list[dict[str, Any]] = getattr(error, "errors", list)()
+    return str(details[0].get("input", ""))[:40] if details else ""
 
 
 def _exit_code(error: RoboSandboxError) -> int | None:

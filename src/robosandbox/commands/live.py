@@ -63,7 +63,9 @@ class LiveView:
                 self._phases = []
                 self.show(f"{index + 1}/{total} {call}")
             case events.PhaseEntered(call, phase):
-                self._phases.append(phase)
+                # A phase that a skill enters anew at once is told once.
+                if self._phases[-1:] != [phase]:
+                    self._phases.append(phase)
                 self.show(f"{call}: {phase}")
             case events.SkillEnded(call, result):
                 self._hide()

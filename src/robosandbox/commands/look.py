@@ -30,6 +30,8 @@ def look(
     json: Json = False,
 ) -> int:
     """Print what is seen: names, shapes, places, sizes, and how sure that is."""
+    if picture is not None:
+        _check_picture(picture)
     # The model, if any, is the perception's: nothing is planned here.
     with open_here(_to_look(world)) as session:
         scene = session.observe()
@@ -49,6 +51,13 @@ def look(
     return EXIT_DONE if scene.objects else EXIT_FAILED
 
 
+def _check_picture(path: Path) -> None:
+    if path.suffix.lower() != ".png":
+        raise InputError(f"--picture: {path.name!r} does not end in .png; PNG is what is written")
+    if not path.parent.is_dir():
+        raise InputError(f"--picture: there is no folder {str(path.parent)!r}; make it first")
+
+
 def _to_look(world: WorkcellOptions) -> WorkcellOptions:
     """Return the options with what was said of a model said of the perception's, and no other planner than the offline one."""
     model = {name: value for name, value in (world.planner_options or {}).items() if name != "time_limit"}
@@ -60,7 +69,7 @@ def lines(scene: ObservedScene) -> list[str]:
     width = max((len(item.id) for item in scene.objects), default=0)
     told = [
         f"{item.id:<{width}}  {item.colour} {item.kind} at ({', '.join(f'{value:.3f}' for value in item.pose.xyz)}), "
-        f"{' x '.join(f'{1000.0 * value:.1f}' for value in item.size)} mm, {100.0 * item.confidence:.0f} %"
+        f"{item.shape.describe(item)} mm, {100.0 * item.confidence:.0f} %"
         f"{'' if item.tag is None else f', tag {item.tag}'}"
         for item in scene.objects
     ]

@@ -19,6 +19,10 @@ from robosandbox.tasks.options import WorkcellOptions
 if TYPE_CHECKING:
     from robosandbox.tasks.embedded import EmbeddedWorkcell
 
+_AT_A_TERMINAL = """\
+waiting for an MCP client on stdin; clients start this command themselves (docs/mcp.md). --http PORT serves over HTTP; \
+to talk to the robot here: `robo-sandbox repl`. Ctrl-C ends."""
+
 
 @takes_world(without=("camera", "sensor", "calibration", "max_replans"))
 def mcp(
@@ -36,17 +40,15 @@ def mcp(
     _check(http, timeout, realtime and bool(connection))
     if connection:
         check_remote(world)
-    if world.planner != "stub" or any(value is not None for value in (world.planner_options or {}).values()):
-        from robosandbox.agent.planners import make_planner
-
-        # Which options a planner takes and needs only the planner itself knows; the default one needs none.
-        make_planner(world.planner, (), world.planner_options)
+    _check_planner(world)
     if find_spec("mcp") is None:
         raise missing_extra(ModuleNotFoundError("mcp", name="mcp"), "mcp", "mcp")
     first = None
     if http is None:
         from robosandbox.mcp.greeting import greet
 
+        if sys.stdin.isatty():
+            print(_AT_A_TERMINAL, file=sys.stderr)
         # A client waits for the first answer, and all that follows takes longer than some wait.
         first = greet(sys.stdin.fileno(), sys.stdout.fileno())
         if first is None:
@@ -81,6 +83,14 @@ def mcp(
 
     serve(there if connection else here, port=http, first=first)
     return EXIT_DONE
+
+
+def _check_planner(world: WorkcellOptions) -> None:
+    """Raise InputError where the planner, which alone knows, does not take its options; the default one needs none."""
+    if world.planner != "stub" or any(value is not None for value in (world.planner_options or {}).values()):
+        from robosandbox.agent.planners import make_planner
+
+        make_planner(world.planner, (), world.planner_options)
 
 
 def _check(http: int | None, timeout: float, paces_other: bool) -> None:

@@ -61,6 +61,7 @@ def infer(
             output.write_text(to_yaml(found, output.resolve().parent), encoding="utf-8")
         except OSError as error:
             raise InputError(f"--output: {output}: {error.strerror}") from None
+        print(f"wrote {output}{_found_as(found.model.path, output)}", file=sys.stderr)
     if picture is not None:
         _draw(found, picture)
     if len(found.choices) > 1:
@@ -125,9 +126,18 @@ def _list_changes(model: Path, sidecar: Path | None, *, as_json: bool) -> int:
 
 
 def _print_check(item: Check) -> None:
-    mark = "ok  " if item.ok else "FAIL"
+    # What the robot cannot have, as a pick without a gripper, is no fault of it.
+    mark = "ok  " if item.ok else "FAIL" if item.counts else "n/a "
     change = f"  [change {item.field}]" if item.field and not item.ok else ""
     print(f"{mark} {item.name:<14} {item.detail}{change}", flush=True)
+
+
+def _found_as(model: Path, sidecar: Path) -> str:
+    """Return what has to be said where the sidecar is not beside its model under the name that is looked for."""
+    expected = model.with_suffix(".robosandbox.yaml")
+    if sidecar.resolve() == expected.resolve():
+        return ""
+    return f"; it is found by itself as {expected}, else name it: --sidecar of `robot check`, robot_config of a task"
 
 
 def _model(name: str) -> Path:

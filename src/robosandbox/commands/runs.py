@@ -27,7 +27,9 @@ app: typer.Typer = plain_app(help="Recorded episodes.")
 EpisodeFolder = Annotated[Path, typer.Argument(help="An episode's folder.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 Camera = Annotated[str, typer.Option("--camera", help="Which camera's picture.")]
-Out = Annotated[Path | None, typer.Option("--out", help="The file to write; beside the steps if left out.")]
+Out = Annotated[
+    Path | None, typer.Option("-o", "--output", help="The file to write; beside the steps if left out.")
+]
 Fps = Annotated[float, typer.Option("--fps", help="Frames per simulated second.")]
 Size = Annotated[str, typer.Option("--size", help="WIDTHxHEIGHT of the pictures.")]
 
@@ -85,7 +87,7 @@ def list_runs(
 
     if not folder.is_dir():
         raise InputError(f"{str(folder)!r} is no folder")
-    rows = [_summary(load(path), folder) for path in find_episodes(folder)]
+    rows = [row for path in find_episodes(folder) if (row := _readable(path, folder))]
     if json:
         print_json(rows)
         return EXIT_DONE
@@ -225,6 +227,15 @@ def _outcome(found: RecordedEpisode) -> str:
     if found.result.judged is not None:
         return "success" if found.result.judged.success else "failure"
     return "done" if found.result.success else found.result.reason
+
+
+def _readable(path: Path, folder: Path) -> dict[str, Any] | None:
+    """Return an episode's line; None, with a note on stderr, where its folder cannot be read."""
+    try:
+        return _summary(load(path), folder)
+    except InputError as error:
+        print(f"note: left out: {error}", file=sys.stderr)
+        return None
 
 
 def _summary(found: RecordedEpisode, folder: Path) -> dict[str, Any]:

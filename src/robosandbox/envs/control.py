@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from robosandbox.errors import InputError
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.modelled import Modelled
 from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector
@@ -62,10 +63,16 @@ class Controller:
         """Let one period pass with an action, shape (size,), each component in -1..1.
 
         Raises:
+            InputError: It has another shape, or numbers that are not finite; nothing has moved.
             SkillError: A limit of the robot or task was passed; the arm holds.
         """
         sim, robot = self._sim, self._sim.robot
-        action = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
+        given = np.asarray(action, dtype=float)
+        if given.shape != (self.size,):
+            raise InputError(f"action: has shape {given.shape}; {self._kind} actions have shape ({self.size},)")
+        if not np.isfinite(given).all():
+            raise InputError(f"action: {given.tolist()} holds a number that is not finite; give numbers in -1..1")
+        action = np.clip(given, -1.0, 1.0)
         if robot.gripper is not None:
             sim.set_gripper(0.5 * (float(action[-1]) + 1.0))
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span

@@ -9,13 +9,14 @@ from itertools import chain
 import numpy as np
 
 from robosandbox.grasp.antipodal import Antipodal
+from robosandbox.grasp.closing import Closings
 from robosandbox.grasp.crowding import has_room, neighbours
 from robosandbox.grasp.hand import UP
-from robosandbox.grasp.pieces import Pieces
 from robosandbox.grasp.rim import rim_tiers
 from robosandbox.grasp.sideways import is_filled, sideways
-from robosandbox.grasp.solid import Solid
+from robosandbox.grasp.solid import STEEPEST, Solid
 from robosandbox.grasp.suction import suction_tiers
+from robosandbox.grasp.surface import Surface
 from robosandbox.robots.spec import GripperGeometry, RobotSpec
 from robosandbox.shapes.box import Box
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
@@ -69,14 +70,14 @@ def _tiers(
     target: DetectedObject, scene: ObservedScene, geometry: GripperGeometry, base: Array, pieces: Sequence[Array]
 ) -> Iterator[list[Grasp]]:
     """Yield tiers of grasps that are not empty: from the side where it is full, across, and around the rim."""
-    cut = Pieces(target, pieces) if pieces else None
-    solids = cut.solids() if cut else [Solid(part) for part in _parts(target)] or [Solid(target)]
+    if len(pieces) > 1:
+        yield from filter(None, Closings(target.id, Surface(target.pose, pieces), geometry).tiers())
+        return
+    solids = [Solid(target, pieces[0])] if pieces else [Solid(part) for part in _parts(target)] or [Solid(target)]
     floor = min(-float(solid.support(-UP[None])[0]) for solid in solids)
     across = [Antipodal(each, geometry, floor=floor, base=base).tiers() for each in solids]
     sides = [sideways(target, geometry, base)] if is_filled(target, scene) else []
-    for tier in chain(sides, _merged(across), rim_tiers(target, geometry, floor)):
-        if met := [grasp for grasp in tier if cut is None or cut.meets(grasp)]:
-            yield met
+    yield from filter(None, chain(sides, _merged(across), rim_tiers(target, geometry, floor)))
 
 
 def _parts(target: DetectedObject) -> list[DetectedObject]:
@@ -102,8 +103,13 @@ def _ranked(tier: list[Grasp], hand: Array | None) -> list[Grasp]:
     return sorted(tier, key=key)
 
 
-def narrowest(target: DetectedObject, pieces: Sequence[Array] = ()) -> float:
-    """Return the object's least extent between fingers from above, metres."""
-    solids = Pieces(target, pieces).solids() if pieces else [Solid(target)]
-    widths = [solid.between(axis)[0] for solid in solids for axis in solid.closings()]
-    return min(widths, default=float(np.inf))
+def narrowest(target: DetectedObject, pieces: Sequence[Array] = (), least: float = 0.0) -> float:
+    """Return the object's least extent between fingers from above, metres; of several pieces the least over `least`, if any."""
+    if len(pieces) > 1:
+        _, closings, widths = Surface(target.pose, pieces).lines
+        level = widths[np.abs(closings[:, 2]) < STEEPEST]
+        wider = level[level > least]
+        return float(wider.min() if len(wider) else level.max(initial=0.0))
+    solid = Solid(target, pieces[0]) if pieces else Solid(target)
+    extents = [solid.between(axis)[0] for axis in solid.closings()]
+    return min(extents, default=float(np.inf))

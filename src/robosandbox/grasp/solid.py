@@ -18,7 +18,7 @@ _ROUND_DIRECTIONS = 8  # Number of closing lines across a round object, over hal
 _UPRIGHT = 0.9  # Cosine from which an axis is upright. Chosen: 26 degrees.
 # Sine of the angle over the table of a closing line at the most. Chosen because steeper ones would need a finger under the
 # object.
-_STEEPEST = 0.6
+STEEPEST = 0.6
 _SAME = 0.98  # Cosine from which two faces' normals are the same. Chosen: 11 degrees.
 _FACES = 8  # Number of faces of a mesh that are tried, the largest first. Chosen.
 _ROLLS = np.radians([0.0, 25.0, -25.0])  # Angles about its axis, radians, at which what lies round is held. Chosen.
@@ -70,7 +70,7 @@ class Solid:
                 found = _compass(UP)
             case _:
                 assert_never(hull)
-        return [axis for axis in found if abs(axis[2]) < _STEEPEST]
+        return [axis for axis in found if abs(axis[2]) < STEEPEST]
 
     def _across_axis(self, axis: Array, *, has_faces: bool) -> list[Array]:
         if abs(axis[2]) > _UPRIGHT:

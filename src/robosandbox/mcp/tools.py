@@ -170,7 +170,7 @@ def own_arguments(name: str, arguments: dict[str, Any]) -> StrictModel | types.C
     try:
         return tool.arguments.model_validate(arguments)
     except ValidationError as error:
-        return failed("invalid_argument", wrong_arguments(name, error, list(tool.arguments.model_fields)))
+        return failed("invalid_argument", wrong_arguments(name, error, tool.arguments))
 
 
 def done(result: SkillResult) -> types.CallToolResult:

@@ -266,13 +266,15 @@ class DLSMotionPlanner:
 
     def _cap(self, path: Array, timing: Timing) -> Array | None:
         """Return the largest path speed, samples/s, shape (k,), at which the TCP is as slow near the ends as it has to be."""
-        if not np.isfinite(min(timing.departure, timing.arrival)):
+        if not np.isfinite(min(timing.departure, timing.arrival, timing.most)):
             return None
         places = np.array([self._kinematics.forward(q)[0] for q in path])
         steps = np.maximum(np.linalg.norm(np.gradient(places, axis=0), axis=1), _STANDING)
         gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
+        left = gone[-1] - gone
         leaving = np.where(gone < timing.near, timing.departure, np.inf)
-        cap: Array = np.minimum(leaving, np.where(gone[-1] - gone < timing.near, timing.arrival, np.inf)) / steps
+        arriving = np.where(left < timing.unsure, timing.arrival * np.sqrt(np.maximum(left / timing.near, 1.0)), np.inf)
+        cap: Array = np.minimum(np.minimum(leaving, arriving), timing.most) / steps
         return cap
 
     def _collision(self, path: Array) -> CollisionError | None:

@@ -101,6 +101,10 @@ class PlanningScene:
         """Tell whether a part of this name belongs to the gripper."""
         return name in self._gripper_names
 
+    def is_of_hand(self, name: str) -> bool:
+        """Tell whether a part of this name is where it is by the TCP's pose alone: fingers, palm, and what they are fixed to."""
+        return name in self._hand_names or self.is_of_gripper(name)
+
     def finger_side(self, name: str) -> int:
         """Return on which side of the gap a part of the gripper is: -1 or 1 along the closing direction, 0 for palm and cup."""
         gripper = self.robot.gripper
@@ -116,6 +120,12 @@ class PlanningScene:
         In the actuator's unit (N or N m); 0 where an actuator is no servo, or the gripper cannot close further.
         """
         return closing_stiffness(self._world, closed)
+
+    @cached_property
+    def _hand_names(self) -> frozenset[str]:
+        model = self._world.model
+        rigid = model.body_weldid == model.body_weldid[model.site_bodyid[self.robot.tcp_site]]
+        return frozenset(self._world.names[body] for body in rigid.nonzero()[0] if body in self.robot.bodies)
 
     @cached_property
     def _gripper_names(self) -> frozenset[str]:

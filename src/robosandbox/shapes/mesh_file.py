@@ -10,6 +10,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.ranges import LEAST_LENGTH, MOST_LENGTH
 from robosandbox.shapes.body import Piece, share_mass
+from robosandbox.shapes.obj_groups import convex_groups, joined, obj_groups
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.shapes.triangles import Mesh, convex_parts, enclosed_volume
 from robosandbox.spatial import Array, Vec3
@@ -62,6 +63,21 @@ def mesh_volume(path: Path | None, scale: float, *, of: str) -> float:
     return scale**3 * (PolyhedronHull(_tuples(_corners(mesh.vertices))).volume if inside is None else inside)
 
 
+def mesh_triangles(path: Path) -> Mesh:
+    """Return a file's triangles in its own units.
+
+    Raises:
+        InputError: There is no such file, or it holds no mesh.
+    """
+    return _read(*_named(path, path.name), path.name)
+
+
+def grouped_mesh(path: Path) -> Mesh | None:
+    """Return the triangles of a file of several groups, in its units; None where MuJoCo reads all of it."""
+    groups = obj_groups(path)
+    return joined(groups) if groups else None
+
+
 def _named(path: Path | None, of: str) -> tuple[Path, int]:
     """Return the file's full path and its time of change, by which what was read is kept."""
     if path is None or not path.is_file():
@@ -72,12 +88,14 @@ def _named(path: Path | None, of: str) -> tuple[Path, int]:
 
 @lru_cache(maxsize=64)
 def _read(path: Path, stamp: int, of: str) -> Mesh:
-    """Return a file's triangles in its own units, as MuJoCo reads them."""
+    """Return a file's triangles in its own units: of several groups all, of one as MuJoCo reads it."""
     import mujoco
 
     from robosandbox.shapes.mujoco_log import route_warnings
 
     del stamp  # part of the cache's key
+    if groups := obj_groups(path):
+        return joined(groups)
     route_warnings()
     spec = mujoco.MjSpec()
     spec.add_mesh(name="mesh", file=str(path))
@@ -96,7 +114,7 @@ def _read(path: Path, stamp: int, of: str) -> Mesh:
 def _forms(path: Path, stamp: int, decomposed: bool) -> tuple[Array, ...]:
     """Return the corners of each convex piece in the file's units, so that one decomposition serves all scales."""
     mesh = _read(path, stamp, path.name)
-    parts = convex_parts(mesh) if decomposed else (mesh,)
+    parts = (convex_groups(obj_groups(path)) or convex_parts(mesh)) if decomposed else (mesh,)
     return tuple(_corners(part.vertices) for part in parts)
 
 

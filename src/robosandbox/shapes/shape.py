@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Literal, Protocol
 
@@ -108,6 +108,7 @@ class Shape(ABC):
         kind: Its name in scenes.
         size_fields: What the numbers of its size are, metres.
         nouns: Words that people have for it, the most usual first.
+        translations: Words for it in languages that are data: lines of a lexicon, by language, each meaning a noun of `nouns`.
         is_plural: Whether the kind's name is a plural.
         options: Which fields of a scene's object it takes beside size, pose, colour and mass.
         holds_things: Whether things can be put into it.
@@ -123,6 +124,7 @@ class Shape(ABC):
     kind: ClassVar[str]
     size_fields: ClassVar[tuple[str, ...]]
     nouns: ClassVar[tuple[str, ...]]
+    translations: ClassVar[Mapping[str, str]] = {}
     is_plural: ClassVar[bool] = False
     options: ClassVar[frozenset[str]] = frozenset()
     holds_things: ClassVar[bool] = False

@@ -11,12 +11,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from robosandbox.motion.planning_scene import PlanningScene
+from robosandbox.drivers import simulated
+from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver
 from robosandbox.sim.intervention import Intervention
 from robosandbox.sim.modelled import Modelled
-from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
+from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene
 from robosandbox.world.relations import bottom, centre, top
 
 Fault = Callable[[Intervention], Iterator[None]]
@@ -202,14 +203,19 @@ class MistakenPerception:
     begin: float = 0.0
     end: float = np.inf
     _exact: GroundTruthPerception = field(default_factory=GroundTruthPerception)
+    _told: Scene | None = None
+    _scenes: PlanningScenes | None = None
 
     def view(self, sim: Driver) -> Driver:
         """Return the sim as it is."""
         return sim
 
     def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
-        """Return the robot among what was seen, with that object mistaken."""
-        return self._exact.planning(sim, seen)
+        """Return the robot among what was seen, in a model of it: the object has its mistaken size there, too."""
+        told = simulated(sim, "what is mistaken is so of a simulated world").scene
+        if self._scenes is None or told != self._told:
+            self._told, self._scenes = told, PlanningScenes.exact(told)
+        return self._scenes.of(seen)
 
     def perceive(self, sim: Driver) -> ObservedScene:
         """Return all objects, that one mistaken."""

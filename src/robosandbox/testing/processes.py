@@ -1,4 +1,4 @@
-"""Sim processes for tests and benchmarks: the real program on a free port of this machine, killed and restarted at will."""
+"""Processes of the real program for tests and benchmarks: a sim, killed and restarted at will, and an MCP server."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
 # Seconds that a sim process may take to start; chosen for a machine ten times as busy as one on which it takes 5 s of
 # CPU.
 _START_SECONDS = 60.0
+# Seconds that an MCP server may take to end when it is asked to; chosen like the above, for one that takes 1 s.
+_END_SECONDS = 20.0
 _MAIN = "from robosandbox.cli import main; main()"
 
 
@@ -93,6 +97,32 @@ class SimProcess:
             process.kill()
             raise RuntimeError(f"the sim did not start (exit code {process.wait()}): {line!r}")
         return process
+
+
+def mcp_command(*options: str) -> list[str]:
+    """Return what starts `robo-sandbox mcp` with options."""
+    return [sys.executable, "-c", _MAIN, "mcp", *options]
+
+
+@contextmanager
+def mcp_over_http(*options: str) -> Iterator[str]:
+    """Serve MCP over HTTP on a free port and yield the address; the server is asked to end behind it.
+
+    Raises:
+        RuntimeError: The server did not start, or ended with another exit code than 0.
+    """
+    process = subprocess.Popen(mcp_command("--http", "0", *options), stderr=subprocess.PIPE, text=True)
+    try:
+        line = process.stderr.readline() if process.stderr else ""
+        if not line.startswith("serving on http://127.0.0.1:"):
+            process.kill()
+            raise RuntimeError(f"the MCP server did not start (exit code {process.wait()}): {line!r}")
+        yield line.split()[-1]
+        process.terminate()
+        if (code := process.wait(_END_SECONDS)) != 0:
+            raise RuntimeError(f"the MCP server ended with exit code {code}")
+    finally:
+        process.kill()
 
 
 def free_port() -> int:

@@ -20,6 +20,12 @@ _FREE = 0.5
 _TOUCH = 0.05
 # How near that is, metres; chosen as twice the planner's clearance, from where a placement may touch its support.
 _NEAR = 0.004
+# Before where it is believed to be a thing may be met, metres; chosen as several times what pixels err by (2 mm p95). From there
+# on the TCP comes to rest as gently as the careful tempo has it.
+_UNSURE = 0.01
+# m/s of the TCP, at most, where fingers pass beside what they are to grip or what is held comes down: what ISO 10218-1 calls
+# reduced speed. A finger that comes down on a can 15 mm from where it is believed to be presses 150 N, and 260 N at full speed.
+_REDUCED = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,13 +36,17 @@ class Timing:
         share: Of the velocity and acceleration limits of the joints.
         departure: The most that the TCP moves at near the start, m/s.
         arrival: The most that it moves at near the end, m/s.
-        near: How near that is, metres along the TCP's way.
+        most: The most that the TCP moves at anywhere, m/s.
+        near: How near the ends are, metres along the TCP's way.
+        unsure: How far before the end a thing may be met: there the speed grows as the square root of the distance, metres.
     """
 
     share: float
     departure: float = math.inf
     arrival: float = math.inf
+    most: float = math.inf
     near: float = _NEAR
+    unsure: float = _UNSURE
 
     def __mul__(self, share: float) -> Timing:
         """Return the motion at a share of these limits."""
@@ -89,11 +99,11 @@ def _optimal(name: str, share: float) -> Tempo:
     return Tempo(
         name=name,
         free=Timing(share=share),
-        near=Timing(share=share, arrival=_TOUCH),
+        near=Timing(share=share, arrival=_TOUCH, most=_REDUCED),
         lift=Timing(share=share, departure=_TOUCH),
         carry=Timing(share=share),
         full=_CARRY,
-        lower=Timing(share=share, arrival=_TOUCH),
+        lower=Timing(share=share, arrival=_TOUCH, most=_REDUCED),
         leave=Timing(share=share, departure=_TOUCH),
     )
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TypeVar
 
 from robosandbox.types import DetectedObject, ObservedScene, Workspace
 
@@ -18,6 +20,21 @@ _FOOT = 0.9
 # Digits behind the point of metres to which places are told apart; chosen as a tenth of a millimetre, far below what
 # arms repeat.
 _DIGITS = 4
+
+_Found = TypeVar("_Found")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Obstruction:
+    """What keeps the hand from where it has to be.
+
+    Attributes:
+        cause: In a clause.
+        met: Id of the object that it would touch there; None where it is out of reach.
+    """
+
+    cause: str
+    met: str | None = None
 
 
 class Abilities:
@@ -39,8 +56,17 @@ class Abilities:
     workspaces: Sequence[Workspace] = ()
     max_force: float = math.inf
 
-    def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:
-        """Return why the hand cannot work at a point (3,) of the world, metres; None where it can, or that is not known."""
+    def out_of_reach(
+        self, point: Sequence[float], scene: ObservedScene, carried: DetectedObject | None = None
+    ) -> str | None:
+        """Return why the hand cannot work at a point (3,) of the world, metres; None where it can, or that is not known.
+
+        Args:
+            point: Where.
+            scene: What is around.
+            carried: What it brings there, in the hand or where it is to be taken from; None for nothing.
+        """
+        del carried
         distance = math.dist(point[:2], scene.base_xy)
         far = scene.reach[1]
         if distance > _FAR_OUT * far:
@@ -52,6 +78,18 @@ class Abilities:
     def ungraspable(self, item: DetectedObject, scene: ObservedScene) -> str | None:
         """Return why the gripper cannot take hold of an object as it lies; None where it can, or that is not known."""
         del item, scene
+        return None
+
+    def unpushable(
+        self, item: DetectedObject, axis: Sequence[float], distance: float, scene: ObservedScene
+    ) -> Obstruction | None:
+        """Return what keeps the hand from pushing an object along a level unit vector (3,); None where that is not known."""
+        del item, axis, distance, scene
+        return None
+
+    def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
+        """Return what keeps the hand from pulling a drawer open at its grip; None where that is not known."""
+        del drawer, scene
         return None
 
     def off_home(self) -> float | None:
@@ -75,7 +113,8 @@ class LateAbilities(Abilities):
         self.denied: int = 0
         self._robot = robot
         self._is_asking = False
-        self._known: dict[tuple[object, ...], str | None] = {}
+        self._reasons: dict[tuple[object, ...], str | None] = {}
+        self._obstructions: dict[tuple[object, ...], Obstruction | None] = {}
 
     @contextmanager
     def asking(self) -> Iterator[None]:
@@ -86,23 +125,51 @@ class LateAbilities(Abilities):
         finally:
             self._is_asking = False
 
-    def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:
+    def out_of_reach(
+        self, point: Sequence[float], scene: ObservedScene, carried: DetectedObject | None = None
+    ) -> str | None:
         """Return why the hand cannot work at a point (3,) of the world, metres; None where it can, or that is not known."""
         cheap = super().out_of_reach(point, scene)
-        key = tuple(round(float(value), _DIGITS) for value in point)
-        return cheap or self._answer(key, lambda: self._robot.out_of_reach(point, scene))
+        key = ("reach", *_rounded(point), *(() if carried is None else _placed(carried)))
+        return cheap or self._answer(self._reasons, key, lambda: self._robot.out_of_reach(point, scene, carried))
 
     def ungraspable(self, item: DetectedObject, scene: ObservedScene) -> str | None:
         """Return why the gripper cannot take hold of an object as it lies; None where it can, or that is not known."""
-        key = (item.id, *(round(value, _DIGITS) for value in (*item.pose.xyz, *item.pose.quat_xyzw)))
-        return self._answer(key, lambda: self._robot.ungraspable(item, scene))
+        return self._answer(self._reasons, ("grasp", *_placed(item)), lambda: self._robot.ungraspable(item, scene))
+
+    def unpushable(
+        self, item: DetectedObject, axis: Sequence[float], distance: float, scene: ObservedScene
+    ) -> Obstruction | None:
+        """Return what keeps the hand from pushing an object along a level unit vector (3,); None where that is not known."""
+        key = ("push", item.id, *_rounded(axis), distance, *_arranged(scene))
+        return self._answer(self._obstructions, key, lambda: self._robot.unpushable(item, axis, distance, scene))
+
+    def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
+        """Return what keeps the hand from pulling a drawer open at its grip; None where that is not known."""
+        key = ("open", drawer.id, *_arranged(scene))
+        return self._answer(self._obstructions, key, lambda: self._robot.unopenable(drawer, scene))
 
     def off_home(self) -> float | None:
         """Return how far the arm's joints are off their home, radians or metres; None where that is not known."""
         return self._robot.off_home()
 
-    def _answer(self, key: tuple[object, ...], ask: Callable[[], str | None]) -> str | None:
-        if self._is_asking and key not in self._known:
-            self._known[key] = ask()
-            self.denied += self._known[key] is not None
-        return self._known.get(key)
+    def _answer(
+        self, known: dict[tuple[object, ...], _Found | None], key: tuple[object, ...], ask: Callable[[], _Found | None]
+    ) -> _Found | None:
+        if self._is_asking and key not in known:
+            known[key] = ask()
+            self.denied += known[key] is not None
+        return known.get(key)
+
+
+def _rounded(values: Sequence[float]) -> tuple[float, ...]:
+    return tuple(round(float(value), _DIGITS) for value in values)
+
+
+def _placed(item: DetectedObject) -> tuple[object, ...]:
+    return (item.id, *_rounded((*item.pose.xyz, *item.pose.quat_xyzw)))
+
+
+def _arranged(scene: ObservedScene) -> tuple[object, ...]:
+    """Return where all objects are and how far drawers are open, to know a scene again."""
+    return tuple((*_placed(item), round(item.opening or 0.0, _DIGITS)) for item in scene.objects)

@@ -56,7 +56,10 @@ def terms(skill: Described) -> str:
     if contract is None:
         return ""
     names = {value: name for name, value in _values(skill, {}).items()}
-    needs, gives = (", ".join(_named(one, names) for one in facts) for facts in (contract.needs, contract.gives))
+    # What is needed of two steps of a skill is told once.
+    needs, gives = (
+        ", ".join(dict.fromkeys(_named(one, names) for one in facts)) for facts in (contract.needs, contract.gives)
+    )
     return f"Needs {needs or 'nothing'}; brings about {gives}."
 
 

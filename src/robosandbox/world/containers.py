@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -10,12 +11,12 @@ import numpy as np
 
 from robosandbox.errors import Phase, PlacementError, PourError, SkillError
 from robosandbox.evidence import PlacementEvidence, PourEvidence
-from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
 from robosandbox.world import drawers, relations
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.imagine import put
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
-from robosandbox.world.relations import CLOSED_WITHIN, bounds, contents, loose, mouth_of
+from robosandbox.world.relations import CLOSED_WITHIN, bounds, centre, contents, loose, mouth_of, support
 from robosandbox.world.spots import about_z, first_spot_in, levelled, resting_pose
 from robosandbox.world.standing import occupied, unsuitable
 
@@ -205,6 +206,24 @@ def holds_load(view: View, a: str, c: str) -> Finding:
         cause=f"{c} is too small for all that is in {a}",
         help="choose a larger container",
     )
+
+
+def walls(item: DetectedObject, vessel: DetectedObject) -> list[tuple[Array, float]]:
+    """Return the directions (3,) of a container's walls from a thing in it, and how far each is, metres."""
+    room = vessel.shape.room(vessel.size)
+    if room is None:
+        return []
+    frame = vessel.pose.rotation
+    if room.is_round:
+        local = frame.T @ (centre(item) - vessel.pose.position)
+        out = np.array([*local[:2], 0.0]) / max(float(np.hypot(*local[:2])), 1e-9)
+        directions, limits = [frame @ out], [float(room.half[0])]
+    else:
+        sides = list(itertools.product((0, 1), (1.0, -1.0)))
+        directions = [sign * frame[:, axis] for axis, sign in sides]
+        limits = [float(room.half[axis] + sign * room.middle[axis]) for axis, sign in sides]
+    reach = support(item, np.array(directions)) - np.array(directions) @ vessel.pose.position
+    return [(direction, limit - float(far)) for direction, far, limit in zip(directions, reach, limits, strict=True)]
 
 
 def _volume(item: DetectedObject) -> float:

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from robosandbox.errors import LimitError, Phase, SkillError, UnreachableError
+from robosandbox.errors import CollisionError, LimitError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import LimitEvidence
-from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, Direction, Side
+from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Side
+from robosandbox.world.abilities import Obstruction
+from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.predicate import Finding, View, predicate, sentence
 from robosandbox.world.relations import bottom, centre, top
 from robosandbox.world.spots import spots_beside, table_spots
@@ -29,8 +31,13 @@ def _limited(view: View, arguments: Sequence[Any], finding: Finding) -> SkillErr
     )
 
 
-def _at(view: View, point: Array, what: str) -> Finding:
-    """Return whether the hand can work at a point (3,), within reach and inside its workspace."""
+def _blocked(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del view, arguments
+    return CollisionError(sentence(finding), phase=Phase.CHECK)
+
+
+def _at(view: View, point: Array, what: str, carried: DetectedObject | None = None) -> Finding:
+    """Return whether the hand can work at a point (3,), within reach and inside its workspace, with what it brings there."""
     for workspace in view.robot.workspaces:
         for axis, value in zip("xy", point, strict=False):
             bounds = getattr(workspace, axis)
@@ -42,7 +49,7 @@ def _at(view: View, point: Array, what: str) -> Finding:
                     cause=f"{what} is at {axis} = {value:.3f} m, outside the workspace's {low:g}..{high:g}",
                     help="choose something inside, or widen limits.workspace in the task",
                 )
-    why = view.robot.out_of_reach(tuple(map(float, point)), view.scene)
+    why = view.robot.out_of_reach(tuple(map(float, point)), view.scene, carried)
     return Finding(
         holds=why is None,
         cause=f"{what} is out of reach: {why}",
@@ -63,7 +70,7 @@ def reachable_over(view: View, a: str, b: str) -> Finding:
     point = centre(base)
     half = (top(item) - bottom(item)) / 2.0
     height = point[2] if base.shape.holds_things else top(base) + half
-    return _at(view, np.array([point[0], point[1], height]), f"the top of {b}")
+    return _at(view, np.array([point[0], point[1], height]), f"the top of {b}", item)
 
 
 @predicate("object", "number", "number", blame=_unreachable)
@@ -71,7 +78,7 @@ def reachable_at(view: View, a: str, x: float, y: float) -> Finding:
     """The hand gets to where an object stands that is put down at a point of the table, metres."""
     item = view.get(a)
     height = view.scene.table_height + (top(item) - bottom(item)) / 2.0
-    return _at(view, np.array([x, y, height]), f"({x:.3f}, {y:.3f})")
+    return _at(view, np.array([x, y, height]), f"({x:.3f}, {y:.3f})", item)
 
 
 @predicate("object", "object", "word", blame=_unreachable)
@@ -82,7 +89,7 @@ def reachable_beside(view: View, a: str, b: str, side: Side) -> Finding:
         return Finding(holds=True)
     free, _ = table_spots(view.scene, item, spots_beside(item, other, side))
     height = view.scene.table_height + (top(item) - bottom(item)) / 2.0
-    found = [_at(view, np.array([*spot.xy, height]), f"the {side} of {b}") for spot in free]
+    found = [_at(view, np.array([*spot.xy, height]), f"the {side} of {b}", item) for spot in free]
     return next((one for one in found if one.holds), found[0] if found else Finding(holds=True))
 
 
@@ -91,6 +98,31 @@ def reachable_after(view: View, a: str, direction: Direction, distance: float) -
     """The hand gets to where an object ends that is pushed so far."""
     axis = np.array([*DIRECTION_AXES[direction], 0.0])
     return _at(view, centre(view.get(a)) + distance * axis, f"where {a} would be pushed")
+
+
+def _free(found: Obstruction | None, about: str, where: str) -> Finding:
+    """Return whether nothing keeps the hand from where it has to be for an object."""
+    met = () if found is None or found.met in (None, about, TABLE) else (str(found.met),)
+    return Finding(
+        holds=found is None,
+        cause="" if found is None else f"there is no room for the hand {where}: {found.cause}",
+        help=f"put {met[0]} aside first" if met else "pick it and place it there, or choose another way",
+        blocking=met,
+        remedies=tuple(fact("on", name, TABLE) for name in met),
+    )
+
+
+@predicate("object", "word", "number", blame=_blocked)
+def room_behind(view: View, a: str, direction: Direction, distance: float) -> Finding:
+    """The hand has room behind an object, and at the end of the way that it pushes it."""
+    found = view.robot.unpushable(view.get(a), (*DIRECTION_AXES[direction], 0.0), distance, view.scene)
+    return _free(found, a, f"to push {a} {direction}")
+
+
+@predicate("object", blame=_blocked)
+def room_to_open(view: View, d: str) -> Finding:
+    """The hand has room at a drawer's grip, and where it is when the drawer is open."""
+    return _free(view.robot.unopenable(view.get(d), view.scene), d, f"to pull {d} open")
 
 
 @predicate("number", fixed=True, blame=_limited)

@@ -14,7 +14,7 @@ from robosandbox.commands.run import sentence
 from robosandbox.commands.shell.interrupts import Interrupts
 from robosandbox.commands.shell.link import Link
 from robosandbox.commands.shell.outcome import Outcome
-from robosandbox.commands.shell.slash import find
+from robosandbox.commands.shell.slash import COMMANDS, find
 from robosandbox.errors import (
     InputError,
     InternalError,
@@ -29,8 +29,15 @@ from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, R
 _log = logging.getLogger(__name__)
 _KEPT = 64  # Number of prompts that /undo can take back. Chosen.
 
-# What people type to a program that they do not know yet.
-_BARE = {"quit": "/quit", "exit": "/quit", "help": "/help", "?": "/help"}
+# What people type to a program that they do not know yet: a command's name without its slash, and other words for it.
+_BARE = {
+    **{name.removeprefix("/"): name for name in COMMANDS},
+    **dict.fromkeys(("exit", "bye", "/exit"), "/quit"),
+    **dict.fromkeys(("?", "/?"), "/help"),
+    **dict.fromkeys(("undo that", "undo it"), "/undo"),
+    **dict.fromkeys(("once more", "repeat", "do it again", "again please"), "/again"),
+    "stop": "/cancel",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +68,7 @@ class Shell:
         plan: The last plan.
         candidates: What the open question offers as answers.
         scene: What was seen last; None when that is out of date.
+        said: The last sentence.
     """
 
     def __init__(self, workcell: Workcell, link: Link | None = None) -> None:
@@ -71,6 +79,7 @@ class Shell:
         self.plan: Plan | None = None
         self.candidates: tuple[str, ...] = ()
         self.scene: ObservedScene | None = None
+        self.said = ""
         self.interrupts = Interrupts(workcell.ctx, lambda: self.away)
         self._ways: deque[_Way] = deque(maxlen=_KEPT)
         workcell.agent.listeners += [self.interrupts, self._note_plan]
@@ -82,10 +91,10 @@ class Shell:
 
     def execute(self, line: str) -> Outcome:
         """Carry out a sentence or a /command; every way in which it may end is in the outcome."""
-        line = _BARE.get(line.strip().lower(), line.strip())
+        line = _BARE.get(line.strip().lower().rstrip(".!"), line.strip())
         try:
             with self.interrupts.guard():
-                return self._command(line) if line.startswith("/") else self._say(line)
+                return self._command(line) if line.startswith("/") else self.say(line)
         except KeyboardInterrupt:
             return Outcome("cancelled", EXIT_FAILED)
         except ServiceUnavailableError as error:
@@ -132,7 +141,9 @@ class Shell:
         name, _, rest = line.partition(" ")
         return find(name).run(self, rest.strip())
 
-    def _say(self, prompt: str) -> Outcome:
+    def say(self, prompt: str) -> Outcome:
+        """Carry out a sentence."""
+        self.said = prompt
         way = _Way(prompt, self.workcell.checkpoint())
         self.candidates = ()
         try:

@@ -90,6 +90,13 @@ def _undo(shell: Shell, rest: str) -> Outcome:
     return shell.undo()
 
 
+def _again(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/again", rest)
+    if not shell.said:
+        raise InputError("/again: nothing was said yet; say what to do first")
+    return shell.say(shell.said)
+
+
 def _photo(shell: Shell, rest: str) -> Outcome:
     try:
         words = shlex.split(rest)
@@ -148,6 +155,7 @@ COMMANDS = {
         Command("/cancel", "", "stops what the robot does for others; Ctrl-C stops what it does here", _cancel),
         Command("/reset", "[SEED]", "starts over", _reset),
         Command("/undo", "", "back to the state before the last command", _undo),
+        Command("/again", "", "the last sentence once more", _again),
         Command("/photo", "FILE [CAMERA]", "writes a picture, .png or .jpg", _photo),
         Command("/log", "[N]", "what was said and what came of it", _log),
         Command("/help", "", "this", _help),

@@ -1,0 +1,254 @@
+"""Which fingers of a hand oppose each other, found by closing it on a probe: the way each closes, and what only spreads them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import mujoco
+import numpy as np
+
+from robosandbox.robots.gripper.calibrate import (
+    Drive,
+    collision_geoms,
+    control_range,
+    free_hand,
+    joints_below,
+    moving_groups,
+    palm_of,
+    place,
+)
+from robosandbox.robots.surfaces import points_on
+from robosandbox.types import Array
+
+# Radius of the probe, metres: as half of a common object, the 24 mm cube of docs/arms.md.
+_PROBE = 0.012
+_MEETING = 0.002  # Radius of the probe, metres, on which a hand counts as closed. Chosen: a wire.
+_SAMPLES = 48  # Number of places from open to closed at which fingers are looked at. Chosen: 2 to 3 mm of a wide hand.
+_SWEEP_SECONDS = 1.5  # Simulated seconds of that. Chosen as what a gripper is swept in.
+# Number of servos of a finger up to which one closes it and the other spreads it. Fingers with more have one at each joint.
+_MOST_SERVOS = 2
+_PLACES = 9  # Number of places over the range of what spreads fingers at which the hand is closed. Chosen.
+_MOVED = 1e-3  # Radians or metres that a joint moves at least which a servo moves. Chosen above what settling leaves.
+_TIP_MOVED = 0.005  # Metres that a servo moves a fingertip at least which is its to move. Chosen: half a pad.
+_CELL = 0.003  # Metres between points on a finger. Chosen: a quarter of the probe.
+
+
+@dataclass(frozen=True, slots=True)
+class Closing:
+    """How one finger closes: its actuator and the joint it drives, by ids, and the joint's values.
+
+    Attributes:
+        actuator: What closes it.
+        joint: The joint.
+        open: Its value with the hand open.
+        meets: Where the finger meets the probe.
+        closed: Where the fingers meet.
+    """
+
+    actuator: int
+    joint: int
+    open: float
+    meets: float
+    closed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Opposition:
+    """A hand closed on a probe.
+
+    Attributes:
+        fingers: How each closes.
+        held: Joints that only spread them: id -> the value at which they oppose each other best.
+        miss: How far the worst finger stays off the probe, and how deep fingers go into one another on the way, metres.
+    """
+
+    fingers: tuple[Closing, ...]
+    held: dict[int, float]
+    miss: float
+
+
+def find_opposition(model: mujoco.MjModel, joints: list[int]) -> Opposition | None:
+    """Close a hand on a probe; None for a hand whose fingers have several servos each, or none, that close them.
+
+    Args:
+        model: The robot.
+        joints: The hand's, by id.
+    """
+    hand = _Hand(model, joints)
+    if (roles := hand.roles()) is None:
+        return None
+    closing, spreading = roles
+    ends = [control_range(model, a) for a in spreading]
+    tried = [
+        hand.close(closing, dict(zip(spreading, places, strict=True)))
+        for places in product(*(np.linspace(low, high, _PLACES) for low, high in ends))
+    ]
+    # Of postures in which all fingers meet the probe the first one is as good as any.
+    return min(tried, key=lambda one: round(one.miss, 3))
+
+
+class _Hand:
+    """A hand alone and out of its own way, driven by its servos."""
+
+    def __init__(self, model: mujoco.MjModel, joints: list[int]) -> None:
+        self.solid, self.model = free_hand(model, joints), free_hand(model, joints)
+        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT.value
+        self.joints = joints_below(model, joints)
+        self.groups = moving_groups(model, joints)
+        self.palm = palm_of(model, joints)
+        bodies = {int(model.jnt_bodyid[j]): j for j in joints}
+        self.actuators = [
+            a
+            for a in range(model.nu)
+            if model.actuator_trntype[a] == mujoco.mjtTrn.mjTRN_JOINT.value
+            and int(model.jnt_bodyid[model.actuator_trnid[a, 0]]) in bodies
+        ]
+        self.points = [{g: points_on(model, g, _CELL) for g in collision_geoms(model, side)} for side in self.groups]
+        self.start = np.array(model.qpos0)
+        for j in self.joints:
+            if model.jnt_limited[j]:
+                address = int(model.jnt_qposadr[j])
+                self.start[address] = np.clip(self.start[address], *model.jnt_range[j])
+
+    def at(self, controls: list[dict[int, float]], steps: int = 0) -> list[Array]:
+        """Return the configurations at which the hand comes to rest under each of these controls, each (nq,).
+
+        Args:
+            controls: Actuator id -> control; what is not named stays in the middle.
+            steps: Physics steps from one to the next; 0 waits for rest.
+        """
+        data = mujoco.MjData(self.model)
+        data.qpos[:] = self.start
+        middle = {a: sum(control_range(self.model, a)) / 2.0 for a in self.actuators}
+        found = []
+        for k, wanted in enumerate(controls):
+            target = [float((middle | wanted)[a]) for a in self.actuators]
+            drive = Drive(self.model, data, self.joints, self.actuators, np.column_stack([target, target]))
+            if steps and k:
+                drive.advance(0.0, steps)
+            else:
+                drive.rest(0.0)
+            found.append(data.qpos.copy())
+        return found
+
+    def tips(self, qpos: Array) -> Array:
+        """Return the middle of each finger's outer half, shape (fingers, 3)."""
+        data = mujoco.MjData(self.model)
+        place(self.model, data, qpos)
+        found = []
+        for side in self.points:
+            there = _world(data, side)
+            far = np.linalg.norm(there - data.xpos[self.palm], axis=1)
+            found.append(there[far > np.median(far)].mean(axis=0))
+        return np.array(found)
+
+    def roles(self) -> tuple[dict[int, tuple[float, float]], list[int]] | None:
+        """Return what closes the fingers, with its open and closed control, and what spreads them.
+
+        None where a finger has not one servo that closes it.
+        """
+        model = self.model
+        ranges = {a: control_range(model, a) for a in self.actuators}
+        moved = {a: [self.at([{a: end}])[0] for end in ends] for a, ends in ranges.items()}
+        tips = {a: [self.tips(qpos) for qpos in both] for a, both in moved.items()}
+        data = mujoco.MjData(model)
+        place(model, data, self.at([{}])[0])
+        rest = self.tips(data.qpos)
+        roots = np.array([data.xpos[min(side)] for side in self.groups])
+        approach = rest.mean(axis=0) - roots.mean(axis=0)
+        approach /= np.linalg.norm(approach)
+        outward = roots - roots.mean(axis=0)
+        outward -= np.outer(outward @ approach, approach)
+        moves = {
+            a: int((np.linalg.norm(second - first, axis=1) > _TIP_MOVED).sum()) for a, (first, second) in tips.items()
+        }
+        mine: list[dict[int, float]] = [{} for _ in self.groups]
+        for a in ranges:
+            body = int(model.jnt_bodyid[model.actuator_trnid[a, 0]])
+            side = next(k for k, group in enumerate(self.groups) if body in group)
+            mine[side][a] = float((tips[a][0][side] - tips[a][1][side]) @ outward[side])
+        if not all(1 <= len(servos) <= _MOST_SERVOS for servos in mine):
+            return None
+        closing: dict[int, tuple[float, float]] = {}
+        for servos in mine:
+            # What moves several fingers spreads them; of two that move one alone, the one closes it that takes it farther inward.
+            a = min(servos, key=lambda each: (moves[each] > 1, -abs(servos[each])))
+            low, high = ranges[a]
+            closing[a] = (low, high) if servos[a] > 0.0 else (high, low)
+        return closing, [a for a in ranges if a not in closing]
+
+    def close(self, closing: dict[int, tuple[float, float]], spread: dict[int, float]) -> Opposition:
+        """Close the hand on the probe with what spreads its fingers at these controls."""
+        shares = np.linspace(0.0, 1.0, _SAMPLES + 1)
+        steps = max(1, int(_SWEEP_SECONDS / self.model.opt.timestep / _SAMPLES))
+        samples = self.at(
+            [
+                spread | {a: opened + share * (closed - opened) for a, (opened, closed) in closing.items()}
+                for share in shares
+            ],
+            steps,
+        )
+        data = mujoco.MjData(self.model)
+        clouds = []
+        for qpos in samples:
+            place(self.model, data, qpos)
+            clouds.append([_world(data, side) for side in self.points])
+        # The probe lies where the fingertips are all around it.
+        centres = [self.tips(qpos).mean(axis=0) for qpos in samples]
+        gaps = np.array([[_gap(side, c) for side in cloud] for cloud, c in zip(clouds, centres, strict=True)])
+        around = centres[int(np.abs(gaps.mean(axis=1) - _PROBE).argmin())]
+        gaps = np.array([[_gap(side, around) for side in cloud] for cloud in clouds])
+        model, fingers, before = self.model, [], 0
+        for a in closing:
+            joint = int(model.actuator_trnid[a, 0])
+            side = next(k for k, group in enumerate(self.groups) if int(model.jnt_bodyid[joint]) in group)
+            address = int(model.jnt_qposadr[joint])
+            meets, closed = (_first(gaps[:, side], radius) for radius in (_PROBE, _MEETING))
+            before = max(before, meets)
+            fingers.append(
+                Closing(
+                    actuator=a,
+                    joint=joint,
+                    open=float(samples[0][address]),
+                    meets=float(samples[meets][address]),
+                    closed=float(samples[closed][address]),
+                )
+            )
+        miss = max(0.0, float(gaps.min(axis=0).max()) - _PROBE) + max(map(self._overlap, samples[:before]), default=0.0)
+        return Opposition(tuple(fingers), self._spread(list(spread), samples[0]), miss)
+
+    def _overlap(self, qpos: Array) -> float:
+        """Return how deep fingers reach into each other at a configuration, metres."""
+        data = mujoco.MjData(self.solid)
+        place(self.solid, data, qpos)
+        side = {b: k for k, group in enumerate(self.groups) for b in group}
+        pairs = self.solid.geom_bodyid[data.contact.geom]
+        between = [side.get(int(a), -1) != side.get(int(b), -1) and {int(a), int(b)} <= side.keys() for a, b in pairs]
+        return max(0.0, -float(data.contact.dist[between].min(initial=0.0)))
+
+    def _spread(self, actuators: list[int], qpos: Array) -> dict[int, float]:
+        """Return what joints these actuators move, and their values at a configuration."""
+        model, held = self.model, {}
+        for a in actuators:
+            first, second = (self.at([{a: end}])[0] for end in control_range(model, a))
+            for j in self.joints:
+                address = int(model.jnt_qposadr[j])
+                if abs(second[address] - first[address]) > _MOVED:
+                    held[j] = float(qpos[address])
+        return held
+
+
+def _world(data: mujoco.MjData, side: dict[int, Array]) -> Array:
+    """Return a side's points in the world, shape (k, 3)."""
+    return np.concatenate([data.geom_xpos[g] + local @ data.geom_xmat[g].reshape(3, 3).T for g, local in side.items()])
+
+
+def _gap(points: Array, centre: Array) -> float:
+    return float(np.linalg.norm(points - centre, axis=1).min())
+
+
+def _first(gaps: Array, radius: float) -> int:
+    """Return the first sample at which a finger meets a ball of this radius; where it never does, the one nearest to it."""
+    near = np.flatnonzero(gaps <= radius)
+    return int(near[0]) if len(near) else int(gaps.argmin())

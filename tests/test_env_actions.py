@@ -1,0 +1,22 @@
+"""What an environment makes of actions that no space of it holds."""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+import pytest
+
+from robosandbox.envs import ManipulationEnv
+from robosandbox.errors import InputError
+
+
+def test_an_action_of_another_shape_or_not_finite_is_told_and_moves_nothing() -> None:
+    with contextlib.closing(ManipulationEnv("home")) as env:
+        env.reset(seed=0)
+        before = env.session.state().q.copy()
+        with pytest.raises(InputError, match=r"action: has shape \(3,\); ee actions have shape \(7,\)"):
+            env.step(np.zeros(3))
+        with pytest.raises(InputError, match=r"action: .*nan.* not finite"):
+            env.step(np.full(7, np.nan))
+        assert np.array_equal(env.session.state().q, before)

