@@ -7,6 +7,7 @@ import itertools
 import re
 import shutil
 import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -147,6 +148,10 @@ def wait_until(condition: Callable[[], bool], what: str, seconds: float = PATIEN
         time.sleep(0.05)
 
 
+def wait_for(event: threading.Event) -> None:
+    assert event.wait(PATIENCE)
+
+
 @dataclass
 class Clock:
     """Whether simulated time kept up with the wall's: on a machine that has no time, rates say nothing."""
@@ -205,11 +210,13 @@ def test_a_typed_prompt_is_carried_out_and_the_cube_rises_in_the_picture(desk: D
 def test_stop_halts_the_arm_and_step_back_undoes_it(desk: Desk) -> None:
     session, page = desk.session, desk.page
     home, began = session.sim.state().q, session.sim.time
-    # A slow machine: time enough to click.
-    desk.watch(lambda: time.sleep(0.03))
+    # However slowly the browser clicks: the arm waits for it on its way, and then goes on slowly until the click is heard.
+    clicked = threading.Event()
+    desk.watch(lambda: time.sleep(0.03) if clicked.is_set() or session.sim.time - began < 0.5 else wait_for(clicked))
     say(page, session.task.prompt)
     wait_until(lambda: session.sim.time - began > 0.4, "the arm is on its way")
     button(page, "Stop").click()
+    clicked.set()
     page.get_by_text("cancelled:").wait_for(timeout=1000 * PATIENCE)
     stopped = session.sim.state()
     assert np.abs(stopped.qd).max() < 0.02
@@ -516,12 +523,17 @@ def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browse
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         session = viewer.source.workcell
         assert isinstance(session, EmbeddedWorkcell)
-        # A slow machine: time enough to look.
-        session.sim.subscribe(lambda: time.sleep(0.005))
+        # However slowly the browser draws: half a second into the run the arm waits until the page was looked at.
+        looked = threading.Event()
         page.get_by_text("What moves is drawn here").wait_for(timeout=1000 * PATIENCE)
+        began = session.sim.time
+        session.sim.subscribe(lambda: wait_for(looked) if session.sim.time - began > 0.5 else None)
         quiet = colour_of(page, "Stop")
         button(page, "Run").click()
-        wait_until(lambda: colour_of(page, "Stop") == "rgb(198, 35, 35)", "Stop is red")
+        try:
+            wait_until(lambda: colour_of(page, "Stop") == "rgb(198, 35, 35)", "Stop is red")
+        finally:
+            looked.set()
         page.get_by_text("judged on the simulated state: success").wait_for(timeout=1000 * PATIENCE)
         wait_until(lambda: colour_of(page, "Stop") == quiet, "Stop is quiet again")
         phases = page.locator(".strip .phases span")
