@@ -27,9 +27,7 @@ app: typer.Typer = plain_app(help="Recorded episodes.")
 EpisodeFolder = Annotated[Path, typer.Argument(help="An episode's folder.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 Camera = Annotated[str, typer.Option("--camera", help="Which camera's picture.")]
-Out = Annotated[
-    Path | None, typer.Option("-o", "--output", help="The file to write; beside the steps if left out.")
-]
+Out = Annotated[Path | None, typer.Option("-o", "--output", help="The file to write; beside the steps if left out.")]
 Fps = Annotated[float, typer.Option("--fps", help="Frames per simulated second.")]
 Size = Annotated[str, typer.Option("--size", help="WIDTHxHEIGHT of the pictures.")]
 
