@@ -187,6 +187,22 @@ def test_what_moves_on_and_on_is_not_done_and_what_comes_to_lie_still_is() -> No
     assert not verdict.success and math.isclose(verdict.detail["moving_s"], 6.0)
 
 
+def test_what_turns_on_and_on_at_one_place_is_not_done() -> None:
+    clock = [0.0]
+
+    def wait(seconds: float) -> None:
+        clock[0] += seconds
+
+    def judged_until(stops: float) -> Verdict:
+        clock[0] = 0.0
+        look = lambda: replace(turned("z", 0.2 * min(clock[0], stops)), time=clock[0])  # noqa: E731
+        return evaluate(check(**ON_TABLE), START, look, wait)
+
+    assert judged_until(3.0).success
+    verdict = judged_until(99.0)
+    assert not verdict.success and math.isclose(verdict.detail["moving_s"], 6.0)
+
+
 def test_each_check_of_all_holds_for_its_own_time() -> None:
     home = {"kind": "at_home", "hold_s": 3.0}
     assert judged_while_falling({"kind": "all", "checks": [{**LIFTED, "hold_s": 1.0}, home]}, falls_after=2.5).success
@@ -234,6 +250,14 @@ def opened(opening: float) -> Truth:
     return replace_object(truth(a=("drawer", (0.0, 0.0, 0.04))), opening=opening)
 
 
+def turned(
+    about: str, angle: float, kind: ObjectKind = "box", xyz: tuple[float, float, float] = (0.2, 0.1, 0.06)
+) -> Truth:
+    """`a` turned about an axis of the world by an angle, radians."""
+    x, y, z = (math.sin(angle / 2) * float(axis == about) for axis in "xyz")
+    return replace_object(truth(a=(kind, xyz), b=B_LOW), pose=Pose(xyz=xyz, quat_xyzw=(x, y, z, math.cos(angle / 2))))
+
+
 def replace_object(state: Truth, **changes: Any) -> Truth:
     return replace(state, objects={**state.objects, "a": placed(state.objects["a"], **changes)})
 
@@ -251,6 +275,10 @@ IN_PLACE = {"kind": "in_place_of", "object": "a", "target": "b"}
 OPENED = {"kind": "opened", "object": "a", "min_mm": 80}
 CLOSED = {"kind": "closed", "object": "a"}
 TAPPED = {"kind": "tapped", "object": "a"}
+ABOVE_B = {"kind": "moved_above", "object": "a", "target": "b"}
+AT = {"kind": "at", "object": "a", "x": 0.2, "y": 0.1}
+TURNED = {**AT, "yaw": 0.5}
+UPRIGHT = {"kind": "upright", "object": "a"}
 HOME = {"kind": "at_home"}
 STILL = {"kind": "undisturbed", "except": []}
 
@@ -296,6 +324,17 @@ def instead_of_b(x: float, up: float) -> Truth:
         (TAPPED, lambda v: world(felt=v), 0.1, True),
         (TAPPED, lambda v: world(felt=v), 30.0, False),
         ({**TAPPED, "max_n": 5.0}, lambda v: world(felt=v), 5.0, False),
+        (ABOVE_B, lambda v: on_b(v, 0.0), 0.020, False),
+        (ABOVE_B, lambda v: on_b(v, 0.0), -0.020, True),
+        (ABOVE_B, lambda v: on_b(0.0, v), -0.020, True),
+        ({**ABOVE_B, "xy_tol": 0.030}, lambda v: on_b(v, 0.0), 0.030, False),
+        ({**ABOVE_B, "min_dz": 0.030}, lambda v: on_b(0.0, v), -0.010, True),
+        (AT, lambda v: at(0.2 + v, 0.1, 0.06), 0.015, False),
+        (AT, lambda v: at(0.2, 0.1 - v, 0.06), 0.015, False),
+        (AT, lambda v: at(0.2, 0.1, 0.06 + v), 0.005, False),
+        (TURNED, lambda v: turned("z", 0.5 + v), math.radians(10.0), False),
+        (TURNED, lambda v: turned("z", 0.5 + v), -math.radians(10.0), True),
+        (UPRIGHT, lambda v: turned("x", v), math.radians(30.0), False),
         (HOME, lambda v: joints(v, 0.0), 0.05, False),
         (HOME, lambda v: joints(0.0, v), -0.05, True),
         (STILL, lambda v: truth(a=("box", (v, 0, 0.06)), b=B_LOW), 0.010, False),
@@ -321,6 +360,7 @@ def test_a_criterion_turns_at_its_limit(
         (IN_TRAY, in_tray(0.0, 0.004)),
         (LEFT_OF_B, beside_b(0.03)),
         (IN_PLACE, instead_of_b(0.0, 0.0)),
+        (AT, at(0.2, 0.1, 0.06)),
     ],
 )
 def test_what_is_put_somewhere_was_let_go_of_by_the_robot(fields: dict[str, Any], now: Truth) -> None:
@@ -500,3 +540,21 @@ def test_what_lies_on_a_drawers_handle_is_not_in_the_drawer() -> None:
     on_the_handle = at(-0.09, 0.06)
     finding = check(**IN_TRAY).evaluate(on_the_handle, on_the_handle)
     assert not finding and finding.detail["margin_mm"] > 0.0 and finding.detail["below_rim_mm"] > 0.0
+
+
+def test_what_was_tipped_up_is_not_lifted_though_its_middle_rose() -> None:
+    tipped = turned("x", math.radians(45.0), xyz=(0.0, 0.0, 0.04 + 0.02 * math.sqrt(2.0)))
+    assert not check(kind="lifted", object="a", min_mm=5).evaluate(START, tipped)
+
+
+def test_what_was_above_it_at_the_start_was_not_moved_there() -> None:
+    above = on_b(0.0, 0.0)
+    assert check(**ABOVE_B).evaluate(START, above) and not check(**ABOVE_B).evaluate(above, above)
+
+
+@pytest.mark.parametrize(("kind", "upright"), [("box", True), ("bowl", False), ("bin", False)])
+def test_a_box_stands_upright_on_either_end_and_a_container_only_with_its_opening_above(
+    kind: ObjectKind, upright: bool
+) -> None:
+    over = turned("x", math.pi, kind)
+    assert bool(check(**UPRIGHT).evaluate(over, over)) is upright
