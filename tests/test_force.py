@@ -18,14 +18,14 @@ from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import open_session
-from robosandbox.types import Limits, Pose, Scene, SceneObject, SkillCall, Trajectory, force_limits
+from robosandbox.types import Array, Limits, Pose, Scene, SceneObject, SkillCall, Trajectory, force_limits
 
 # m/s at which a hand that meets the table presses and does not knock.
 SLOW = 0.005
 
 
-def raw_force(sim: MuJoCoBackend, thing: str) -> float:
-    """Return the force of the robot on a thing, N, from MuJoCo's contacts alone."""
+def raw_force(sim: MuJoCoBackend, thing: str) -> Array:
+    """Return the force of the robot on a thing, N in the world, shape (3,), from MuJoCo's contacts alone."""
     model, data, robot = sim.model, sim._live, sim.robot.bodies
     total, local = np.zeros(3), np.zeros(6)
     for k in range(data.ncon):
@@ -37,7 +37,7 @@ def raw_force(sim: MuJoCoBackend, thing: str) -> float:
             mujoco.mj_contactForce(model, data, k, local)
             world = data.contact.frame[k].reshape(3, 3).T @ local[:3]
             total += world if first in robot else -world
-    return float(np.linalg.norm(total))
+    return total
 
 
 class Peak:
@@ -49,7 +49,7 @@ class Peak:
         self.end = sim.subscribe(self._look)
 
     def _look(self) -> None:
-        self.force = max(self.force, raw_force(self._sim, self._thing))
+        self.force = max(self.force, float(np.linalg.norm(raw_force(self._sim, self._thing))))
 
 
 def scene(mass: float, *, beside: tuple[SceneObject, ...] = ()) -> Scene:
@@ -100,7 +100,7 @@ def test_forces_are_those_of_the_contacts_at_every_moment() -> None:
             if sim.forces():
                 pressing[:] = [sim.snapshot()]
             for thing, force in sim.forces().items():
-                assert np.linalg.norm(force) == pytest.approx(raw_force(sim, thing), abs=1e-6)
+                assert force == pytest.approx(raw_force(sim, thing), abs=1e-6)
                 read += 1
 
         sim.subscribe(compare)
@@ -138,6 +138,20 @@ def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(
         session.sim.follow(Trajectory(q=np.array([session.sim.state().q, way.q[0]]), dt=0.3))
     peak.end()
     assert peak.force < 1.1 * 40.0
+
+
+def test_the_hand_that_goes_on_into_what_it_pressed_on_is_stopped_again(
+    lowered: tuple[EmbeddedWorkcell, Trajectory],
+) -> None:
+    session, way = lowered
+    peak = Peak(session.sim, "table")
+    with pytest.raises(LimitError):
+        session.sim.follow(way)
+    with pytest.raises(LimitError, match="the robot presses on table"):
+        session.sim.follow(Trajectory(q=np.array([session.sim.state().q, way.q[-1]]), dt=2.0))
+    peak.end()
+    assert peak.force < 1.2 * 40.0
+    assert raw_force(session.sim, "table")[2] < -10.0, "down, on the table"
 
 
 def test_limits_add_up_to_the_least() -> None:
