@@ -115,7 +115,8 @@ def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
         hand = Intervention(session.sim)
         for thing, slip in odd.friction.items():
             session.sim.model.geom_friction[hand.geoms(thing), 0] = slip
-            session.sim.model.geom_priority[hand.geoms(thing)] = 1
+            # Above that of any finger pad: the thing's own friction counts, not the larger of both.
+            session.sim.model.geom_priority[hand.geoms(thing)] = session.sim.model.geom_priority.max() + 1
         world = session.sim.fork()
         start = places(world)
         bottom = lowest(world, raw_state(world, mujoco.MjData(world.model)), odd.subject)

@@ -1,0 +1,143 @@
+"""What a pick notices of what happens between its fingers: each by a change from outside at the moment that counts."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robosandbox.errors import GraspError, Phase
+from robosandbox.evidence import GraspEvidence, TrackingEvidence
+from robosandbox.sim.intervention import Intervention
+from robosandbox.skills.primitives.gripping import needed_force
+from robosandbox.skills.primitives.guarded import MetError, follow_free
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
+from robosandbox.types import Pose, Scene, SceneObject, SkillCall
+
+CUBE = SceneObject(id="cube", kind="box", size=(0.012, 0.012, 0.03), pose=Pose(xyz=(0.15, 0.0, 0.0705)), mass=0.1)
+OTHER = SceneObject(id="other", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.2, 0.0605)), mass=0.1)
+PILLAR = SceneObject(id="pillar", kind="box", size=(0.03, 0.03, 0.05), pose=Pose(xyz=(0.15, -0.2, 0.0905)), mass=5.0)
+
+
+@contextmanager
+def world(*objects: SceneObject) -> Iterator[tuple[EmbeddedWorkcell, list[str]]]:
+    """Open a world, and collect the phases that the arm enters."""
+    with open_session(Scene(objects=objects), what_if=False) as session:
+        phases: list[str] = []
+        session.ctx.listeners.append(phases.append)
+        yield session, phases
+
+
+def pick(session: EmbeddedWorkcell) -> None:
+    session.agent.perform(SkillCall(skill="pick", arguments={"object": "cube"}))
+
+
+def once_risen(session: EmbeddedWorkcell, height: float, do: Callable[[], None]) -> None:
+    """Do something in the tick in which the cube has first risen so far, metres."""
+    begin, done = session.sim.truth().objects["cube"].pose.xyz[2], []
+
+    def look() -> None:
+        if not done and session.sim.truth().objects["cube"].pose.xyz[2] - begin > height:
+            done.append(True)
+            do()
+
+    session.sim.subscribe(look)
+
+
+def test_fingers_that_close_on_nothing_do_not_rise() -> None:
+    with world(CUBE) as (session, phases):
+        hand, taken = Intervention(session.sim), []
+
+        def take_away(phase: str) -> None:
+            if phase == Phase.GRASP:
+                taken.append(phase)
+                x, y, z = hand.pose("cube").xyz
+                hand.set_pose("cube", Pose(xyz=(x, y + (0.06 if len(taken) % 2 else -0.06), z)))
+
+        session.ctx.listeners.append(take_away)
+        with pytest.raises(GraspError, match="closed on nothing") as caught:
+            pick(session)
+        assert isinstance(caught.value.evidence, GraspEvidence) and caught.value.evidence.reason == "missed"
+        assert Phase.LIFT not in phases
+
+
+def test_what_rises_beside_it_is_taken_for_wedged_and_the_lift_is_begun_anew() -> None:
+    with world(CUBE, OTHER, PILLAR) as (session, phases):
+        hand = Intervention(session.sim)
+        once_risen(session, 0.03, lambda: hand.set_pose("other", Pose(xyz=(0.15, -0.2, 0.161))))
+        pick(session)
+        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+
+
+def test_what_slid_down_between_the_fingers_is_not_lifted() -> None:
+    tall = CUBE.model_copy(update={"size": (0.012, 0.012, 0.05), "pose": Pose(xyz=(0.15, 0.0, 0.0905))})
+    with world(tall) as (session, phases):
+        hand = Intervention(session.sim)
+
+        def slide() -> None:
+            x, y, z = hand.pose("cube").xyz
+            hand.set_pose("cube", Pose(xyz=(x, y, z - 0.05), quat_xyzw=hand.pose("cube").quat_xyzw))
+
+        once_risen(session, 0.07, slide)
+        pick(session)
+        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+
+
+def test_what_slips_in_the_eased_grip_is_held_as_hard_as_can_be() -> None:
+    def grip(friction: float) -> float:
+        with world(CUBE) as (session, phases):
+            hand = Intervention(session.sim)
+            session.sim.model.geom_friction[hand.geoms("cube"), 0] = friction
+            session.sim.model.geom_priority[hand.geoms("cube")] = session.sim.model.geom_priority.max() + 1
+            pick(session)
+            assert phases.count(Phase.GRASP) == 1 and session.sim.held() == "cube"
+            return session.sim.grip_on("cube")
+
+    assert grip(0.02) > 2.0 * grip(1.0)
+
+
+def test_what_a_load_has_shown_is_said_where_no_other_grasp_is_left() -> None:
+    post = CUBE.model_copy(update={"mass": 200.0})
+    # Fingers fit along y alone.
+    walls = [
+        SceneObject(
+            id=f"wall_{side}", kind="box", size=(0.004, 0.05, 0.03), pose=Pose(xyz=(0.15 + 0.022 * side, 0.0, 0.0705))
+        )
+        for side in (-1, 1)
+    ]
+    with world(post, *walls) as (session, _), pytest.raises(GraspError, match="it is fixed where it is") as caught:
+        pick(session)
+    assert isinstance(caught.value.evidence, GraspEvidence) and caught.value.evidence.reason == "immovable"
+    assert np.isfinite(caught.value.evidence.pull or np.nan)
+
+
+def test_a_hand_on_its_free_way_stops_at_what_it_meets_long_before_the_limit() -> None:
+    with world(OTHER, PILLAR) as (session, _):
+        arm, hand = Manipulator(session.ctx), Intervention(session.sim)
+        arm.use(arm.start)
+        arm.motion.allow("table")
+        down = np.diag([1.0, -1.0, -1.0])
+        above, there = (Pose.from_matrix(np.array([0.15, 0.0, z]), down) for z in (0.22, 0.10))
+        arm.follow(arm.motion.plan_joints(arm.q, arm.motion.ik(above), speed=0.5), Phase.APPROACH)
+        way = arm.motion.plan_line(arm.q, there, speed=0.05)
+        # Unseen, in the way.
+        hand.set_pose("pillar", Pose(xyz=(0.15, 0.0, 0.0905)))
+        with pytest.raises(MetError, match="met pillar on its way") as met:
+            follow_free(arm, way, Phase.DESCEND)
+        assert isinstance(met.value.evidence, TrackingEvidence) and met.value.evidence.contact_force < 30.0
+
+
+def test_what_is_held_off_its_middle_asks_for_a_firmer_grip() -> None:
+    with world(CUBE) as (session, _):
+        arm = Manipulator(session.ctx)
+        at, tcp = arm.find("cube"), session.sim.state().tcp_pose
+        along = tcp.rotation[:, 0]
+
+        def needed(off: float) -> float:
+            held = replace(at, pose=Pose.from_matrix(tcp.position + off * along, tcp.rotation))
+            return needed_force(arm, held, 0.1)
+
+        assert needed(0.0) >= 0.1 * 9.81 and needed(0.05) > 3.0 * needed(0.0)
