@@ -73,15 +73,15 @@ def test_what_rises_beside_it_is_taken_for_wedged_and_the_lift_is_begun_anew() -
 
 
 def test_what_slid_down_between_the_fingers_is_not_lifted() -> None:
-    tall = CUBE.model_copy(update={"size": (0.012, 0.012, 0.05), "pose": Pose(xyz=(0.15, 0.0, 0.0905))})
+    tall = CUBE.model_copy(update={"size": (0.012, 0.012, 0.08), "pose": Pose(xyz=(0.15, 0.0, 0.1205))})
     with world(tall) as (session, phases):
         hand = Intervention(session.sim)
 
         def slide() -> None:
             x, y, z = hand.pose("cube").xyz
-            hand.set_pose("cube", Pose(xyz=(x, y, z - 0.05), quat_xyzw=hand.pose("cube").quat_xyzw))
+            hand.set_pose("cube", Pose(xyz=(x, y, z - 0.1), quat_xyzw=hand.pose("cube").quat_xyzw))
 
-        once_risen(session, 0.07, slide)
+        once_risen(session, 0.12, slide)
         pick(session)
         assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
 
