@@ -17,6 +17,7 @@ from robosandbox.drivers import driver_factory, fitted
 from robosandbox.errors import InputError
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
+from robosandbox.progress import doing
 from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Skill
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.skills.catalogue import load_skills
@@ -35,6 +36,7 @@ _BEGUN = 0.05
 P = ParamSpec("P")
 
 
+@doing("opening the world")
 def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | None = None) -> EmbeddedWorkcell:
     """Load a world in this process and put an agent in it.
 

@@ -57,7 +57,9 @@ def run_bench(*arguments: str) -> int:
         (["run", "go home", "--seed", "-1"], ["--seed: -1", "0 or more"]),
         (["run", "go home", "--seed", "x"], ["--seed", "got 'x'", "robo-sandbox run --help"]),
         (["run", "go home", "--sede", "1"], ["--sede", "robo-sandbox run --help"]),
-        (["run", "go", "home"], ["the prompt ends after 'go'", "in quotes"]),
+        (["run", "go", "home"], ["the prompt ends after 'go'", "in quotes", "robo-sandbox run --help"]),
+        (["run", "go home", "--seed"], ["--seed", "robo-sandbox run --help"]),
+        (["tasks", "show", "home", "stack_two"], ["stack_two", "robo-sandbox tasks show --help"]),
         (["run", "go home", "--task", "nope"], ["no task 'nope'"]),
         (["look", "--picture", "seen.txt"], ["'seen.txt' does not end in .png"]),
         (["look", "--picture", "gone/seen.png"], ["no folder 'gone'"]),
@@ -83,7 +85,10 @@ def test_wrong_input_is_one_line_and_exit_2(
         (["--jobs", "0"], ["--jobs: 0"]),
         (["--max-replans", "-1"], ["--max-replans: -1"]),
         (["--tasks", "pick_cube_frank"], ["did you mean 'pick_cube_franka'"]),
-        (["--tasks", "t.yaml"], ["--task-file"]),
+        (["--tasks", "t.yaml"], ["t.yaml: no such file"]),
+        (["pick_cube_frank"], ["did you mean 'pick_cube_franka'"]),
+        (["home", "--json", "--seeds", "1"], ["--json", "takes a file", "'--seeds' is an option"]),
+        (["home", "--json", "rows", "--resume", "./rows"], ["--json: 'rows' is the file of --resume"]),
         (["--tasks", "home", "--json", "/no/such/folder/x.json"], ["--json", "does not exist"]),
         (["--tasks", "home", "--planner", "oracle"], ["'oracle'", "stub"]),
         (["--task-file", "gone.yaml"], ["gone.yaml: no such file"]),
@@ -98,9 +103,9 @@ def test_wrong_input_to_the_bench_is_one_line_and_exit_2(
     assert [part for part in named if part not in err] == [], err
 
 
-@pytest.mark.parametrize("group", ["tasks", "runs", "export", "robot"])
-def test_a_group_of_commands_by_itself_lists_them(group: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert sandbox(group) == EXIT_DONE
+@pytest.mark.parametrize("group", [[], ["tasks"], ["runs"], ["export"], ["robot"]], ids=" ".join)
+def test_a_group_of_commands_by_itself_lists_them(group: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert sandbox(*group) == EXIT_DONE
     out, err = capsys.readouterr()
     assert "Commands:" in out and err == ""
 
@@ -186,6 +191,15 @@ def test_bench_of_the_readme_prints_table_and_summary(tmp_path: Path, capsys: py
     assert lines[3:] == ["", "SUMMARY: 1/1 successful"]
     (row,) = json.loads(rows.read_text())
     assert row["success"] and row["claimed"] and row["assists"] == [] and row["versions"]["mujoco"]
+
+
+def test_the_bench_takes_tasks_without_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    own = tmp_path / "my_home.yaml"
+    own.write_text(bundled_tasks()["home"].read_text().replace("name: home", "name: my_home"))
+    assert run_bench("home", str(own)) == EXIT_DONE
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()[2:4]] == ["home", "my_home"]
+    assert run_bench("--tasks", str(own)) == EXIT_DONE
+    assert "SUMMARY: 1/1 successful" in capsys.readouterr().out
 
 
 def test_bench_writes_rows_to_stdout_and_the_table_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:

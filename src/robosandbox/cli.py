@@ -66,18 +66,21 @@ def _say_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
+@app.callback(invoke_without_command=True)
 def program(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print the versions and end.")
     ] = False,
 ) -> None:
     """Say what the robot should do; the arm does it in MuJoCo, or says exactly why it cannot."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
 
 
 def main() -> None:
     """Run `robo-sandbox`."""
-    sys.exit(_as_process(app, "robo-sandbox", sys.argv[1:] or ["--help"]))
+    sys.exit(_as_process(app, "robo-sandbox", sys.argv[1:]))
 
 
 def bench_main() -> None:

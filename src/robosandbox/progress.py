@@ -16,6 +16,11 @@ LOGGER = logging.getLogger("robosandbox.progress")
 _local = threading.local()
 
 
+def nothing_done() -> None:
+    """Tell that the next move is another's: of the person who is asked for a line, or of a client that is waited for."""
+    LOGGER.info("")
+
+
 @contextmanager
 def doing(what: str) -> Iterator[None]:
     """Tell that something long is being done; inside another such block, in place of that one.

@@ -18,6 +18,7 @@ from robosandbox.commands.lazy import plain_app
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.commands.world import Connection, takes_world
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 app: typer.Typer = plain_app()
 _LISTS = ("--tasks", "--task-file")
+_TASK_SUFFIXES = (".yaml", ".yml")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +38,8 @@ class BenchRun:
     """What a bench runs, what runs it, and where its rows go.
 
     Attributes:
-        tasks: Names of bundled tasks.
+        names: Names of bundled tasks and task files.
+        tasks: Likewise.
         suite: A suite's name.
         task_file: Task files.
         seeds: Layouts per task.
@@ -47,7 +50,8 @@ class BenchRun:
         json: Where the rows are written.
     """
 
-    tasks: Annotated[list[str] | None, typer.Option("--tasks", help="Names, by comma or space.")] = None
+    names: Annotated[list[str] | None, typer.Argument(metavar="TASKS", help="Names of tasks, or YAML files.")] = None
+    tasks: Annotated[list[str] | None, typer.Option("--tasks", help="Likewise, by comma or space.")] = None
     suite: Annotated[
         str | None, typer.Option("--suite", help="The tasks of a suite, or 'all'; standard if no task is named.")
     ] = None
@@ -76,6 +80,8 @@ class BenchRun:
                 raise InputError(f"{option}: {value}; give 1 or more")
         if self.json is not None and self.json != "-":
             _check_writable(Path(self.json))
+            if self.resume is not None and Path(self.json).resolve() == self.resume.resolve():
+                raise InputError(f"--json: {self.json!r} is the file of --resume, which is kept; name another file")
         if connection.connect and self.jobs > 1:
             raise InputError(f"--jobs: {self.jobs}; with --connect there is one world, so give 1 or leave it out")
         if connection.connect and record:
@@ -110,7 +116,7 @@ def bench(
     from robosandbox.skills.catalogue import load_skills
     from robosandbox.tasks.bench import BenchSettings
 
-    chosen = _choose(run.tasks or [], run.task_file or [], run.suite)
+    chosen = _choose([*(run.names or ()), *(run.tasks or ())], run.task_file or [], run.suite)
     # A wrong option is told before the first world is built.
     make_planner(world.planner, load_skills(), world.planner_options)
     load_plugin("perceptions", world.perception)
@@ -174,6 +180,8 @@ def split_lists(arguments: Sequence[str]) -> list[str]:
 
 
 def _check_writable(file: Path) -> None:
+    if str(file).startswith("-"):
+        raise InputError(f"--json: takes a file, or '-' for stdout, and {str(file)!r} is an option")
     folder = file.absolute().parent
     if not folder.is_dir():
         raise InputError(f"--json: the folder of {str(file)!r} does not exist; make it first")
@@ -188,11 +196,12 @@ def _choose(names: Sequence[str], files: Sequence[Path], suite: str | None) -> l
     from robosandbox.tasks.loader import find_task, tasks_of_suite
 
     wanted = _split_names(names)
+    files = [*(Path(name) for name in wanted if name.endswith(_TASK_SUFFIXES)), *files]
     if not names and not files and suite is None:
         suite = STANDARD_SUITE
     chosen: list[Task | BrokenTask] = [*tasks_of_suite(suite)] if suite is not None else []
     there = {task.name for task in chosen}
-    chosen += [find_task(name) for name in wanted if name not in there]
+    chosen += [find_task(name) for name in wanted if name not in there and not name.endswith(_TASK_SUFFIXES)]
     chosen += [_from_file(file) for file in files]
     seen: set[str] = set()
     for task in chosen:
@@ -207,9 +216,6 @@ def _split_names(names: Sequence[str]) -> list[str]:
     wanted = list(dict.fromkeys(name for item in names for name in item.split(",") if name))
     if names and not wanted:
         raise InputError("--tasks: names no task; give names by comma, or leave it out for all")
-    for name in wanted:
-        if name.endswith((".yaml", ".yml")):
-            raise InputError(f"--tasks: {name!r} is a file; give it with --task-file")
     return wanted
 
 
@@ -239,15 +245,18 @@ def _sim_process(connection: Connection, world: WorkcellOptions) -> Iterator[Rem
 
 @contextmanager
 def _progress(total: int) -> Iterator[Callable[[int], None]]:
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
-    console = Console(stderr=True)
-    if not console.is_terminal or total < 2:
-        yield lambda _: None
+    from robosandbox.commands.waiting import stderr_console
+    from robosandbox.progress import nothing_done
+
+    if not sys.stderr.isatty() or total < 2:
+        with doing("running the episode"):
+            yield lambda _: None
         return
+    nothing_done()
     # Rows that go to the same terminal have to pass through the bar; rows that go elsewhere must not.
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, redirect_stdout=sys.stdout.isatty()) as progress:
+    with Progress(*columns, console=stderr_console(), transient=True, redirect_stdout=sys.stdout.isatty()) as progress:
         bar = progress.add_task("", total=total)
         yield lambda count: progress.advance(bar, count)

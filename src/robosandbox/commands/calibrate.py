@@ -11,6 +11,7 @@ import typer
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.commands.options import Json, RobotName, SensorName
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 
 
 def calibrate(
@@ -34,7 +35,7 @@ def calibrate(
         raise InputError(f"--at: {at[0]:g} {at[1]:g} is off the table, which spans -0.5..0.5 m")
     board = CalibrationBoard(centre=at)
     scene = Scene(robot_urdf=Path(robot) if robot else None)
-    with closing(open_with_board(scene, board, sensor)) as sim:
+    with doing("looking for the board"), closing(open_with_board(scene, board, sensor)) as sim:
         found = {name: find_camera(sim.capture(name), board, scene.table_height) for name in sim.cameras}
     if output is not None:
         calibration_of(found).save(output)

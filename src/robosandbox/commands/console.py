@@ -7,11 +7,11 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TextIO
 
 import typer
 
-from robosandbox.commands.waiting import stop_telling, tell_slow_work
+from robosandbox.commands.waiting import slow_work_shown
 from robosandbox.errors import (
     InputError,
     PlannerError,
@@ -21,6 +21,7 @@ from robosandbox.errors import (
     SensorError,
     ServiceUnavailableError,
 )
+from robosandbox.progress import nothing_done
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -31,20 +32,27 @@ _GL_REMEDY = (
     "unset it, or `apt-get install libegl1` for MUJOCO_GL=egl, `apt-get install libosmesa6` for MUJOCO_GL=osmesa"
 )
 
-# Typer carries its own copy of click in some versions and click itself in others; this finds UsageError in either.
-_UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+
+class _CurrentStderr(logging.StreamHandler[TextIO]):
+    """Writes to what is stderr at the time, so that a line passes over one that moves."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.setStream(sys.stderr)
+        super().emit(record)
 
 
 def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
     """Run a command line and return its exit code; what is wrong with the input becomes one line on stderr."""
-    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
+    logging.basicConfig(
+        handlers=[_CurrentStderr()], level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s"
+    )
     command = typer.main.get_command(app)
-    waiting = tell_slow_work(program)
     try:
-        code = command.main(args=list(arguments), prog_name=program, standalone_mode=False)
+        with slow_work_shown():
+            code = command.main(args=list(arguments), prog_name=program, standalone_mode=False)
         sys.stdout.flush()
         return code if isinstance(code, int) else EXIT_DONE
-    except _UsageError as error:
+    except typer.TyperException as error:
         return _misused(program, error)
     except RoboSandboxError as error:
         exit_code = _exit_code(error)
@@ -66,24 +74,15 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         # The reader has gone, as in `... | head`; closing stdout here keeps the interpreter from complaining at exit.
         sys.stdout = None
         return EXIT_FAILED
-    finally:
-        stop_telling(waiting)
 
 
-def _misused(program: str, error: Exception) -> int:
-    """Say what is wrong with a command line, and where its help is; a group by itself prints it."""
-    context = getattr(error, "ctx", None)
-    message = getattr(error, "format_message", error.__str__)().rstrip(".")
-    if "Missing command" in message:
-        print(context.get_help() if context else message)
-        return EXIT_DONE
-    path = context.command_path if context else program
-    said = context.params.get("prompt") if context else None
-    if said and "extra argument" in message:
-        message = f"the prompt ends after {said!r}: put the whole sentence in quotes"
-    elif isinstance(error.__context__, ValueError) and (wrong := _given(error.__context__)):
+def _misused(program: str, error: typer.TyperException) -> int:
+    """Say what is wrong with a command line, and where its help is."""
+    context: typer.Context | None = getattr(error, "ctx", None)
+    message = error.format_message().rstrip(".")
+    if isinstance(error.__cause__, ValueError) and (wrong := _given(error.__cause__)):
         message = f"{message}, got {wrong!r}"
-    _complain(program, f"{message}; see {path} --help")
+    _complain(program, f"{message}; see {context.command_path if context else program} --help")
     return EXIT_USAGE
 
 
@@ -123,6 +122,7 @@ def read_prompt(prompt: str) -> str:
     from robosandbox.types import MAX_PROMPT_LENGTH
 
     if prompt == "-":
+        nothing_done()
         prompt = sys.stdin.read(MAX_PROMPT_LENGTH + 1).strip()
         if len(prompt) > MAX_PROMPT_LENGTH:
             raise InputError(

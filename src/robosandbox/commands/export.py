@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.console import EXIT_DONE
-from robosandbox.commands.lazy import plain_app
+from robosandbox.commands.lazy import plain_group
 from robosandbox.commands.recording import parse_size
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
+from robosandbox.progress import doing
 
 if TYPE_CHECKING:
     from robosandbox.recording.episode import RecordedEpisode
 
-app: typer.Typer = plain_app(help="Recorded episodes as datasets and logs.")
+app: typer.Typer = plain_group(help="Recorded episodes as datasets and logs.")
 
 Paths = Annotated[
     list[Path], typer.Argument(metavar="EPISODES... OUT", help="Episodes or folders of episodes, and last the target.")
@@ -44,14 +45,15 @@ def to_lerobot(
     except ModuleNotFoundError as error:
         raise missing_extra(error, "export lerobot", "export") from None
     chosen, pixels = _pictures(episodes, cameras, size)
-    export_lerobot(
-        episodes,
-        target,
-        fps=fps,
-        cameras=chosen,
-        size=pixels,
-        on_done=lambda episode, count: print(f"{episode.name}: {count} frames", file=sys.stderr),
-    )
+    with doing(f"exporting {len(episodes)} episodes"):
+        export_lerobot(
+            episodes,
+            target,
+            fps=fps,
+            cameras=chosen,
+            size=pixels,
+            on_done=lambda episode, count: print(f"{episode.name}: {count} frames", file=sys.stderr),
+        )
     print(target)
     return EXIT_DONE
 
@@ -78,7 +80,8 @@ def to_mcap(
         target.mkdir(parents=True, exist_ok=True)
     for episode in episodes:
         file = target if one else target / f"{episode.name}.mcap"
-        export_mcap(episode, file, fps=fps, cameras=chosen, size=pixels)
+        with doing(f"exporting {episode.name}"):
+            export_mcap(episode, file, fps=fps, cameras=chosen, size=pixels)
         print(file)
     return EXIT_DONE
 

@@ -8,7 +8,9 @@ from importlib import import_module
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
+
+from robosandbox.errors import InputError
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +31,7 @@ class LazyCommand:
         found = getattr(import_module(module), attribute)
         if not isinstance(found, typer.Typer):
             application = plain_app()
-            application.command(name)(found)
+            application.command(name, cls=SentenceCommand)(found)
             found = application
         command = typer.main.get_command(found)
         command.name = name
@@ -39,6 +41,44 @@ class LazyCommand:
 def plain_app(**options: Any) -> typer.Typer:
     """Return an application whose help is plain text: the library that draws boxes takes longer to load than all else."""
     return typer.Typer(add_completion=False, rich_markup_mode=None, **options)
+
+
+def plain_group(**options: Any) -> typer.Typer:
+    """Return an application of several commands, which by itself prints its help."""
+    application = plain_app(**options)
+
+    @application.callback(invoke_without_command=True)
+    def help_alone(context: typer.Context) -> None:
+        if context.invoked_subcommand is None:
+            print(context.get_help())
+
+    return application
+
+
+class SentenceCommand(TyperCommand):
+    """A command that takes a sentence says what is wrong with one that is not in quotes."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Take a command line apart.
+
+        Raises:
+            InputError: The sentence goes on after its first word.
+        """
+        said = next((param for param in self.params if param.name == "prompt"), None)
+        ctx.allow_extra_args = ctx.allow_extra_args or said is not None
+        try:
+            rest = super().parse_args(ctx, args)
+        except typer.TyperException as error:
+            # An option without its value does not say of which command it is.
+            if getattr(error, "ctx", ctx) is None:
+                error.ctx = ctx  # type: ignore[attr-defined]
+            raise
+        if rest and said is not None:
+            raise InputError(
+                f"the prompt ends after {ctx.params['prompt']!r}: put the whole sentence in quotes; "
+                f"see {ctx.command_path} --help"
+            )
+        return rest
 
 
 def lazy_group(lazy: Mapping[str, LazyCommand]) -> type[TyperGroup]:

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.text import Text
 
 from robosandbox.agent import episode as events
+from robosandbox.commands.waiting import stderr_console
 from robosandbox.printable import printable
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class LiveView:
 
     def __init__(self, *, plain: bool = False) -> None:
         """Show what comes; `plain` as where there is no terminal."""
-        self._console = Console(stderr=True, highlight=False, force_terminal=False if plain else None)
+        self._console = Console(stderr=True, highlight=False, force_terminal=False) if plain else stderr_console()
         self._status: Status | None = None
         self._phases: list[str] = []
         self._thought = ""
@@ -46,6 +47,8 @@ class LiveView:
     def __call__(self, event: events.AgentEvent) -> None:
         """Show an event."""
         match event:
+            case events.Started():
+                self.show("planning")
             case events.Writing():
                 self._thought += event.thought
                 self._drafted += map(str, event.calls)
@@ -123,12 +126,13 @@ class LiveView:
             self._status = None
 
 
-def ask_here(agent: Agent[Any]) -> None:
+def ask_here(agent: Agent[Any], live: LiveView) -> None:
     """Let planners ask the person at this terminal; where there is none, nobody is there to answer."""
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         return
 
     def ask(question: str) -> str:
+        live.close()
         print(f"{printable(question)}\n> ", end="", file=sys.stderr, flush=True)
         return sys.stdin.readline().strip()
 

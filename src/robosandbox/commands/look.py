@@ -12,6 +12,7 @@ from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.commands.options import Json
 from robosandbox.commands.world import open_here, takes_world
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def look(
     if picture is not None:
         _check_picture(picture)
     # The model, if any, is the perception's: nothing is planned here.
-    with open_here(_to_look(world)) as session:
+    with open_here(_to_look(world)) as session, doing("looking"):
         scene = session.observe()
         if picture is not None:
             _draw(session.ctx.perception, world.perception, picture)

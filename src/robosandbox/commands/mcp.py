@@ -14,6 +14,7 @@ from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.world import Connection, check_remote, open_here, takes_world
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
+from robosandbox.progress import nothing_done
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ def mcp(
     if http is None:
         from robosandbox.mcp.greeting import greet
 
+        nothing_done()
         if sys.stdin.isatty():
             print(_AT_A_TERMINAL, file=sys.stderr)
         # A client waits for the first answer, and all that follows takes longer than some wait.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
+from robosandbox.progress import doing
 
 if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
@@ -42,7 +43,8 @@ def run_policy(
     if recorder is not None:
         # After the reset, which ends what is being recorded.
         recorder.begin(f"policy {name}: {session.task.prompt}")
-    ran = policies.run_policy(env, policy, first, max_steps)
+    with doing(f"running {name}"):
+        ran = policies.run_policy(env, policy, first, max_steps)
     verdict = session.judge()
     reason = "stopped" if ran.stopped else ("success" if ran.success else "steps_used_up")
     said = ran.stopped or f"{ran.steps} steps"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
-from robosandbox.commands.lazy import plain_app
+from robosandbox.commands.lazy import plain_group
 from robosandbox.commands.options import NoCache
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from robosandbox.robots.check.finding import Check
     from robosandbox.robots.infer.sidecar import Inference
 
-app: typer.Typer = plain_app(help="Bring your own robot: infer its sidecar, check it.")
+app: typer.Typer = plain_group(help="Bring your own robot: infer its sidecar, check it.")
 
 Model = Annotated[str, typer.Argument(help="A URDF or MJCF file, a bundled robot, or menagerie:<name>.")]
 GripperModel = Annotated[

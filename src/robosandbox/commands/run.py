@@ -138,6 +138,7 @@ def _shown_while_written(agent: Agent[Any]) -> Iterator[None]:
 
     live = LiveView()
     live.watch(agent)
+    live.show("planning")
     try:
         yield
     finally:
@@ -189,8 +190,9 @@ def _carry_out(session: Workcell, prompt: str, json: bool, recorder: Recorder | 
 
     # What a model writes goes into a record as it comes.
     session.agent.streams = recorder is not None
-    LiveView().watch(session.agent)
-    ask_here(session.agent)
+    live = LiveView()
+    live.watch(session.agent)
+    ask_here(session.agent, live)
     with cancel_on_interrupt(session.ctx, session.agent):
         episode = session.run(prompt)
     # Before the verdict, for which time may have to pass.

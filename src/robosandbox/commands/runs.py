@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
-from robosandbox.commands.lazy import plain_app
+from robosandbox.commands.lazy import plain_group
 from robosandbox.commands.recording import parse_size
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
+from robosandbox.progress import doing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     from robosandbox.recording.episode import RecordedEpisode
 
-app: typer.Typer = plain_app(help="Recorded episodes.")
+app: typer.Typer = plain_group(help="Recorded episodes.")
 
 EpisodeFolder = Annotated[Path, typer.Argument(help="An episode's folder.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
@@ -45,7 +46,8 @@ def replay(
 
     run = open_replay(found)
     try:
-        replayed = run.run()
+        with doing(f"running {found.name} again"):
+            replayed = run.run()
     finally:
         run.session.close()
     judged = replayed.judged
@@ -142,7 +144,8 @@ def plot_run(
             if kind not in PLOTS:
                 raise InputError(f"--only: {kind!r} is not one of {', '.join(PLOTS)}")
         target = out or found.folder / "plot.png"
-        plot(found, target, kinds or PLOTS)
+        with doing(f"drawing {found.name}"):
+            plot(found, target, kinds or PLOTS)
     except ModuleNotFoundError as error:
         raise missing_extra(error, "plot", "record") from None
     print(target)
@@ -161,8 +164,9 @@ def film_run(
     pixels = parse_size(size)
     film = Film(target, fps, pixels)
     try:
-        for picture in _pictures(found, camera, fps, pixels):
-            film.add(picture)
+        with doing(f"filming {found.name}"):
+            for picture in _pictures(found, camera, fps, pixels):
+                film.add(picture)
     finally:
         film.close()
     print(target)
@@ -185,7 +189,8 @@ def animate_run(
         raise InputError(f"--speed: {speed:g}; give a number above 0, up to 100")
     found = load(episode)
     target = out or found.folder / f"{camera}.gif"
-    write_gif(list(_pictures(found, camera, fps, parse_size(size))), target, 1.0 / (fps * speed))
+    with doing(f"drawing {found.name}"):
+        write_gif(list(_pictures(found, camera, fps, parse_size(size))), target, 1.0 / (fps * speed))
     print(target)
     return EXIT_DONE
 

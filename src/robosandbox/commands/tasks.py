@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 from robosandbox.commands.console import print_json
-from robosandbox.commands.lazy import plain_app
+from robosandbox.commands.lazy import plain_group
 
-app: typer.Typer = plain_app(help="The tasks that a bench runs.")
+app: typer.Typer = plain_group(help="The tasks that a bench runs.")
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 
 if TYPE_CHECKING:
     from robosandbox.tasks.embedded import EmbeddedWorkcell
     from robosandbox.types import Plan
+
+_TRYING = "trying the plan on the twin"
 
 
 def dry_run(session: EmbeddedWorkcell, prompt: str, json: bool) -> int:
@@ -19,9 +22,10 @@ def dry_run(session: EmbeddedWorkcell, prompt: str, json: bool) -> int:
     from robosandbox.agent.usage import metered
     from robosandbox.types import Refusal
 
-    with metered() as usage:
+    with metered() as usage, doing("planning"):
         answer = session.agent.plan(prompt)
-    tried = None if isinstance(answer, Refusal) else preview(session.ctx, answer, session.agent.skills)
+    with doing(_TRYING):
+        tried = None if isinstance(answer, Refusal) else preview(session.ctx, answer, session.agent.skills)
     if json:
         dump = answer.model_dump(mode="json")
         refused = isinstance(answer, Refusal)
@@ -55,7 +59,9 @@ def ask_before(session: EmbeddedWorkcell, prompt: str | None) -> None:
         )
 
     def ask(plan: Plan) -> bool:
-        for line in preview(session.ctx, plan, session.agent.skills).lines():
+        with doing(_TRYING):
+            tried = preview(session.ctx, plan, session.agent.skills)
+        for line in tried.lines():
             print(f"    plan  {line}", file=sys.stderr)
         print("carry it out? [y/N] ", end="", file=sys.stderr, flush=True)
         answer = sys.stdin.readline()

@@ -11,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.errors import InputError
+from robosandbox.progress import doing, nothing_done
 
 if TYPE_CHECKING:
     from robosandbox.tasks.embedded import EmbeddedWorkcell
@@ -26,6 +27,8 @@ def read_steps(source: str) -> Plan:
     from robosandbox.types import Plan, SkillCall
 
     try:
+        if source == "-":
+            nothing_done()
         text = sys.stdin.read() if source == "-" else Path(source).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"--steps: {source}: {error}; give a file, or - for stdin") from None
@@ -51,7 +54,8 @@ def verify_steps(session: EmbeddedWorkcell, plan: Plan, *, json: bool) -> int:
     from robosandbox.world.verifier import verify
 
     robot = RobotAbilities(session.ctx, session.task.limits)
-    verdict = verify(plan, session.observe(), session.skills, robot=robot)
+    with doing("checking the plan"):
+        verdict = verify(plan, session.observe(), session.skills, robot=robot)
     stated = picture(verdict.end)
     if json:
         print_json(

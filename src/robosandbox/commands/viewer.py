@@ -18,6 +18,7 @@ from robosandbox.commands.runs import load as load_episode
 from robosandbox.commands.world import Connection, check_remote, open_here, takes_world
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
+from robosandbox.progress import doing
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -71,9 +72,10 @@ def viewer(
     sys.setswitchinterval(_SWITCH_SECONDS)
     opened = _there(connection, world) if connection else _here(world, settings, episode)
     with opened as (source, playback):
-        shown = Viewer(source, port, playback)
-        shown.control.listeners.append(_log)
-        shown.start()
+        with doing("starting the page's server"):
+            shown = Viewer(source, port, playback)
+            shown.control.listeners.append(_log)
+            shown.start()
         stopped = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: stopped.set())

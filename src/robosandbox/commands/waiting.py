@@ -1,58 +1,98 @@
-"""A line on stderr for whatever takes longer than a person waits without wondering."""
+"""A moving line on the terminal for whatever takes longer than a person waits without wondering."""
 
 from __future__ import annotations
 
 import logging
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from robosandbox.progress import LOGGER
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
 
 # Response times over a second interrupt a person's thought (Nielsen, Usability Engineering, 1993, chapter 5).
 _PATIENCE_SECONDS = 1.0
 
 
+@lru_cache(maxsize=1)
+def stderr_console() -> Console:
+    """Return the one console of this process on stderr: lines that move on the same console do not overwrite each other."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False)
+
+
 class SlowWork(logging.Handler):
-    """Prints what is being done once it has taken over a second.
+    """Shows what is being done once it has taken over a second, until nothing is done any more."""
 
-    Args:
-        program: Stands before the line.
-    """
-
-    def __init__(self, program: str) -> None:
+    def __init__(self) -> None:
         super().__init__(logging.INFO)
-        self._program = program
+        self._what = ""
         self._timer: threading.Timer | None = None
+        self._line: Progress | None = None
 
     def emit(self, record: logging.LogRecord) -> None:
         """Take what is done now; empty is nothing."""
-        self.stop()
-        what = record.getMessage()
-        if what:
-            self._timer = threading.Timer(_PATIENCE_SECONDS, self._print, [what])
-            self._timer.daemon = True
-            self._timer.start()
+        self.tell(record.getMessage())
 
-    def stop(self) -> None:
-        """Forget what was being done."""
+    def tell(self, what: str) -> None:
+        """Show this once a second has passed since nothing was done; empty shows nothing."""
+        with self.lock:  # type: ignore[union-attr]
+            self._what = what
+            if not what:
+                self._hide()
+            elif self._line is not None:
+                self._line.update(self._line.task_ids[0], description=what)
+            elif self._timer is None:
+                self._timer = threading.Timer(_PATIENCE_SECONDS, self._show)
+                self._timer.daemon = True
+                self._timer.start()
+
+    def _hide(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+        if self._line is not None:
+            self._line.stop()
+            self._line = None
 
-    def _print(self, what: str) -> None:
-        print(f"{self._program}: {what} ...", file=sys.stderr, flush=True)
+    def _show(self) -> None:
+        # Not imported before somebody has waited.
+        from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+        with self.lock:  # type: ignore[union-attr]
+            if self._timer is not threading.current_thread():
+                return
+            columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
+            # What goes to the same terminal has to pass over the line; what goes elsewhere must not.
+            here = sys.stdout is not None and sys.stdout.isatty()
+            self._line = Progress(*columns, console=stderr_console(), transient=True, redirect_stdout=here)
+            self._line.add_task(self._what, total=None)
+            self._line.start()
 
 
-def tell_slow_work(program: str) -> SlowWork:
-    """Tell a person on stderr what takes over a second, until `stop_telling`."""
-    handler = SlowWork(program)
+@contextmanager
+def slow_work_shown() -> Iterator[None]:
+    """Show a person at a terminal what takes over a second, from now on; before the first `doing` that is starting."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    handler = SlowWork()
+    level, propagates = LOGGER.level, LOGGER.propagate
     LOGGER.setLevel(logging.INFO)
     LOGGER.propagate = False
     LOGGER.addHandler(handler)
-    return handler
-
-
-def stop_telling(handler: SlowWork) -> None:
-    """Take the handler away again."""
-    LOGGER.removeHandler(handler)
-    handler.stop()
+    handler.tell("starting")
+    try:
+        yield
+    finally:
+        LOGGER.removeHandler(handler)
+        LOGGER.propagate = propagates
+        LOGGER.setLevel(level)
+        handler.tell("")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
@@ -34,6 +34,7 @@ from robosandbox.commands.options import (
 )
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -139,7 +140,9 @@ class Connection:
         """
         from robosandbox.service.client import connect
 
-        with connect(*(self.connect or ()), zenoh_config=self.zenoh_config, **options) as client:
+        with ExitStack() as opened:
+            with doing("connecting"):
+                client = opened.enter_context(connect(*(self.connect or ()), zenoh_config=self.zenoh_config, **options))
             yield client
 
     @contextmanager
@@ -157,7 +160,8 @@ class Connection:
         """Return an agent before the robot of a client that is connected."""
         from robosandbox.service.client.workcell import RemoteWorkcell
 
-        return RemoteWorkcell(client.robot(self.robot_id), world)
+        with doing("looking for the robot"):
+            return RemoteWorkcell(client.robot(self.robot_id), world)
 
 
 def takes_world(

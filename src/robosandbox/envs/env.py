@@ -9,6 +9,7 @@ from typing import Any, Literal
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from robosandbox.envs.control import ActionKind, Controller
@@ -104,6 +105,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         for camera in self._cameras:
             sim.camera_in_model(camera)
         self._controller = Controller(sim, action, 1.0 / control_hz)
+        self._begun = False
         self._held_since: float | None = None
         self._dense = reward == "dense"
         self._potential = 0.0
@@ -137,6 +139,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         else:
             self._draw()
         self._controller.reset()
+        self._begun = True
         self._held_since = None
         self._potential = self._closeness() if self._dense else 0.0
         return self._observe(), self._info(False)
@@ -147,7 +150,13 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         Returns:
             Observation, reward, whether the episode has ended, False (a wrapper ends it for its length), and info with
             `is_success`, `layout` and, where a limit of robot or task ended the episode, `stopped`.
+
+        Raises:
+            InputError: The action has another shape, or is not finite.
+            ResetNeeded: No episode has begun.
         """
+        if not self._begun:
+            raise ResetNeeded("step: no episode has begun; call reset() first")
         stopped = ""
         try:
             self._controller.apply(action)

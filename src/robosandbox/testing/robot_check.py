@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 from robosandbox.robots.check.compare import compare
 from robosandbox.robots.check.diagnosis import blamed_field, infer_beside
 from robosandbox.robots.check.finding import Check
@@ -109,7 +110,8 @@ def _check(
     path = resolve_robot(Path(model)).resolve()
     config = find_sidecar(path, sidecar)
     try:
-        imported = import_model(path, paths)
+        with doing(f"reading {path.name}"):
+            imported = import_model(path, paths)
     except InputError as error:
         report.add([Check("load", False, str(error))])
         return report
@@ -149,12 +151,14 @@ def _check_with(
                 given = found.sidecar
             else:
                 given = load_yaml_model(config, Sidecar)
-                found = infer_beside(imported, given, config, paths)
+                with doing(f"inferring the sidecar of {path.name}"):
+                    found = infer_beside(imported, given, config, paths)
         except InputError as error:
             report.add([Check("load", False, str(error), blamed_field(config, str(error)))])
             return
         report.sidecar = given.model_dump(mode="json", exclude_none=True)
-        static = list(compare(found, given))
+        with doing(f"comparing the sidecar with {path.name}"):
+            static = list(compare(found, given))
         try:
             robot = load_robot(path, config, paths)
         except InputError as error:

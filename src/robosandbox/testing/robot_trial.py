@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 from robosandbox.protocols import Driver
 from robosandbox.robots.check.finding import Check
 from robosandbox.robots.loader import RobotModel
@@ -61,7 +62,8 @@ def try_out(
     doubted = blame or next((item.field for item in static if item.field), None)
     scene = Scene(robot_urdf=path, robot_config=config)
     try:
-        sim = open_mujoco(scene)
+        with doing("opening a world with it"):
+            sim = open_mujoco(scene)
     except InputError as error:
         yield Check("start", False, str(error), blame or _start_field(scene, robot, clear_home, str(error)))
         return
@@ -97,6 +99,7 @@ def _start_field(scene: Scene, robot: RobotModel, clear_home: tuple[float, ...],
     return "arm.home_qpos"
 
 
+@doing("holding home")
 def _home_is_held(sim: Driver, blame: str | None) -> Check:
     home = sim.spec.home_q
     sim.wait(1.0)
@@ -115,6 +118,7 @@ def _home_is_held(sim: Driver, blame: str | None) -> Check:
     return Check("home_held", True, f"within {off[worst]:.4f} of home after a second, nothing touched")
 
 
+@doing("trying the servos")
 def _servos_track(sim: Driver, blame: str | None) -> Check:
     robot = sim.spec
     worst, who = 0.0, 0
@@ -147,6 +151,7 @@ def _ramp(start: Array, goal: Array, acceleration: Array) -> Array:
     return ramp
 
 
+@doing("trying the gripper")
 def _gripper_moves(sim: Driver, blame: str | None) -> Check:
     gripper = sim.spec.gripper
     assert gripper is not None
@@ -221,6 +226,7 @@ def cube_task(
     )
 
 
+@doing("trying a pick")
 def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, what_if: bool) -> Check:
     at, half = work_point(robot), _cube_half(robot)
     if max(map(abs, at)) > _TABLE_HALF:
@@ -256,6 +262,7 @@ def _pick_field(robot: RobotModel, message: str) -> str | None:
     return "ee_site.inject.xyz" if "closed on nothing" in message else None
 
 
+@doing("trying a push")
 def _push(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Check:
     task = cube_task(path, config, work_point(robot, 0.4))
     wanted = Displaced(kind="displaced", object=CUBE, direction="forward", min_mm=0.6 * _PUSH_M * 1000)
