@@ -196,7 +196,7 @@ def test_a_heavy_thing_that_slides_is_pushed_within_the_limit(direction: str) ->
 def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
     wall = SceneObject(id="wall", kind="box", size=(0.03, 0.08, 0.01), pose=Pose(xyz=(0.22, 0.0, 0.051)), mass=200.0)
     with open_session(scene(0.1, beside=(wall,)), what_if=False) as session:
-        peak = Peak(session.sim, "cube")
+        peak, began = Peak(session.sim, "cube"), session.sim.time
         with pytest.raises(
             PushError, match=r"it resists .* N, and limits.max_force_n allows 60; wall is in its way"
         ) as caught:
@@ -205,6 +205,7 @@ def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
         assert isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and evidence.blocking == ("wall",)
         assert evidence.force is not None and 0.7 * 60.0 < evidence.force <= peak.force + 0.01
         assert peak.force < 1.1 * 60.0
+        assert session.sim.time - began < 15.0, "not until the time of the whole way has passed"
         session.agent.perform(SkillCall(skill="home", arguments={}))
 
 

@@ -125,6 +125,59 @@ def test_nothing_is_stepped_over_between_two_waypoints(sim, planner):
     assert planner._collision(path) is not None
 
 
+def test_a_thin_wall_is_not_stepped_over_wherever_the_way_begins() -> None:
+    sheet = SceneObject(id="sheet", kind="box", size=(0.1, 0.001, 0.15), pose=Pose(xyz=(0.15, 0.0, 0.191)), mass=2.0)
+    with open_session(Scene(objects=(sheet,))) as session:
+        motion = DLSMotionPlanner()
+        motion.use(session.ctx.planning(session.observe()), session.sim.state())
+        for away in np.arange(0.09, 0.19, 0.01):
+            path = np.array([motion.ik(down(0.15, -away, 0.3)), motion.ik(down(0.15, 0.1, 0.3))])
+            assert not motion.touch(path[0]) and not motion.touch(path[1])
+            assert motion._collision(path) is not None, away
+
+
+def test_what_the_arm_touches_of_itself_is_what_mujoco_finds() -> None:
+    with open_session(Scene(objects=())) as session:
+        sim, rng, folded = session.sim, np.random.default_rng(0), 0
+        robot, model = sim.robot, sim.model
+        checker, data = CollisionChecker(model, robot, sim.body_names), mujoco.MjData(model)
+        checker.allow([body for body in range(model.nbody) if body not in robot.bodies])
+        assert robot.gripper is not None
+        for _ in range(300):
+            q = rng.uniform(robot.lower, robot.upper)
+            data.qpos[:] = model.qpos0
+            data.qpos[robot.qpos_indices] = q
+            mujoco.mj_forward(model, data)
+            own = False
+            for contact in data.contact:
+                first, second = (int(model.geom_bodyid[geom]) for geom in contact.geom)
+                fingers = {first, second} <= set(robot.gripper.bodies)
+                own |= contact.dist < 0.0 and {first, second} <= set(robot.bodies) and not fingers
+            found = checker.touch(q)
+            assert (found is not None and found.own) is bool(own)
+            folded += bool(own)
+        assert 10 < folded < 290
+
+
+def test_what_is_held_is_carried_along_and_touches_with_it() -> None:
+    bar = SceneObject(id="bar", kind="box", size=(0.01, 0.15, 0.01), pose=Pose(xyz=(0.4, -0.4, 0.0505)), mass=0.1)
+    with open_session(Scene(objects=(POST, bar))) as session:
+        sim = session.sim
+        checker = CollisionChecker(sim.model, sim.robot, sim.body_names)
+        for item in (POST, bar):
+            checker.place(sim.object_bodies[item.id], item.pose)
+        motion = DLSMotionPlanner()
+        motion.use(session.ctx.planning(session.observe()), sim.state())
+        q = motion.ik(down(0.15, 0.16, 0.3))
+        assert checker.touch(q) is None
+        checker.hold(sim.object_bodies["bar"], Pose(xyz=(0.0, 0.0, 0.0)))
+        touch = checker.touch(q)
+        assert touch is not None and touch.other == sim.body_names[sim.object_bodies["post"]]
+        checker.hold(None)
+        checker.place(sim.object_bodies["bar"], bar.pose)
+        assert checker.touch(q) is None
+
+
 def test_cans_are_seen_as_near_as_they_are() -> None:
     """The checker against exact distances, of every link to a can, in configurations around it."""
     can = SceneObject(id="can", kind="cylinder", size=(0.028, 0.044), pose=Pose(xyz=(0.18, 0.06, 0.085)))

@@ -1,5 +1,6 @@
-"""What a pick notices of what happens between its fingers: each by a change from outside at the moment that counts."""
+"""What skills notice of what nobody told them: each by a change from outside at the moment that counts."""
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -7,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robosandbox.errors import GraspError, Phase
-from robosandbox.evidence import GraspEvidence, TrackingEvidence
+from robosandbox.errors import GraspError, Phase, PlacementError, PushError
+from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence, TrackingEvidence
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.primitives.gripping import needed_force
 from robosandbox.skills.primitives.guarded import MetError, follow_free
 from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.tasks.contact_monitor import ContactMonitor
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject, SkillCall
@@ -141,3 +143,71 @@ def test_what_is_held_off_its_middle_asks_for_a_firmer_grip() -> None:
             return needed_force(arm, held, 0.1)
 
         assert needed(0.0) >= 0.1 * 9.81 and needed(0.05) > 3.0 * needed(0.0)
+
+
+def in_phase(session: EmbeddedWorkcell, phase: Phase, do: Callable[[], None]) -> None:
+    """Do something whenever the arm enters a phase."""
+    session.ctx.listeners.append(lambda entered: do() if entered == phase else None)
+
+
+def test_what_moves_on_after_it_was_let_go_is_not_placed() -> None:
+    with world(CUBE) as (session, _):
+        hand = Intervention(session.sim)
+        pick(session)
+        in_phase(session, Phase.RETREAT, lambda: hand.set_pose("cube", Pose(xyz=(0.25, 0.2, 0.0705))))
+        with pytest.raises(PlacementError, match="is not where it was placed") as caught:
+            session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.15}))
+        assert isinstance(caught.value.evidence, PlacementEvidence) and caught.value.evidence.reason == "missed"
+
+
+def test_what_stands_askew_is_watched_until_it_falls() -> None:
+    can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
+    with world(can, PILLAR) as (session, _):
+        hand = Intervention(session.sim)
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
+
+        # Its middle is 2 mm from the pillar's edge and 10 mrad short of its balance there: it begins to fall slowly.
+        tilt, fallen = math.atan2(0.002, 0.05) - 0.01, []
+        middle = np.array([0.18, -0.2, 0.1405]) + [
+            0.05 * math.sin(tilt) - 0.002 * math.cos(tilt),
+            0.0,
+            0.05 * math.cos(tilt) + 0.002 * math.sin(tilt),
+        ]
+        turn = (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2))
+
+        def lean() -> None:
+            if not fallen:
+                fallen.append(True)
+                hand.set_pose("can", Pose(xyz=tuple(middle.tolist()), quat_xyzw=turn))
+                hand.set_velocity("can", np.array([0.12 * 0.054, 0.0, 0.0]), np.array([0.0, 0.12, 0.0]))
+
+        in_phase(session, Phase.SETTLE, lean)
+        with pytest.raises(PlacementError, match=r"toppled|missed"):
+            session.agent.perform(SkillCall(skill="place_on", arguments={"target": "pillar"}))
+
+
+def test_what_slides_on_when_it_was_pushed_has_gone_too_far() -> None:
+    with world(OTHER) as (session, _):
+        hand = Intervention(session.sim)
+        in_phase(session, Phase.RETREAT, lambda: hand.set_pose("other", Pose(xyz=(0.15, 0.0, 0.0605))))
+        with pytest.raises(PushError, match="look again") as caught:
+            session.agent.perform(
+                SkillCall(skill="push", arguments={"object": "other", "direction": "right", "distance": 0.05})
+            )
+        assert isinstance(caught.value.evidence, PushEvidence) and caught.value.evidence.along > 0.15
+
+
+def test_what_is_carried_against_something_counts_as_touching_it() -> None:
+    with world(CUBE, OTHER) as (session, _):
+        monitor, hand = ContactMonitor(session.sim, session.agent.skills), Intervention(session.sim)
+        call = SkillCall(skill="pick", arguments={"object": "cube"})
+        monitor.begin(call)
+
+        def lift() -> None:
+            x, y, z = hand.pose("cube").xyz
+            hand.set_pose("other", Pose(xyz=(x, y, z - 0.0495)))
+
+        once_risen(session, 0.1, lambda: session.sim.subscribe(lift))
+        with pytest.raises(GraspError, match="other came up together with cube"):
+            session.agent.perform(call)
+        assert "cube on other" in monitor.touched and monitor.worst_force > 0.0
