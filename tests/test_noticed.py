@@ -17,7 +17,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.tasks.contact_monitor import ContactMonitor
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
-from robosandbox.types import Pose, Scene, SceneObject, SkillCall
+from robosandbox.types import Pose, Scene, SceneObject, SkillCall, Trajectory
 
 CUBE = SceneObject(id="cube", kind="box", size=(0.012, 0.012, 0.03), pose=Pose(xyz=(0.15, 0.0, 0.0705)), mass=0.1)
 OTHER = SceneObject(id="other", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.2, 0.0605)), mass=0.1)
@@ -211,3 +211,21 @@ def test_what_is_carried_against_something_counts_as_touching_it() -> None:
         with pytest.raises(GraspError, match="other came up together with cube"):
             session.agent.perform(call)
         assert "cube on other" in monitor.touched and monitor.worst_force > 0.0
+
+
+def test_an_arm_that_is_stopped_stays_where_it_was_stopped() -> None:
+    with world(CUBE) as (session, _):
+        sim, stopped = session.sim, list[np.ndarray]()
+        goal = sim.state().q + 0.5
+        way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
+
+        def guard() -> Exception | None:
+            if sim.state().q[0] < goal[0] - 0.25:
+                return None
+            stopped.append(sim.state().q)
+            return LookupError("that is far enough")
+
+        with pytest.raises(LookupError):
+            sim.follow(way, guards=(guard,))
+        sim.wait(0.5)
+        assert np.abs(sim.state().q - stopped[0]).max() < 0.001 and len(stopped) == 1
