@@ -31,8 +31,11 @@ _PROBE = "from robosandbox.sim.rendering import _make_gl_context; _make_gl_conte
 _MOST_WORKERS = 8
 # The files that take longest, the longest first, as `uv run pytest --durations=0` tells: workers begin with them.
 _LONGEST = (
+    "test_second_engine.py",
     "test_viewer.py",
+    "test_llm_models.py",
     "test_seeds.py",
+    "test_scale.py",
     "test_robots.py",
     "test_forging.py",
     "test_llm_planner.py",
