@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
-from robosandbox.errors import CollisionError, Phase, PushError, SkillError, UnreachableError
+from robosandbox.errors import Phase, PushError
 from robosandbox.evidence import PushEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
-from robosandbox.skills.primitives.manipulator import (
-    HOVER_HEIGHT,
-    Manipulator,
-    most_telling,
-    raised,
-)
+from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.skills.primitives.pressing import Pressed, press_along
-from robosandbox.skills.primitives.strokes import STAND_OFF, hand_rotations, stroke_heights, stroke_poses
+from robosandbox.skills.primitives.strokes import STAND_OFF, plan_stroke
 from robosandbox.types import (
     DIRECTION_AXES,
     Array,
@@ -39,9 +33,6 @@ from robosandbox.world.relations import centre, displacement, gap
 
 # Strokes of one push; chosen: most take one, and one passed by the object is turned for the next.
 _STROKES = 4
-# Share of the joints' speed limits; chosen so that what is pushed stays at the fingers (halved 11 % longer episodes,
-# doubled 12 % shorter, all succeed).
-_PUSH_SPEED = 0.12
 # Metres that a stroke has to move the object not to count as missed; chosen as perception's error.
 _PROGRESS = 0.002
 # Metres to a thing within which the object stands against it; chosen above perception's error.
@@ -194,32 +185,12 @@ def _stroke(
     arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float, missed: int
 ) -> Pressed:
     """Put the fingers behind the object and push it once."""
-    failures: list[SkillError] = []
-    arm.ctx.enter(Phase.PLAN)
-    arm.use(scene)
-    q = arm.q
-    robot = arm.sim.spec
-    options = hand_rotations(robot, axis, arm.sim.state().tcp_pose.rotation)
-    turned = 2 * missed % len(options)
-    hands = (*options[turned:], *options[:turned])
-    ways = itertools.product(stroke_heights(robot, target, axis, scene.table_height), hands)
-    for height, (rotation, half_depth) in ways:
-        start, end = stroke_poses(target, axis, distance, rotation, half_depth, height)
-        try:
-            arm.motion.allow()
-            descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=arm.tempo.near)
-            approach = arm.motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
-            arm.motion.allow(target.id)
-            push = arm.motion.plan_line(descent.q[-1], end, speed=_PUSH_SPEED)
-        except (UnreachableError, CollisionError) as error:
-            failures.append(error)
-            continue
-        follow_free(arm, approach, Phase.APPROACH)
-        follow_free(arm, descent, Phase.DESCEND)
-        pressed = press_along(arm, push, target.id, most=arm.ctx.max_force_n, before=STAND_OFF)
-        arm.use(arm.look())
-        # Pressed against the object, a hand of weak servos sinks onto the table.
-        arm.motion.allow("table", target.id)
-        arm.rise(HOVER_HEIGHT, Phase.RETREAT)
-        return pressed
-    raise most_telling(failures)
+    stroke = plan_stroke(arm, target, scene, axis, distance, missed)
+    follow_free(arm, stroke.approach, Phase.APPROACH)
+    follow_free(arm, stroke.descent, Phase.DESCEND)
+    pressed = press_along(arm, stroke.push, target.id, most=arm.ctx.max_force_n, before=STAND_OFF)
+    arm.use(arm.look())
+    # Pressed against the object, a hand of weak servos sinks onto the table.
+    arm.motion.allow("table", target.id)
+    arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+    return pressed

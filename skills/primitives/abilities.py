@@ -12,16 +12,14 @@ from robosandbox.grasp.hand import lean
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.primitives.drawers import (
     OPEN_SHARE,
-    box_of,
     grip_aperture,
-    grip_poses,
-    moved_by,
     opening_of,
-    outwards,
+    plan_pull,
 )
 from robosandbox.skills.primitives.grasping import why_no_grasp
-from robosandbox.skills.primitives.rehearsal import Rehearsal
-from robosandbox.skills.primitives.strokes import hand_rotations, stroke_heights, stroke_poses
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.rehearsal import rehearse, with_aperture
+from robosandbox.skills.primitives.strokes import plan_stroke
 from robosandbox.types import Array, DetectedObject, Grasp, Limits, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities, Obstruction
 
@@ -139,30 +137,27 @@ class RobotAbilities(GripperAbilities):
         self, item: DetectedObject, axis: Sequence[float], distance: float, scene: ObservedScene
     ) -> Obstruction | None:
         """Return what keeps the hand from pushing an object along a level unit vector (3,), whichever way it is turned."""
-        robot, state = self._ctx.sim.spec, self._ctx.sim.state()
+        robot = self._ctx.sim.spec
         if robot.gripper is None or scene.held is not None:
             return None
-        along = np.array(axis)
-        rehearsal = Rehearsal(self._ctx, scene, robot.gripper.geometry.min_aperture)
-        for height in stroke_heights(robot, item, along, scene.table_height):
-            for rotation, depth in hand_rotations(robot, along, state.tcp_pose.rotation):
-                begin, end = stroke_poses(item, along, distance, rotation, depth, height)
-                if rehearsal.works((begin, ()), (end, (item.id,))):
-                    return None
-        return rehearsal.obstruction
+        closed = with_aperture(self._ctx, robot.gripper.geometry.min_aperture)
+        return rehearse(self._ctx, scene, closed, lambda arm: plan_stroke(arm, item, scene, np.array(axis), distance))
 
     def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
         """Return what keeps the hand from pulling a drawer open at its grip, whichever way it is pitched."""
-        gripper, state = self._ctx.sim.spec.gripper, self._ctx.sim.state()
+        gripper = self._ctx.sim.spec.gripper
         if gripper is None or scene.held is not None:
             return None
         travel = max(OPEN_SHARE * drawer.size[3] - opening_of(drawer), 0.0)
-        rehearsal = Rehearsal(self._ctx, scene, grip_aperture(gripper.geometry, drawer))
-        own = (box_of(drawer),)
-        for tcp in grip_poses(gripper.geometry, drawer, state.tcp_pose.rotation):
-            if travel == 0.0 or rehearsal.works((tcp, own), (moved_by(tcp, travel * outwards(drawer)), own)):
-                return None
-        return rehearsal.obstruction
+        if travel == 0.0:
+            return None
+        opened = with_aperture(self._ctx, grip_aperture(gripper.geometry, drawer))
+
+        def pull(arm: Manipulator) -> None:
+            arm.use(scene)
+            plan_pull(arm, drawer, travel)
+
+        return rehearse(self._ctx, scene, opened, pull)
 
     def off_home(self) -> float:
         """Return how far the arm's joints are off their home, radians or metres."""

@@ -137,7 +137,9 @@ def grip_poses(geometry: GripperGeometry, drawer: DetectedObject, hand: Array) -
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
+class GripWay:
+    """The ways to a drawer's grip: to over it, and down to it."""
+
     approach: Trajectory
     descent: Trajectory
 
@@ -163,7 +165,7 @@ def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
     arm.use(arm.look())
     aperture = grip_aperture(geometry, drawer)
     arm.motion.open_to(aperture)
-    way = _find_way(arm, drawer, travel)
+    way = plan_pull(arm, drawer, travel)
     arm.open(aperture, wait=False)
     follow_free(arm, way.approach, Phase.APPROACH)
     follow_free(arm, way.descent, Phase.DESCEND)
@@ -173,8 +175,14 @@ def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
         raise _missed(arm, drawer, "missed", closed, Phase.GRASP)
 
 
-def _find_way(arm: Manipulator, drawer: DetectedObject, travel: float) -> _Way:
-    q, hand, away = arm.q, arm.sim.state().tcp_pose.rotation, outwards(drawer)
+def plan_pull(arm: Manipulator, drawer: DetectedObject, travel: float) -> GripWay:
+    """Return the first way to a drawer's grip from which the hand can pull it outwards by `travel` metres.
+
+    Raises:
+        UnreachableError: Its grip, or the end of its way, is out of reach.
+        CollisionError: Something is in the way.
+    """
+    q, hand, away = arm.q, arm.state.tcp_pose.rotation, outwards(drawer)
     failures: list[SkillError] = []
     for tcp in grip_poses(arm.geometry, drawer, hand):
         for height in _HOVERS:
@@ -190,7 +198,7 @@ def _find_way(arm: Manipulator, drawer: DetectedObject, travel: float) -> _Way:
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
                 continue
-            return _Way(approach, descent)
+            return GripWay(approach, descent)
     raise most_telling(failures)
 
 

@@ -25,6 +25,7 @@ from robosandbox.types import (
     Array,
     DetectedObject,
     GripperState,
+    Observation,
     ObservedScene,
     Pose,
     Speed,
@@ -104,7 +105,7 @@ class Manipulator:
     def use(self, scene: ObservedScene, *, held: str | None = None) -> None:
         """Plan among these objects from now on."""
         self._planning = self.ctx.planning(scene)
-        self.motion.use(self._planning, self.sim.state(), held=held)
+        self.motion.use(self._planning, self.state, held=held)
 
     @property
     def planning(self) -> PlanningScene:
@@ -114,9 +115,14 @@ class Manipulator:
         return self._planning
 
     @property
+    def state(self) -> Observation:
+        """How the robot stands."""
+        return self.sim.state()
+
+    @property
     def q(self) -> Array:
         """The configuration that the arm has, shape (n,)."""
-        return self.sim.state().q
+        return self.state.q
 
     @property
     def geometry(self) -> GripperGeometry:
@@ -141,7 +147,7 @@ class Manipulator:
         Raises:
             UnsupportedError: The robot has no gripper.
         """
-        state = self.sim.state().gripper
+        state = self.state.gripper
         if state is None:
             raise UnsupportedError(f"{self.sim.spec.name} has no gripper", phase=Phase.CHECK)
         return state

@@ -165,7 +165,7 @@ class _Search:
         self._held = held
         self._scene = scene
         self._allowed = allowed
-        observation = arm.sim.state()
+        observation = arm.state
         self._q = observation.q
         self._width = arm.gripper.width
         self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()

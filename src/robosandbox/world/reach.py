@@ -114,14 +114,14 @@ def _free(found: Obstruction | None, about: str, where: str) -> Finding:
 
 @predicate("object", "word", "number", blame=_blocked)
 def room_behind(view: View, a: str, direction: Direction, distance: float) -> Finding:
-    """The hand has room behind an object, and at the end of the way that it pushes it."""
+    """The hand has room behind an object, and along the way that it pushes it."""
     found = view.robot.unpushable(view.get(a), (*DIRECTION_AXES[direction], 0.0), distance, view.scene)
     return _free(found, a, f"to push {a} {direction}")
 
 
 @predicate("object", blame=_blocked)
 def room_to_open(view: View, d: str) -> Finding:
-    """The hand has room at a drawer's grip, and where it is when the drawer is open."""
+    """The hand has room at a drawer's grip, and on its way until the drawer is open."""
     return _free(view.robot.unopenable(view.get(d), view.scene), d, f"to pull {d} open")
 
 
