@@ -56,6 +56,7 @@ class Pick(Skill):
                 fact("clear", object),
                 fact("reachable", object),
                 fact("graspable", object),
+                fact("room_to_take", object),
             ),
             gives=(fact("holding", object),),
         )

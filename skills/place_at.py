@@ -32,6 +32,7 @@ class PlaceAt(Skill):
                 fact("holding", HELD),
                 fact("room_at", HELD, x, y),
                 fact("reachable_at", HELD, x, y),
+                fact("room_to_put_at", HELD, x, y),
             ),
             gives=(fact("at", HELD, x, y), fact("on", HELD, TABLE), fact("hand_empty")),
         )

@@ -30,6 +30,7 @@ class PlaceBeside(Skill):
                 fact("distinct", HELD, target),
                 fact("room_beside", HELD, target, side),
                 fact("reachable_beside", HELD, target, side),
+                fact("room_to_put_beside", HELD, target, side),
             ),
             gives=(fact("beside", HELD, target, side), fact("hand_empty")),
         )

@@ -12,8 +12,8 @@ from robosandbox.types import SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, Fact, fact
-from robosandbox.world.relations import centre, on_top, rest_height
-from robosandbox.world.spots import Spot, turns, yaw_to_align
+from robosandbox.world.relations import on_top
+from robosandbox.world.spots import spot_on
 
 
 class PlaceOn(Skill):
@@ -49,14 +49,10 @@ class PlaceOn(Skill):
         arm = Manipulator(ctx)
         held = arm.held
         base = arm.find(target)
-        point = centre(base)
-        spot = Spot(
-            (float(point[0]), float(point[1])), rest_height(held, base), turns(yaw_to_align(held.pose, base.pose))
-        )
         return place(
             arm,
             held,
-            [spot],
+            [spot_on(held, base)],
             skill=self.name,
             target=target,
             allowed=(target,),
@@ -73,4 +69,5 @@ def needs_of_standing(item: str, target: str) -> tuple[Fact, ...]:
         fact("accessible", target),
         fact("room_on", item, target),
         fact("reachable_over", item, target),
+        fact("room_to_put_on", item, target),
     )

@@ -21,14 +21,12 @@ from robosandbox.world.changes import TURN_TOLERANCE, turn_between
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import Relation, bottom, centre, inside, on_top
-from robosandbox.world.spots import Spot, yaw_to_align
+from robosandbox.world.spots import turning_spot, yaw_to_align
 from robosandbox.world.standing import AT_TOLERANCE
 
 # Number of grips that a turn may take; chosen because an arm's last joint goes about half a turn at a time, and what is
 # asked may be a whole one.
 _GRIPS = 4
-# Of what is left to turn, what is tried with one grip, the most first.
-_SHARES = (1.0, 0.75, 0.5, 0.25)
 
 
 _GERMAN = """
@@ -117,8 +115,19 @@ class Turn(Skill):
         """Return what turning an object needs and brings about."""
         goal = fact("turned", object, angle or 0.0) if align_with is None else fact("aligned", object, align_with)
         other = () if align_with is None else (fact("distinct", object, align_with), fact("has_heading", align_with))
+        room = (
+            fact("room_to_turn", object, angle or 0.0)
+            if align_with is None
+            else fact("room_to_align", object, align_with)
+        )
         return Contract(
-            needs=(*other, fact("has_heading", object), fact("hand_empty"), *Pick().contract(object=object).needs),
+            needs=(
+                *other,
+                fact("has_heading", object),
+                fact("hand_empty"),
+                *Pick().contract(object=object).needs,
+                room,
+            ),
             gives=(goal, fact("hand_empty")),
         )
 
@@ -164,11 +173,10 @@ class Turn(Skill):
             held = arm.find(object)
             # The fingers may have turned it while they closed.
             left = math.remainder(wanted - turn_between(before, held), math.tau)
-            spot = Spot(before.pose.xyz[:2], bottom(before), tuple(share * left for share in _SHARES))
             place(
                 arm,
                 held,
-                [spot],
+                [turning_spot(before, left)],
                 skill=self.name,
                 target="table",
                 allowed=support,

@@ -99,6 +99,9 @@ IMPOSSIBLE = [
     ("close_drawer", "tap can; push can right 0.1", 2, "room_behind"),
     ("put_in_drawer", "pick can; place_at 0.1 0.05; open_drawer drawer", 3, "room_to_open"),
     ("home", "pick red_cube; place_at 0.42 0.38", 2, "reachable_at"),
+    ("put_in_drawer", "open_drawer drawer; pick red_cube; place_in drawer; pick red_cube; place_at 0.1 -0.2", 4, "room_to_take"),
+    ("put_in_drawer", "pick red_cube; place_at 0.386 0.05", 2, "room_to_put_at"),
+    ("tap_cube", "pick can; place_at 0.1 0.08; tap red_cube; push red_cube left 0.1", 4, "room_behind"),
     ("tap_ball", "pick bowl; place_on yellow_ball", 2, "has_top"),
     ("tap_ball", "pick bowl; tap yellow_ball", 2, "hand_empty"),
     ("clutter_pick", "pick purple_bar; stack red_cube purple_bar", 2, "hand_ready"),
@@ -107,9 +110,7 @@ IMPOSSIBLE = [
 
 POSSIBLE = [
     ("put_in_drawer", "open_drawer drawer; pick red_cube; place_in drawer; close_drawer drawer"),
-    ("put_in_drawer", "open_drawer drawer; pick red_cube; place_in drawer; pick red_cube; place_at 0.1 -0.2"),
     ("put_in_drawer", "open_drawer drawer; close_drawer drawer; open_drawer drawer"),
-    ("put_in_drawer", "open_drawer drawer; pick red_cube; place_in drawer; close_drawer drawer; open_drawer drawer; pick red_cube"),
     ("put_in_drawer", "close_drawer drawer"),
     ("put_in_drawer", "pick can; place_at 0.0 0.05; open_drawer drawer"),
     ("put_in_drawer", "pick red_cube; place_at 0.12 0.05; open_drawer drawer"),

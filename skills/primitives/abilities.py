@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from robosandbox.errors import UnreachableError
+from robosandbox.errors import CollisionError, UnreachableError
+from robosandbox.grasp.crowding import is_alone, may_meet, neighbours
 from robosandbox.grasp.hand import lean
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.primitives.drawers import (
@@ -16,12 +18,16 @@ from robosandbox.skills.primitives.drawers import (
     opening_of,
     plan_pull,
 )
-from robosandbox.skills.primitives.grasping import why_no_grasp
+from robosandbox.skills.primitives.grasping import plan_grasp, why_no_grasp
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.rehearsal import rehearse, with_aperture
+from robosandbox.skills.primitives.nudging import nudge_may_help
+from robosandbox.skills.primitives.placing import plan_place
+from robosandbox.skills.primitives.rehearsal import hand_planner, rehearse, with_aperture
 from robosandbox.skills.primitives.strokes import plan_stroke
-from robosandbox.types import Array, DetectedObject, Grasp, Limits, ObservedScene, Pose, force_limits
+from robosandbox.types import Array, DetectedObject, Grasp, Limits, Observation, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities, Obstruction
+from robosandbox.world.imagine import taken
+from robosandbox.world.spots import Spot, about_z, levelled, resting_pose, with_pose
 
 # Height over the table up to which what is in easy reach needs no inverse kinematics, metres: reach is measured there.
 _LOW = 0.25
@@ -72,6 +78,8 @@ class RobotAbilities(GripperAbilities):
         self.workspaces = [one.workspace for one in kept if one.workspace is not None]
         self.max_force, _ = force_limits(*kept)
         self._planning = ctx.planning(ctx.look())
+        self._hand = hand_planner(ctx)
+        self._last: tuple[DetectedObject, ObservedScene, Grasp | None] | None = None
 
     def out_of_reach(
         self, point: Sequence[float], scene: ObservedScene, carried: DetectedObject | None = None
@@ -123,12 +131,18 @@ class RobotAbilities(GripperAbilities):
         pieces = () if item.shape.size_fields else self._planning.pieces(item.id)
         return self._ctx.grasp.candidates(item, scene, self._ctx.sim.spec, pieces=pieces)
 
+    def _first_grasp(self, item: DetectedObject, scene: ObservedScene) -> Grasp | None:
+        """Return the best grasp; kept for the next question, which is often about the same object in the same scene."""
+        if self._last is None or self._last[0] is not item or self._last[1] is not scene:
+            self._last = (item, scene, next(iter(self._grasps(item, scene)), None))
+        return self._last[2]
+
     def ungraspable(self, item: DetectedObject, scene: ObservedScene) -> str | None:
         """Return why the gripper cannot take hold of an object as it lies; None where it can."""
         robot = self._ctx.sim.spec
         if robot.gripper is None or scene.held == item.id:
             return None
-        if next(iter(self._grasps(item, scene)), None) is not None:
+        if self._first_grasp(item, scene) is not None:
             return None
         pieces = () if item.shape.size_fields else self._planning.pieces(item.id)
         return f"no grasp fits {item.id}: {why_no_grasp(robot.gripper.geometry, item, pieces)}"
@@ -141,7 +155,9 @@ class RobotAbilities(GripperAbilities):
         if robot.gripper is None or scene.held is not None:
             return None
         closed = with_aperture(self._ctx, robot.gripper.geometry.min_aperture)
-        return rehearse(self._ctx, scene, closed, lambda arm: plan_stroke(arm, item, scene, np.array(axis), distance))
+        return rehearse(
+            self._ctx, self._hand, scene, closed, lambda arm: plan_stroke(arm, item, scene, np.array(axis), distance)
+        )
 
     def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
         """Return what keeps the hand from pulling a drawer open at its grip, whichever way it is pitched."""
@@ -157,8 +173,89 @@ class RobotAbilities(GripperAbilities):
             arm.use(scene)
             plan_pull(arm, drawer, travel)
 
-        return rehearse(self._ctx, scene, opened, pull)
+        return rehearse(self._ctx, self._hand, scene, opened, pull)
+
+    def untakeable(self, item: DetectedObject, scene: ObservedScene) -> Obstruction | None:
+        """Return what the hand meets with each grasp of an object, coming, closing or rising; None where one is free."""
+        gripper = self._ctx.sim.spec.gripper
+        if gripper is None or scene.held is not None:
+            return None
+        near = neighbours(item, scene)
+        if is_alone(item, near, gripper.geometry, self._hand.bounds(self._planning)):
+            return None
+        first = self._first_grasp(item, scene)
+        if first is None or not may_meet(first, near, gripper.geometry, self._hand.bounds(self._planning)):
+            return None
+        return rehearse(self._ctx, self._hand, scene, self._ctx.sim.state(), lambda arm: _take(arm, item, scene))
+
+    def unplaceable(
+        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+    ) -> Obstruction | None:
+        """Return what the hand meets on each of some spots however it holds an object; None where it has room on one."""
+        gripper = self._ctx.sim.spec.gripper
+        if gripper is None or not spots:
+            return None
+        level = levelled(item.pose.rotation)
+        there = with_pose(item, resting_pose(item, spots[0], about_z(spots[0].yaws[0]) @ level))
+        others = replace(
+            scene, held=None, objects=tuple(one for one in scene.objects if one.id not in (item.id, *allowed))
+        )
+        near, palm = neighbours(there, others), self._hand.bounds(self._planning)
+        if is_alone(there, near, gripper.geometry, palm):
+            return None
+        first = self._first_grasp(there, replace(scene, held=None, objects=(there,)))
+        if first is not None and not may_meet(first, near, gripper.geometry, palm):
+            return None
+        above = scene if scene.held == item.id else taken(scene, item.id)
+        held = above.find(item.id) or item
+        found = []
+        for state in self._holding(held, there, scene):
+            met = rehearse(self._ctx, self._hand, above, state, lambda arm: _put(arm, held, above, spots, allowed))
+            if met is None:
+                return None
+            found.append(met)
+        return next((met for met in found if met.met is not None), None)
+
+    def _holding(self, held: DetectedObject, there: DetectedObject, scene: ObservedScene) -> Iterator[Observation]:
+        """Yield how the robot may stand with an object in the hand, as it holds it or as it would where it is put down."""
+        if self._planning.seen.held == held.id:
+            yield self._ctx.sim.state()
+            return
+        alone = replace(scene, held=None, objects=(there,))
+        kinds: dict[tuple[object, ...], Grasp] = {}
+        for grasp in self._grasps(there, alone):
+            # From straight above wherever that can be, as picks do.
+            if kinds and grasp.tcp_pose.rotation[2, 2] > -_STRAIGHT:
+                break
+            closing = np.abs(grasp.tcp_pose.rotation[:, 1]).round(1)
+            kinds.setdefault((grasp.how, *closing.tolist()), grasp)
+        for grasp in kinds.values():
+            tcp_pose = held.pose @ there.pose.inverse() @ grasp.tcp_pose
+            yield replace(with_aperture(self._ctx, grasp.width), tcp_pose=tcp_pose)
 
     def off_home(self) -> float:
         """Return how far the arm's joints are off their home, radians or metres."""
         return float(np.abs(self._ctx.sim.state().q - self._ctx.sim.spec.home_q).max())
+
+
+def _take(arm: Manipulator, item: DetectedObject, scene: ObservedScene) -> None:
+    """Plan a grasp as a pick does; what is out of reach is told elsewhere.
+
+    Raises:
+        CollisionError: Every grasp that can be reached would touch something, and no nudge would help.
+    """
+    try:
+        plan_grasp(arm, item, scene)
+    except UnreachableError:
+        return
+    except CollisionError:
+        if not nudge_may_help(arm, item, scene):
+            raise
+
+
+def _put(
+    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Spot], allowed: Sequence[str]
+) -> None:
+    """Plan how an object is put down, as what places it does."""
+    arm.use(scene, held=held.id)
+    plan_place(arm, held, scene, spots, tuple(allowed))

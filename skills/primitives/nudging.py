@@ -78,6 +78,16 @@ def nudge_off_walls(arm: Manipulator, name: str, *, most: float) -> bool:
     )
 
 
+def nudge_may_help(arm: Manipulator, target: DetectedObject, scene: ObservedScene) -> bool:
+    """Tell whether a fingertip has room to drag a thing off the walls that it lies at, and a grasp could be planned then."""
+    if not arm.sim.capabilities.wrist_wrench:
+        return False
+    return any(
+        _may_help(arm, target, scene, away) and _plan(arm, target, scene, away) is not None
+        for away in ways_off(target, scene, arm.geometry.finger_thickness + _ROOM)
+    )
+
+
 def _may_help(arm: Manipulator, target: DetectedObject, scene: ObservedScene, away: Array) -> bool:
     """Tell whether a grasp could be planned if it lay elsewhere: in a bin that is too deep, no nudge helps."""
     there = replace(target, pose=Pose.from_matrix(target.pose.position + away, target.pose.rotation))

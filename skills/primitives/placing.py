@@ -49,7 +49,9 @@ _MOST_BLOCKED = 5
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
+class Placing:
+    """Where an object is put down, the ways there, and how far the fingers open to let go, metres."""
+
     goal: Pose
     transfer: Trajectory
     descent: Trajectory
@@ -86,7 +88,7 @@ def place(
     _leave(arm, held.id)
     scene = arm.look()
     held = arm.find(held.id, scene)
-    way = _find_way(arm, held, scene, spots, allowed)
+    way = plan_place(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
     arm.follow(way.descent, Phase.LOWER, yielding=True)
     _release(arm, held.id, way.opening)
@@ -136,9 +138,9 @@ def _leave(arm: Manipulator, held: str) -> None:
     arm.rise(HOVER_HEIGHT, Phase.LIFT, speed=arm.tempo.lift)
 
 
-def _find_way(
+def plan_place(
     arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Iterable[Spot], allowed: tuple[str, ...]
-) -> _Way:
+) -> Placing:
     """Return the way to the first spot where hand and object have room, coming, opening and going.
 
     Raises:
@@ -186,7 +188,7 @@ class _Search:
         unreachable = sum(isinstance(error, UnreachableError) for error in self._failures)
         return unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
 
-    def attempt(self, spot: Spot, yaw: float) -> _Way | None:
+    def attempt(self, spot: Spot, yaw: float) -> Placing | None:
         """Return the way to a spot, or None."""
         arm, motion = self._arm, self._arm.motion
         goal = resting_pose(self._held, spot, about_z(yaw) @ self._level)
@@ -214,7 +216,7 @@ class _Search:
         except (UnreachableError, CollisionError) as error:
             self._failures.append(error)
             return None
-        return _Way(goal, way, descent, opening)
+        return Placing(goal, way, descent, opening)
 
     def _hold(self) -> None:
         """Plan with the object in hand, and what lies in it free to touch it."""

@@ -7,13 +7,16 @@ part of the arm touches something, another posture may not; and the way over thi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from robosandbox.errors import CollisionError, Repair, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence
+from robosandbox.motion.collision import CollisionChecker
+from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception, SkillContext
 from robosandbox.skills.primitives.manipulator import Manipulator
@@ -37,21 +40,32 @@ _SPEED = 1.0
 
 
 def rehearse(
-    ctx: SkillContext, scene: ObservedScene, state: Observation, plan: Callable[[Manipulator], object]
+    ctx: SkillContext,
+    planner: HandOnly,
+    scene: ObservedScene,
+    state: Observation,
+    plan: Callable[[Manipulator], object],
 ) -> Obstruction | None:
     """Return what keeps a skill from planning what it does; None where nothing does.
 
     Args:
         ctx: The robot.
+        planner: Of ways of its hand.
         scene: Where things are thought to be.
         state: How the robot is thought to stand, its fingers as far apart as the skill has them.
         plan: Plans with the hand that it is given, as the skill does.
     """
+    planner.begin()
     try:
-        plan(_Rehearsed(ctx, scene, state))
+        plan(_Rehearsed(ctx, scene, state, planner))
     except (CollisionError, UnreachableError) as error:
         return _obstruction(error)
     return None
+
+
+def hand_planner(ctx: SkillContext) -> HandOnly:
+    """Return the planner of ways of a robot's hand: one for each motion planner, since it learns a model as that does."""
+    return _PLANNERS.setdefault(ctx.motion, HandOnly())
 
 
 def with_aperture(ctx: SkillContext, aperture: float) -> Observation:
@@ -75,9 +89,9 @@ def _obstruction(failure: SkillError) -> Obstruction:
 class _Rehearsed(Manipulator):
     """One whose eyes see what is imagined, and whose robot stands as it is thought to."""
 
-    def __init__(self, ctx: SkillContext, scene: ObservedScene, state: Observation) -> None:
+    def __init__(self, ctx: SkillContext, scene: ObservedScene, state: Observation, planner: MotionPlanner) -> None:
         self._stands = state
-        super().__init__(_Imagined(ctx, scene))
+        super().__init__(_Imagined(ctx, scene, planner))
 
     @property
     def state(self) -> Observation:
@@ -85,90 +99,56 @@ class _Rehearsed(Manipulator):
         return self._stands
 
 
-class _HandOnly:
+class HandOnly(DLSMotionPlanner):
     """A motion planner that leaves out of account what the arm behind the hand touches, and the ways over things."""
 
-    def __init__(self, planner: MotionPlanner) -> None:
-        self._planner = planner
-        self._planning: PlanningScene | None = None
-        self._held: str | None = None
+    def __init__(self) -> None:
+        super().__init__()
         self._has_failed = False
+        self._bounds: tuple[PlanningScene, tuple[float, float, float, float]] | None = None
 
-    def use(self, planning: PlanningScene, state: Observation, *, held: str | None = None) -> None:
-        """Take the world to plan in."""
-        self._planning, self._held = planning, held
-        self._planner.use(planning, state, held=held)
+    def bounds(self, planning: PlanningScene) -> tuple[float, float, float, float]:
+        """Return x_min, x_max, y_min, y_max of the hand in the TCP frame, metres."""
+        if self._bounds is None or not planning.shares_model(self._bounds[0]):
+            self._bounds = (planning, planning.hand_bounds())
+        return self._bounds[1]
 
-    def allow(self, *names: str) -> None:
-        """Let the robot touch these objects in the plans that follow, and nothing else."""
-        self._planner.allow(*names)
+    def checker_of(self, planning: PlanningScene) -> CollisionChecker:
+        """Return a new checker of what the hand may touch."""
+        return planning.collisions(self.clearance, hand_only=True)
 
-    def open_to(self, aperture: float) -> None:
-        """Check the paths that follow with the fingers `aperture` metres apart."""
-        self._planner.open_to(aperture)
-
-    def ik(self, tcp_pose: Pose, seed: Array | None = None, *, restarts: int = 60) -> Array:
-        """Return a configuration (n,) with the TCP at `tcp_pose`; raises UnreachableError."""
-        return self._planner.ik(tcp_pose, seed, restarts=restarts)
-
-    def forward(self, q: Array) -> Pose:
-        """Return the TCP pose in the world at `q` (n,)."""
-        return self._planner.forward(q)
-
-    def touch(self, q: Array) -> CollisionError | None:
-        """Return the error that standing at `q` (n,) would be for the hand, or None."""
-        found = self._planner.touch(q)
-        return found if found is not None and self._is_of_hand(found) else None
+    def begin(self) -> None:
+        """Forget what came of the lines of another rehearsal."""
+        self._has_failed = False
 
     def plan_joints(self, q_start: Array, q_goal: Array, *, speed: Speed = 0.5) -> Trajectory:
         """Return a way that is not looked at: from where the arm will stand then there may be another."""
         del speed
         return Trajectory(q=np.array([q_start, q_goal]), dt=1.0)
 
-    def plan_through(self, q_start: Array, tcp_poses: Sequence[Pose], *, speed: Speed = 0.5) -> Trajectory:
-        """Return straight TCP lines through poses; raises UnreachableError, or CollisionError where the hand meets something."""
-        del speed
-        try:
-            return self._planner.plan_through(q_start, tcp_poses, speed=_SPEED)
-        except CollisionError as error:
-            return self._jump(error, q_start, tcp_poses[-1])
-
     def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: Speed = 0.5) -> Trajectory:
         """Return a straight TCP line; raises UnreachableError, or CollisionError where the hand meets something."""
         del speed
-        self._check_end(q_start, tcp_pose)
         try:
-            return self._planner.plan_line(q_start, tcp_pose, speed=_SPEED)
-        except CollisionError as error:
-            return self._jump(error, q_start, tcp_pose)
+            if self._has_failed:
+                self._check_end(q_start, tcp_pose)
+            return super().plan_line(q_start, tcp_pose, speed=_SPEED)
+        except CollisionError:
+            self._has_failed = True
+            raise
 
     def _check_end(self, q_start: Array, tcp_pose: Pose) -> None:
-        """Check where a line ends first, where an earlier one failed: most of the others will fail there, which is told sooner.
+        """Check where a line ends first: where one has failed most of the others will fail there, which is told sooner.
 
         Raises:
             CollisionError: The hand touches something there.
         """
-        if not self._has_failed:
-            return
         try:
-            found = self.touch(self._planner.ik(tcp_pose, q_start, restarts=0))
+            found = self.touch(self.ik(tcp_pose, q_start, restarts=0))
         except UnreachableError:
             return
         if found is not None:
             raise found
-
-    def _jump(self, error: CollisionError, q_start: Array, tcp_pose: Pose) -> Trajectory:
-        """Return a way that is not looked at, where it is not the hand that is in the way; else raise the error."""
-        if self._is_of_hand(error):
-            self._has_failed = True
-            raise error
-        return Trajectory(q=np.array([q_start, self._planner.ik(tcp_pose, q_start)]), dt=1.0)
-
-    def _is_of_hand(self, error: CollisionError) -> bool:
-        evidence = error.evidence
-        if not isinstance(evidence, CollisionEvidence) or self._planning is None:
-            return False
-        return evidence.body == self._held or self._planning.is_of_hand(evidence.body)
 
 
 class _Imagined:
@@ -177,13 +157,13 @@ class _Imagined:
     what_if = False
     tempo: Tempo = CAREFUL
 
-    def __init__(self, ctx: SkillContext, scene: ObservedScene) -> None:
+    def __init__(self, ctx: SkillContext, scene: ObservedScene, planner: MotionPlanner) -> None:
         self._ctx = ctx
         self._scene = scene
         self.sim: Driver = ctx.sim
         self.perception: Perception = ctx.perception
         self.grasp: GraspPlanner = ctx.grasp
-        self.motion: MotionPlanner = _HandOnly(ctx.motion)
+        self.motion: MotionPlanner = planner
         self.listeners: list[Callable[[str], None]] = []
 
     @property
@@ -218,3 +198,6 @@ class _Imagined:
 
     def announce(self, intent: Intent) -> None:
         """Tell nobody."""
+
+
+_PLANNERS: WeakKeyDictionary[MotionPlanner, HandOnly] = WeakKeyDictionary()

@@ -8,9 +8,10 @@ import numpy as np
 
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import DetectedObject, Grasp, ObservedScene, Pose
-from robosandbox.world.relations import bounds, gap, top
+from robosandbox.world.relations import bottom, bounds, gap, support, top
 
 _NEAR = 0.15  # Metres within which something stands near enough to be touched by fingers. Chosen: about an open hand.
+_STRAIGHT = 0.999  # Cosine of the angle to the vertical up to which a hand points straight down. Chosen: 2.6 degrees.
 _OPENING = 0.006  # Metres that each finger opens beyond the object on its way down. Chosen: twice `FINGER_CLEARANCE`.
 
 
@@ -26,6 +27,60 @@ def neighbours(target: DetectedObject, scene: ObservedScene) -> list[DetectedObj
         if (other_low[:2] < high[:2] + _NEAR).all() and (other_high[:2] > low[:2] - _NEAR).all():
             found.append(item)
     return found
+
+
+def is_alone(
+    target: DetectedObject, near: Sequence[DetectedObject], geometry: GripperGeometry, palm: tuple[float, ...]
+) -> bool:
+    """Tell whether a hand from above has room around an object whichever way it is turned: a bound that is cheap to tell.
+
+    All that stands near is a finger's way from the object, and lower than a palm over fingertips that touch the ground, or
+    beyond the palm.
+
+    Args:
+        target: The object.
+        near: What stands near it.
+        geometry: The gripper's figures.
+        palm: x_min, x_max, y_min, y_max of the hand in the TCP frame, metres.
+    """
+    height = bottom(target) + geometry.tip_depth + geometry.palm_depth - _OPENING
+    finger = geometry.finger_thickness + 2.0 * _OPENING
+    radius = float(np.hypot(max(-palm[0], palm[1]), max(-palm[2], palm[3]))) + _OPENING
+    low, high = bounds(target)
+    for item in near:
+        other_low, other_high = bounds(item)
+        apart = float(np.maximum(other_low - high, low - other_high)[:2].max())
+        if top(item) > height and apart < radius:
+            return False
+        if apart < finger and gap(target, item) < finger:
+            return False
+    return True
+
+
+def may_meet(grasp: Grasp, near: Sequence[DetectedObject], geometry: GripperGeometry, palm: tuple[float, ...]) -> bool:
+    """Tell whether anything that stands near may be in a hand's way that comes to a grasp; straight from above little may.
+
+    Args:
+        grasp: Where the hand closes.
+        near: What stands near.
+        geometry: The gripper's figures.
+        palm: x_min, x_max, y_min, y_max of the hand in the TCP frame, metres.
+    """
+    if not near:
+        return False
+    if geometry.cup is not None or grasp.tcp_pose.rotation[2, 2] > -_STRAIGHT:
+        return True
+    height = grasp.tcp_pose.xyz[2] + geometry.palm_depth - _OPENING
+    under = any(top(item) > height and _is_under(item, grasp, palm) for item in near)
+    return under or not has_room(grasp, near, geometry)
+
+
+def _is_under(item: DetectedObject, grasp: Grasp, palm: tuple[float, ...]) -> bool:
+    """Tell whether an object is within a palm's bounds as seen along the approach."""
+    axes, position = grasp.tcp_pose.rotation[:, :2].T, grasp.tcp_pose.position
+    high, low = support(item, axes) - axes @ position, -support(item, -axes) - axes @ position
+    (x_low, y_low), (x_high, y_high) = low - _OPENING, high + _OPENING
+    return bool(x_low < palm[1] and x_high > palm[0] and y_low < palm[3] and y_high > palm[2])
 
 
 def has_room(grasp: Grasp, near: Sequence[DetectedObject], geometry: GripperGeometry) -> bool:

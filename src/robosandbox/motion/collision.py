@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -57,9 +57,18 @@ class CollisionChecker:
         robot: The robot bound to it.
         names: What people call each body.
         clearance: Distance to obstacles that already counts as a touch, metres.
+        movers: Bodies of the robot that are checked; None for all. Of the others nothing is known then.
     """
 
-    def __init__(self, model: mujoco.MjModel, robot: Robot, names: Sequence[str], *, clearance: float = 0.002) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        robot: Robot,
+        names: Sequence[str],
+        *,
+        clearance: float = 0.002,
+        movers: Collection[int] | None = None,
+    ) -> None:
         self.model: mujoco.MjModel = copy.copy(model)
         self.robot = robot
         self.names = names
@@ -78,6 +87,10 @@ class CollisionChecker:
         self._finger = np.isin(np.arange(model.nbody), list(robot.gripper.bodies if robot.gripper else ()))
         self._allowed = np.zeros(model.nbody, dtype=np.bool_)
         self._movers, self._obstacles = self._robot_geoms & self._solid, ~self._robot_geoms & self._solid
+        if movers is not None:
+            unseen = self._robot_geoms & ~np.isin(model.geom_bodyid, list(movers))
+            self.model.geom_contype[unseen] = self.model.geom_conaffinity[unseen] = 0
+            self._movers = self._movers & ~unseen
         self._general = np.isin(model.geom_type, _GENERAL)
         self._levers = _levers(model, robot)
         self._apply_bits()

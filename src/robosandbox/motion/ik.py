@@ -72,7 +72,7 @@ class DLSMotionPlanner:
         # Scenes that share a model share what was learned of it.
         if self._planning is None or not planning.shares_model(self._planning):
             self._solver = planning.kinematics()
-            self._checker = planning.collisions(self.clearance)
+            self._checker = self.checker_of(planning)
         self._planning = planning
         checker = self._collisions
         for item in planning.seen.objects:
@@ -90,6 +90,10 @@ class DLSMotionPlanner:
         else:
             checker.hold(None)
         checker.allow(())
+
+    def checker_of(self, planning: PlanningScene) -> CollisionChecker:
+        """Return a new checker of what the paths of this planner may touch."""
+        return planning.collisions(self.clearance)
 
     def allow(self, *names: str) -> None:
         """Let the robot and what it holds touch these bodies, with the parts of them, from now on, and no others.

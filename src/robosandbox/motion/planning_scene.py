@@ -23,6 +23,7 @@ from robosandbox.types import Array, DetectedObject, Observation, ObservedScene,
 # benchmarks/perception.py measures for the sizes of objects in depth pictures.
 _SAME_SIZE = 0.0015
 _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
+_CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
 class PlanningScene:
@@ -71,9 +72,10 @@ class PlanningScene:
         """Return new kinematics of the robot."""
         return Kinematics.of(self._world.model, self._world.robot)
 
-    def collisions(self, clearance: float) -> CollisionChecker:
-        """Return a new checker of collisions that keeps `clearance` metres from obstacles."""
-        return CollisionChecker(self._world.model, self._world.robot, self._world.names, clearance=clearance)
+    def collisions(self, clearance: float, *, hand_only: bool = False) -> CollisionChecker:
+        """Return a new checker of collisions that keeps `clearance` metres from obstacles, of the arm or of its hand alone."""
+        world, movers = self._world, self._hand_bodies if hand_only else None
+        return CollisionChecker(world.model, world.robot, world.names, clearance=clearance, movers=movers)
 
     def body(self, object_id: str) -> int | None:
         """Return an object's body in the collision checker; None for one that is not avoided, as beads."""
@@ -103,7 +105,22 @@ class PlanningScene:
 
     def is_of_hand(self, name: str) -> bool:
         """Tell whether a part of this name is where it is by the TCP's pose alone: fingers, palm, and what they are fixed to."""
-        return name in self._hand_names or self.is_of_gripper(name)
+        return name in {self._world.names[body] for body in self._hand_bodies}
+
+    def hand_bounds(self) -> tuple[float, float, float, float]:
+        """Return x_min, x_max, y_min, y_max of the hand in the TCP frame, whatever is behind its fingers included, metres."""
+        model = self._world.model
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        position, rotation = self.robot.tcp(data)
+        solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        geoms = np.flatnonzero(np.isin(model.geom_bodyid, list(self._hand_bodies)) & solid)
+        boxes = model.geom_aabb[geoms]
+        corners = boxes[:, None, :3] + _CORNERS * boxes[:, None, 3:]
+        turned = np.einsum("gij,gcj->gci", data.geom_xmat[geoms].reshape(-1, 3, 3), corners)
+        local = (turned + data.geom_xpos[geoms][:, None] - position).reshape(-1, 3) @ rotation
+        (x_min, y_min), (x_max, y_max) = local[:, :2].min(axis=0, initial=0.0), local[:, :2].max(axis=0, initial=0.0)
+        return float(x_min), float(x_max), float(y_min), float(y_max)
 
     def finger_side(self, name: str) -> int:
         """Return on which side of the gap a part of the gripper is: -1 or 1 along the closing direction, 0 for palm and cup."""
@@ -122,10 +139,11 @@ class PlanningScene:
         return closing_stiffness(self._world, closed)
 
     @cached_property
-    def _hand_names(self) -> frozenset[str]:
-        model = self._world.model
+    def _hand_bodies(self) -> frozenset[int]:
+        model, gripper = self._world.model, self.robot.gripper
         rigid = model.body_weldid == model.body_weldid[model.site_bodyid[self.robot.tcp_site]]
-        return frozenset(self._world.names[body] for body in rigid.nonzero()[0] if body in self.robot.bodies)
+        palm = frozenset(int(body) for body in rigid.nonzero()[0] if body in self.robot.bodies)
+        return palm | frozenset(gripper.bodies if gripper else ())
 
     @cached_property
     def _gripper_names(self) -> frozenset[str]:

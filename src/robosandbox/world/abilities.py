@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from robosandbox.types import DetectedObject, ObservedScene, Workspace
+from robosandbox.world.spots import Spot
 
 # An object farther away than this many times the distance at which the robot works easily is out of reach whatever its
 # height; between the two its kinematics decide. Chosen above 1.16, what the bundled arm has at most (0.93 m of 0.80);
@@ -92,6 +93,25 @@ class Abilities:
         del drawer, scene
         return None
 
+    def untakeable(self, item: DetectedObject, scene: ObservedScene) -> Obstruction | None:
+        """Return what keeps the hand from taking an object where it is; None where that is not known."""
+        del item, scene
+        return None
+
+    def unplaceable(
+        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+    ) -> Obstruction | None:
+        """Return what keeps the hand from putting an object down on each of some spots; None where that is not known.
+
+        Args:
+            item: What is in the hand then.
+            spots: Where it may go.
+            allowed: What it or the hand may touch there: what it is to stand on.
+            scene: What is around.
+        """
+        del item, spots, allowed, scene
+        return None
+
     def off_home(self) -> float | None:
         """Return how far the arm's joints are off their home, radians or metres; None where that is not known."""
         return None
@@ -148,6 +168,18 @@ class LateAbilities(Abilities):
         """Return what keeps the hand from pulling a drawer open at its grip; None where that is not known."""
         key = ("open", drawer.id, *_arranged(scene))
         return self._answer(self._obstructions, key, lambda: self._robot.unopenable(drawer, scene))
+
+    def untakeable(self, item: DetectedObject, scene: ObservedScene) -> Obstruction | None:
+        """Return what keeps the hand from taking an object where it is; None where that is not known."""
+        key = ("take", item.id, *_arranged(scene))
+        return self._answer(self._obstructions, key, lambda: self._robot.untakeable(item, scene))
+
+    def unplaceable(
+        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+    ) -> Obstruction | None:
+        """Return what keeps the hand from putting an object down on each of some spots; None where that is not known."""
+        key = ("put", item.id, *spots, *_arranged(scene))
+        return self._answer(self._obstructions, key, lambda: self._robot.unplaceable(item, spots, allowed, scene))
 
     def off_home(self) -> float | None:
         """Return how far the arm's joints are off their home, radians or metres; None where that is not known."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,8 +14,8 @@ from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, 
 from robosandbox.world.abilities import Obstruction
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.predicate import Finding, View, predicate, sentence
-from robosandbox.world.relations import bottom, centre, top
-from robosandbox.world.spots import spots_beside, table_spots
+from robosandbox.world.relations import bottom, centre, lies_in, stands_on, top
+from robosandbox.world.spots import Spot, spot_on, spots_beside, table_spots, turning_spot, yaw_to_align
 
 
 def _unreachable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
@@ -100,15 +101,16 @@ def reachable_after(view: View, a: str, direction: Direction, distance: float) -
     return _at(view, centre(view.get(a)) + distance * axis, f"where {a} would be pushed")
 
 
-def _free(found: Obstruction | None, about: str, where: str) -> Finding:
+def _free(view: View, found: Obstruction | None, about: str, where: str, otherwise: str) -> Finding:
     """Return whether nothing keeps the hand from where it has to be for an object."""
-    met = () if found is None or found.met in (None, about, TABLE) else (str(found.met),)
+    met = None if found is None or found.met in (None, about, TABLE) else view.scene.find(str(found.met))
+    names = () if met is None or met.shape.stays_put else (met.id,)
     return Finding(
         holds=found is None,
         cause="" if found is None else f"there is no room for the hand {where}: {found.cause}",
-        help=f"put {met[0]} aside first" if met else "pick it and place it there, or choose another way",
-        blocking=met,
-        remedies=tuple(fact("on", name, TABLE) for name in met),
+        help=f"put {names[0]} aside first" if names else otherwise,
+        blocking=names,
+        remedies=tuple(fact("on", name, TABLE) for name in names),
     )
 
 
@@ -116,13 +118,63 @@ def _free(found: Obstruction | None, about: str, where: str) -> Finding:
 def room_behind(view: View, a: str, direction: Direction, distance: float) -> Finding:
     """The hand has room behind an object, and along the way that it pushes it."""
     found = view.robot.unpushable(view.get(a), (*DIRECTION_AXES[direction], 0.0), distance, view.scene)
-    return _free(found, a, f"to push {a} {direction}")
+    return _free(view, found, a, f"to push {a} {direction}", "pick it and place it there, or choose another way")
 
 
 @predicate("object", blame=_blocked)
 def room_to_open(view: View, d: str) -> Finding:
     """The hand has room at a drawer's grip, and on its way until the drawer is open."""
-    return _free(view.robot.unopenable(view.get(d), view.scene), d, f"to pull {d} open")
+    found = view.robot.unopenable(view.get(d), view.scene)
+    return _free(view, found, d, f"to pull {d} open", "choose another way")
+
+
+@predicate("object", blame=_blocked)
+def room_to_take(view: View, a: str) -> Finding:
+    """The hand has room around an object: coming to it, closing on it, and rising with it."""
+    found = view.robot.untakeable(view.get(a), view.scene)
+    return _free(view, found, a, f"to take {a}", "push it where there is room, if it can be pushed")
+
+
+def _put(view: View, a: str, spots: Sequence[Spot], allowed: Sequence[str], where: str) -> Finding:
+    found = view.robot.unplaceable(view.get(a), spots, allowed, view.scene)
+    return _free(view, found, a, f"to put {a} {where}", "choose a place with more room around it")
+
+
+@predicate("object", "number", "number", blame=_blocked)
+def room_to_put_at(view: View, a: str, x: float, y: float) -> Finding:
+    """The hand has room to put an object down at a point of the table, metres."""
+    spots, _ = table_spots(view.scene, view.get(a), [np.array([x, y])])
+    return _put(view, a, spots, (TABLE,), f"at ({x:.3f}, {y:.3f})")
+
+
+@predicate("object", "object", "word", blame=_blocked)
+def room_to_put_beside(view: View, a: str, b: str, side: Side) -> Finding:
+    """The hand has room to put an object down on one side of another."""
+    item = view.get(a)
+    points = spots_beside(item, view.get(b), side) if side in SIDE_AXES else []
+    spots, _ = table_spots(view.scene, item, points)
+    return _put(view, a, spots, (TABLE,), f"{side} of {b}")
+
+
+@predicate("object", "object", blame=_blocked)
+def room_to_put_on(view: View, a: str, b: str) -> Finding:
+    """The hand has room to put an object on another."""
+    return _put(view, a, [spot_on(view.get(a), view.get(b))], (b,), f"on {b}")
+
+
+@predicate("object", "number", blame=_blocked)
+def room_to_turn(view: View, a: str, angle: float) -> Finding:
+    """The hand has room to put an object back where it stands, turned by an angle, radians, or by a part of it."""
+    item, turn = view.get(a), math.remainder(angle, math.tau)
+    others = [other for other in view.others(a) if stands_on(item, other) or lies_in(item, other)]
+    spots = [turning_spot(item, turn)] if turn else []
+    return _put(view, a, spots, (TABLE, *(other.id for other in others)), "back, turned")
+
+
+@predicate("object", "object", blame=_blocked)
+def room_to_align(view: View, a: str, b: str) -> Finding:
+    """The hand has room to put an object back where it stands, turned until its sides are parallel to another's."""
+    return room_to_turn(view, a, yaw_to_align(view.get(a).pose, view.get(b).pose))
 
 
 @predicate("number", fixed=True, blame=_limited)

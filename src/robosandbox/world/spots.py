@@ -10,7 +10,18 @@ from functools import lru_cache
 import numpy as np
 
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
-from robosandbox.world.relations import BESIDE_GAP, bottom, bounds, centre, extent, gap, mouth_of, support, top
+from robosandbox.world.relations import (
+    BESIDE_GAP,
+    bottom,
+    bounds,
+    centre,
+    extent,
+    gap,
+    mouth_of,
+    rest_height,
+    support,
+    top,
+)
 
 # Half of the table's edge, metres: design.md, section 3.
 TABLE_HALF_EXTENT = 0.5
@@ -49,6 +60,11 @@ _APART = 0.04
 _GRID = np.array([(x, y) for x in np.arange(-0.44, 0.45, _APART) for y in np.arange(-0.44, 0.45, _APART)])
 # Space in which a hand gets down beside a thing with its fingers open, metres. Chosen: 4 cm for a finger's way, 3 for itself.
 _HAND_ROOM = 0.07
+
+
+# Of what is left to turn, what is tried with one grip, the most first; chosen because an arm's last joint goes about half a
+# turn at a time.
+_TURN_SHARES = (1.0, 0.75, 0.5, 0.25)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +152,12 @@ def free_spots(scene: ObservedScene, item: DetectedObject) -> Iterator[Spot]:
     easy = [point for point in points if is_easy(scene, point)]
     for spacing in (_HAND_ROOM, _SPACING):
         yield from (spot for spot, names in tried_on_table(scene, item, easy, spacing) if not names)
+
+
+def turning_spot(item: DetectedObject, angle: float) -> Spot:
+    """Return the spot where an object stands, turned by an angle, radians, or by a part of it: what one grip is tried for."""
+    x, y, _ = item.pose.xyz
+    return Spot((x, y), bottom(item), tuple(share * angle for share in _TURN_SHARES))
 
 
 def turns(first: float) -> tuple[float, ...]:
@@ -264,6 +286,12 @@ def _span(item: DetectedObject, axes: Array, origin: Array) -> tuple[Array, Arra
     """Return the middle and half-extents (2,) of an object along two axes (2, 3), from an origin (3,), metres."""
     high, low = support(item, axes) - axes @ origin, -support(item, -axes) - axes @ origin
     return (high + low) / 2.0, (high - low) / 2.0
+
+
+def spot_on(held: DetectedObject, base: DetectedObject) -> Spot:
+    """Return where an object stands on another: in its middle, squared with it first."""
+    point = centre(base)
+    return Spot((float(point[0]), float(point[1])), rest_height(held, base), turns(yaw_to_align(held.pose, base.pose)))
 
 
 def spots_beside(held: DetectedObject, neighbour: DetectedObject, side: Side) -> list[Array]:
