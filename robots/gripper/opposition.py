@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, pairwise, product
 
 import mujoco
 import numpy as np
@@ -23,6 +23,8 @@ from robosandbox.types import Array
 
 # Radius of the probe, metres: as half of a common object, the 24 mm cube of docs/arms.md.
 _PROBE = 0.012
+# Distance from the probe's centre, metres, down to which a finger must come to press on it, and not graze it. Chosen: half its radius.
+_GRAZED = 0.006
 _MEETING = 0.002  # Radius of the probe, metres, on which a hand counts as closed. Chosen: a wire.
 _SAMPLES = 48  # Number of places from open to closed at which fingers are looked at. Chosen: 2 to 3 mm of a wide hand.
 _SWEEP_SECONDS = 1.5  # Simulated seconds of that. Chosen as what a gripper is swept in.
@@ -31,6 +33,15 @@ _MOST_SERVOS = 2
 _PLACES = 9  # Number of places over the range of what spreads fingers at which the hand is closed. Chosen.
 _MOVED = 1e-3  # Radians or metres that a joint moves at least which a servo moves. Chosen above what settling leaves.
 _TIP_MOVED = 0.005  # Metres that a servo moves a fingertip at least which is its to move. Chosen: half a pad.
+# Share of two fingers' way towards each other that goes into depth below which they wedge: the sine of the angle of friction,
+# for half of the coefficient of 1 that gripper.collision gives them. Measured: the fingers of Robotiq's 3-finger hand, which
+# pass beside each other, 0.17 and less; those of Kinova's Jaco, which meet head on, 1.1 and more.
+_WEDGE = 0.45
+_YIELD = 0.0005  # Metres of depth up to which fingers only touch. Chosen above what contacts yield.
+# Outer shares of the fingers in the middle of which a probe is tried: straight fingers meet at their ends. Chosen.
+_OUTER = (0.5, 0.25, 0.1)
+# Shares of the way to the probe at which it is looked whether fingers meet each other. Chosen.
+_ON_THE_WAY = (0.0, 0.25, 0.5, 0.75, 1.0)
 _CELL = 0.003  # Metres between points on a finger. Chosen: a quarter of the probe.
 
 
@@ -60,7 +71,7 @@ class Opposition:
     Attributes:
         fingers: How each closes.
         held: Joints that only spread them: id -> the value at which they oppose each other best.
-        miss: How far the worst finger stays off the probe, and how deep fingers go into one another on the way, metres.
+        miss: How far the worst finger stays off where it presses on the probe, and how deep fingers go into one another on the way, metres.
     """
 
     fingers: tuple[Closing, ...]
@@ -132,15 +143,15 @@ class _Hand:
             found.append(data.qpos.copy())
         return found
 
-    def tips(self, qpos: Array) -> Array:
-        """Return the middle of each finger's outer half, shape (fingers, 3)."""
+    def tips(self, qpos: Array, outer: float = 0.5) -> Array:
+        """Return the middle of each finger's outer half, or another outer share, shape (fingers, 3)."""
         data = mujoco.MjData(self.model)
         place(self.model, data, qpos)
         found = []
         for side in self.points:
             there = _world(data, side)
             far = np.linalg.norm(there - data.xpos[self.palm], axis=1)
-            found.append(there[far > np.median(far)].mean(axis=0))
+            found.append(there[far > np.quantile(far, 1.0 - outer)].mean(axis=0))
         return np.array(found)
 
     def roles(self) -> tuple[dict[int, tuple[float, float]], list[int]] | None:
@@ -194,18 +205,22 @@ class _Hand:
         for qpos in samples:
             place(self.model, data, qpos)
             clouds.append([_world(data, side) for side in self.points])
-        # The probe lies where the fingertips are all around it.
-        centres = [self.tips(qpos).mean(axis=0) for qpos in samples]
-        gaps = np.array([[_gap(side, c) for side in cloud] for cloud, c in zip(clouds, centres, strict=True)])
-        around = centres[int(np.abs(gaps.mean(axis=1) - _PROBE).argmin())]
-        gaps = np.array([[_gap(side, around) for side in cloud] for cloud in clouds])
-        model, fingers, before = self.model, [], 0
+        last = self._last_free(samples)
+        # The probe lies among the fingertips, where they meet it best and at the same time: of three two may stand against one.
+        tried = []
+        for weights, outer in product(_shares(len(self.groups)), _OUTER):
+            tips = np.array([self.tips(qpos, outer) for qpos in samples[: last + 1]])
+            gaps = _gaps(clouds[: last + 1], np.einsum("f,kfx->kx", weights, tips))
+            met = [_first(column, _PROBE) for column in gaps.T]
+            miss = max(0.0, float(gaps.min(axis=0).max()) - _GRAZED) + self._collide(samples, met)
+            tried.append((round(miss, 3), max(met) - min(met), miss, gaps))
+        _, _, miss, gaps = min(tried, key=lambda one: one[:2])
+        model, fingers = self.model, []
         for a in closing:
             joint = int(model.actuator_trnid[a, 0])
             side = next(k for k, group in enumerate(self.groups) if int(model.jnt_bodyid[joint]) in group)
             address = int(model.jnt_qposadr[joint])
             meets, closed = (_first(gaps[:, side], radius) for radius in (_PROBE, _MEETING))
-            before = max(before, meets)
             fingers.append(
                 Closing(
                     actuator=a,
@@ -215,17 +230,50 @@ class _Hand:
                     closed=float(samples[closed][address]),
                 )
             )
-        miss = max(0.0, float(gaps.min(axis=0).max()) - _PROBE) + max(map(self._overlap, samples[:before]), default=0.0)
         return Opposition(tuple(fingers), self._spread(list(spread), samples[0]), miss)
 
-    def _overlap(self, qpos: Array) -> float:
-        """Return how deep fingers reach into each other at a configuration, metres."""
+    def _collide(self, samples: list[Array], meets: list[int]) -> float:
+        """Return how deep fingers go into one another on their way to these samples, one a finger, in step; metres."""
+        sides = [
+            [int(self.model.jnt_qposadr[j]) for j in self.joints if self.model.jnt_bodyid[j] in g] for g in self.groups
+        ]
+        deepest = 0.0
+        for share in _ON_THE_WAY:
+            qpos = samples[0].copy()
+            for side, end in zip(sides, meets, strict=True):
+                qpos[side] = samples[round(share * end)][side]
+            deepest = max(deepest, *self._overlaps(qpos).values(), 0.0)
+        return deepest
+
+    def _last_free(self, samples: list[Array]) -> int:
+        """Return the last sample before fingers that pass beside each other would wedge; without such, the last of all.
+
+        Fingers that meet head on press on each other and part again. Where their way makes a smaller angle with the
+        surfaces that touch than friction does, they lock like a taper, and no servo opens them.
+        """
+        overlaps = [self._overlaps(qpos) for qpos in samples]
+        met = set(overlaps[0])
+        for k, (now, then) in enumerate(pairwise(overlaps)):
+            for (a, b), depth in now.items():
+                if (a, b) in met or depth <= _YIELD:
+                    continue
+                met.add((a, b))
+                moved = self.tips(samples[k + 1]) - self.tips(samples[k])
+                if then.get((a, b), 0.0) - depth < _WEDGE * float(np.linalg.norm(moved[a] - moved[b])):
+                    return max(k - 1, 1)
+        return len(samples) - 1
+
+    def _overlaps(self, qpos: Array) -> dict[tuple[int, int], float]:
+        """Return how deep fingers reach into each other at a configuration, metres: pairs of sides that do -> depth."""
         data = mujoco.MjData(self.solid)
         place(self.solid, data, qpos)
         side = {b: k for k, group in enumerate(self.groups) for b in group}
-        pairs = self.solid.geom_bodyid[data.contact.geom]
-        between = [side.get(int(a), -1) != side.get(int(b), -1) and {int(a), int(b)} <= side.keys() for a, b in pairs]
-        return max(0.0, -float(data.contact.dist[between].min(initial=0.0)))
+        found: dict[tuple[int, int], float] = {}
+        for geoms, distance in zip(data.contact.geom, data.contact.dist, strict=True):
+            first, second = sorted(side.get(int(self.solid.geom_bodyid[g]), -1) for g in geoms)
+            if first >= 0 and first != second:
+                found[first, second] = max(found.get((first, second), 0.0), -float(distance))
+        return found
 
     def _spread(self, actuators: list[int], qpos: Array) -> dict[int, float]:
         """Return what joints these actuators move, and their values at a configuration."""
@@ -242,6 +290,29 @@ class _Hand:
 def _world(data: mujoco.MjData, side: dict[int, Array]) -> Array:
     """Return a side's points in the world, shape (k, 3)."""
     return np.concatenate([data.geom_xpos[g] + local @ data.geom_xmat[g].reshape(3, 3).T for g, local in side.items()])
+
+
+def _shares(fingers: int) -> list[Array]:
+    """Return weights of fingertips that put a point among them, each (fingers,): alike, and between some and the rest."""
+    found = [np.full(fingers, 1.0 / fingers)]
+    for count in range(1, fingers // 2 + 1):
+        for side in combinations(range(fingers), count):
+            weights = np.full(fingers, 0.5 / (fingers - count))
+            weights[list(side)] = 0.5 / count
+            found.append(weights)
+    return found
+
+
+def _gaps(clouds: list[list[Array]], centres: Array) -> Array:
+    """Return the fingers' gaps to the centre of a probe, shape (k, fingers), metres.
+
+    Args:
+        clouds: The fingers' points at each sample.
+        centres: A place for each sample, shape (k, 3); the probe lies at that where it fits best between them.
+    """
+    there = np.array([[_gap(side, c) for side in cloud] for cloud, c in zip(clouds, centres, strict=True)])
+    around = centres[int(np.abs(there.mean(axis=1) - _PROBE).argmin())]
+    return np.array([[_gap(side, around) for side in cloud] for cloud in clouds])
 
 
 def _gap(points: Array, centre: Array) -> float:
