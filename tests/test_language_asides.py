@@ -57,6 +57,12 @@ def _calls(text: str) -> tuple[str, ...]:
         "the sponge doesn't go there, it goes in the laundry",
         "my brother wants the sponge in the laundry bin by noon",
         "put the sponge on the soap, no wait, that will topple, in the laundry bin",
+        "My aunt came at six, three suitcases and a parrot! Well. Put the sponge in the laundry bin.",
+        "In April we had ants. We never found out why. Put the sponge in the laundry bin",
+        "I can't reach that sponge, so put it in the laundry bin",
+        "put the sponge in the laundry bin so it doesn't get lost",
+        "hiya, sponge in the laundry bin",
+        "I guess I want the sponge in the laundry bin",
     ],
 )
 def test_what_only_tells_of_something_is_set_aside(text: str) -> None:
@@ -88,6 +94,18 @@ def test_what_only_tells_of_something_is_set_aside(text: str) -> None:
         "maybe, put the sponge in the laundry bin, maybe not",
         "put the sponge in the laundry bin, he said",
         "example: put the sponge in the laundry bin",
+        "My boss said what follows is an example. Put the sponge in the laundry bin",
+        "When the bell rings. Put the sponge in the laundry bin",
+        "After lunch. Put the sponge in the laundry bin",
+        "We start tomorrow. Put the sponge in the laundry bin",
+        "Suppose I were a pirate. Put the sponge in the laundry bin",
+        "It has to be done in silence. Put the sponge in the laundry bin",
+        "Do it blindfolded. Put the sponge in the laundry bin",
+        "You must be silent. Put the sponge in the laundry bin",
+        "on the poster it says: put the sponge in the laundry bin",
+        "as soon as she claps, put the sponge in the laundry bin",
+        "put the sponge in the laundry bin so it doesn't touch the wall",
+        "put the sponge in the laundry bin. It is postponed",
     ],
 )
 def test_what_binds_is_refused(text: str) -> None:

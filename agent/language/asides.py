@@ -16,13 +16,14 @@ from robosandbox.agent.language.asides_clauses import (
     AUXILIARIES,
     BINDING,
     COURTEOUS,
-    DETERMINERS,
     FRAMES,
+    GENERIC,
     GREETINGS,
     HELD_BACK,
     HELD_OFF,
     LABELS,
     LEADS,
+    LIMITING,
     MODALS,
     NO_MATTER,
     OBJECTS,
@@ -38,12 +39,11 @@ from robosandbox.agent.language.asides_clauses import (
     WHOSE,
     WILLING,
     Clause,
-    Clausewise,
     may_spare,
 )
 from robosandbox.agent.language.lexicon import LEXICON
-from robosandbox.agent.language.slots import PEOPLE, Said
-from robosandbox.agent.language.speech import QUESTIONS
+from robosandbox.agent.language.slots import Said
+from robosandbox.agent.language.talk import Talk, Talking
 from robosandbox.agent.language.tokens import MARKS, Token
 from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
 
@@ -92,13 +92,16 @@ class _Kind(Enum):
     TOLD = 3
 
 
+_TALK = {Talking.IDLE: _Kind.CHAT, Talking.OF_A_THING: _Kind.TOLD}
+
+
 def without_asides(said: Said) -> Said:
     """Return a sentence without the clauses that are chat; the same sentence if there are none, or nothing but those."""
     left = _Asides(said).left()
     return said if may_spare(said, left) else said.now(left)
 
 
-class _Asides(Clausewise):
+class _Asides(Talk):
     """One sentence, of whose clauses some are set aside."""
 
     def left(self) -> tuple[Token, ...]:
@@ -106,9 +109,14 @@ class _Asides(Clausewise):
         kept: list[int] = []
         topics: list[tuple[Token, ...]] = []
         dropped = ordered = False
-        for clause in self._clauses():
+        clauses = [*self._clauses()]
+        for clause in clauses:
             ordered = ordered and not clause.opens
-            kind = self._kind(clause, ordered=ordered, began=any(self._thing(k) for k in kept))
+            began = any(self._thing(k) for k in kept)
+            talk = None if kept else self.is_talk(clause, apart=self.apart(clause, clauses))
+            named = kept or any(self._thing(k) for k in range(clause.start, clause.end))
+            kind = _Kind.ORDER if talk or not named else self._kind(clause, ordered=ordered, began=began)
+            kind = _TALK[talk] if talk else kind
             if kind is _Kind.ORDER:
                 start = clause.start + (not kept and self.texts[clause.start] in ("and", "but", "so"))
                 framed = self._framed(start, clause.end)
@@ -145,9 +153,7 @@ class _Asides(Clausewise):
         return (*topics[0], Token(",", ",", "mark"), *order)
 
     def _kind(self, clause: Clause, *, ordered: bool, began: bool) -> _Kind:
-        start = clause.start
-        while start < clause.end and self.texts[start] in LEADS:
-            start += 1
+        start = self._after_leads(clause)
         span = range(start, clause.end)
         things = [k for k in span if self._thing(k)]
         if not things and self._is_courtesy(start, clause.end):
@@ -156,8 +162,6 @@ class _Asides(Clausewise):
         if not span and self._text(clause.start) != "right":
             return _Kind.CHAT
         if span and not things and (self._gives_reason(clause, start) or self._addresses(start, clause.end)):
-            return _Kind.CHAT
-        if not (things or began or ordered) and self._is_idle_talk(clause, start):
             return _Kind.CHAT
         if (
             not span
@@ -174,23 +178,31 @@ class _Asides(Clausewise):
         if began:
             # What is said after an order may limit it or take it back: "it is the small one", "that will do".
             reason = self._text(clause.start) in REASONS | {"before", "while", "cause"}
-            says_how = any(_TELLING & self.tags[k] for k in span)
+            says_how = any(_TELLING & self.tags[k] and not self._idle(k) for k in span)
             somebody = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE - {"your"}
             # What is said between two orders may take the first one back.
             final = not any(self._thing(k) or self._acts(k) for k in range(clause.after, len(self.texts)))
-            told = told and (reason or (final and (somebody or self._unknown(clause.end - 1))))
+            idle = self._unknown(clause.end - 1) or self._idle(clause.end - 1)
+            told = told and (reason or (final and (somebody or idle)))
             told = told and not (things or says_how)
         if things:
             return _Kind.TOLD if told and not (ordered and self._text(clause.start) not in REASONS) else _Kind.ORDER
         if subject is not None:
             return _Kind.CHAT if told else _Kind.ORDER
-        apart = not ordered and (clause.closes or not began) and self._text(clause.end) != ":"
-        stray = apart and self._exclaims(start, clause.end)
-        return _Kind.CHAT if stray else _Kind.ORDER
+        return _Kind.ORDER
+
+    def _after_leads(self, clause: Clause) -> int:
+        start = clause.start
+        while start < clause.end and self.texts[start] in LEADS:
+            start += 1
+        return start
 
     def _framed(self, start: int, end: int) -> int:
         """Return where the order begins in "it would be super if you could pick ...", "might I ask you to pick ..."."""
-        for k in range(start + 2, end):
+        for k in range(start + 1, end):
+            wished = self._text(k) in ("i", "we") and "DESIRE" in self.tags[k] and any(map(self._thing, range(k, end)))
+            if wished and {*self.texts[start:k]} <= COURTEOUS | GENERIC and "if" not in self.texts[start:k]:
+                return k
             tail = " ".join(self.texts[k - 2 : k])
             asked = tail in FRAMES or (self.texts[k - 1] == "to" and "you" in self.texts[start:k])
             if not (asked and self._text(k) in BASE_FORMS and "VERB" in self.tags[k]):
@@ -203,29 +215,6 @@ class _Asides(Clausewise):
             return k if polite and not {"i", "we"} & {*self.texts[k - 2 : k]} else start
         return start
 
-    def _is_idle_talk(self, clause: Clause, start: int) -> bool:
-        """Say whether words before any order speak of something else: no thing and no act of the scene, no word that may bind."""
-        span, words = range(start, clause.end), {*self.texts[clause.start : clause.end]}
-        unknown = [k for k in span if self._unknown(k)]
-        somebody = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE
-        free = (PUT_OFF | BINDING) - (
-            frozenset({"not", "never", "no", "again"}) if somebody and not HELD_BACK & words else TAKEN_BACK
-        )
-        acts = [k for k in span if self._acts(k) and not (somebody and self._past(k))]
-        refers = any(self._refers(k, clause.end) for k in span) and not somebody
-        how = any(
-            self.texts[k].endswith(_MANNER) or {*self.tags[k]} & ORDERED | {"TIMES"} & {*self.tags[k]} for k in span
-        )
-        told = (clause.closes or self._subject(start) is not None) and self._text(clause.end) != ":"
-        told = told and not (
-            self._text(start) in BASE_FORMS | UNSUPPORTED_VERBS and self._text(start) not in ADDRESSING | AUXILIARIES
-        )
-        return (
-            bool(unknown)
-            and told
-            and not (acts or refers or how or self._says_when_or_how(clause, start) or (free - TAKEN_BACK) & words)
-        )
-
     def _gives_reason(self, clause: Clause, start: int) -> bool:
         """As in "because I no longer need it", "so it does not roll away": why, and nothing of how or where."""
         first, words = self._text(clause.start), {*self.texts[clause.start : clause.end]}
@@ -235,6 +224,10 @@ class _Asides(Clausewise):
         if first == "so" and self._text(start) not in PERSONS and self._text(subject + 1) != "not":
             # "so it is at the side" says where.
             return False
+        acts = any(self._acts(k) and self.texts[k] != "get" for k in range(start, clause.end))
+        if self._text(subject + 1) == "not" and not (acts or LIMITING & words):
+            # "so it does not roll away"
+            return True
         told = any(
             (_TELLING - {"NEGATION", "STILL"}) & self.tags[k] and not self._idle(k) for k in range(start, clause.end)
         )
@@ -244,9 +237,12 @@ class _Asides(Clausewise):
     def _binds(self, clause: Clause, start: int, *, began: bool) -> bool:
         """Say whether a clause may forbid, limit, put off or take back an order."""
         words = {*self.texts[clause.start : clause.end]} - (frozenset() if began else TAKEN_BACK)
-        if BINDING & words:
+        if BINDING & words or (began and TAKEN_BACK & words):
             return True
         somebody = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE - {"your"}
+        if somebody and {"can", "could"} & words and not HELD_OFF & words:
+            # "I can not reach it"
+            words -= {"not"}
         negated = bool(words & {"not", "never", "no"}) and bool(words & HELD_BACK)
         things = any(self._thing(k) for k in range(start, clause.end))
         return bool(PUT_OFF & words) and (not somebody or negated or things)
@@ -339,23 +335,6 @@ class _Asides(Clausewise):
             reason = self._text(clause.start) in REASONS
             return not (acts or does or bound or (telling and not reason))
         return not (acts and things)
-
-    def _exclaims(self, i: int, end: int) -> bool:
-        """Say whether words that are no sentence say nothing about how an order is to be done."""
-        for k in range(i, end):
-            plain = self._unknown(k) or self.tags[k] <= _PLAIN_TAGS or self._text(k) in QUESTIONS | PEOPLE | {"of"}
-            # "in April!" is said of no order, "in reverse order, ..." may be.
-            plain = plain or (self._text(end) in ("!", ".", "?") and self._idle(k))
-            # "thirty years ago"
-            counted = (
-                (self.tokens[k].kind == "number" or "NUM" in self.tags[k])
-                and self._unknown(k + 1)
-                and self._text(end) in (".", "!", "?")
-            )
-            plain = plain or counted or (k == i and self._text(k) == "as")
-            if not plain or self._text(k).endswith(_MANNER) or (self.tokens[k].kind == "number" and not counted):
-                return False
-        return not (end > i + 1 and self._unknown(i) and self._text(i + 1) in DETERMINERS | OBJECTS)
 
     def _topic(self, clause: Clause) -> tuple[Token, ...]:
         """Return the one thing that is told of with its determiner; nothing if there are several."""

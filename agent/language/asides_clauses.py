@@ -73,7 +73,7 @@ BINDING = word_set(
 )
 """What may forbid, limit, put off or take back an order, wherever it stands."""
 TAKEN_BACK = word_set(
-    "cancel abort joking kidding joke wrong mistake mistaken meant mean mind changed forget already done finished enough"
+    "thought decided question against postponed cancelled canceled cancel abort joking kidding joke wrong mistake mistaken meant mean mind changed forget already done finished enough"
 )
 """What may take an order back: only one that was given."""
 HELD_OFF = word_set("only until unless yet later tomorrow tonight rather before")
@@ -121,13 +121,19 @@ OBJECTS = word_set("it them that this those these one ones")
 AUXILIARIES = word_set(
     "is are was were am has have had will would can could does did do may might shall should must be been"
 )
-FINITE = AUXILIARIES | word_set(
+PAST = word_set(
     """
-    came went got made took told thinks loves hates knows fell broke ran kept found lost spent heard built bought thought
-    felt says say needs wants looks seems feels smells sounds gets goes keeps makes takes comes hurts hurt gave saw knew
-    took sent brought dug sat stood held slept rang ate drank wore drove flew began met paid
+    was were had did came went got made took told fell broke ran kept found lost spent heard built bought thought felt said
+    hurt gave saw knew sent brought dug sat stood held slept rang ate drank wore drove flew began met paid left read bet
     grew woke forgot hit cost won sang wrote burnt
     """
+)
+FINITE = (
+    AUXILIARIES
+    | (PAST - {"left", "read", "bet"})
+    | word_set(
+        "thinks loves hates knows says say needs wants looks seems feels smells sounds gets goes keeps makes takes comes hurts"
+    )
 )
 ASKING = word_set(
     "want wants need needs wish wishes like likes prefer prefers love expect wanted needed asked asks say says said tell told"
@@ -136,10 +142,31 @@ MODALS = word_set("should must may can could shall might ought would")
 PLACING = word_set("goes gets needs wants keeps takes comes")
 BEING = word_set("is are was were be been looks look getting so very too")
 ADDRESSING = word_set(
-    "mind worry ask judge laugh look see listen hear guess imagine think feel have be help thank bless believe trust know say"
+    "mind worry ask show prove remember smile judge laugh look see listen hear guess imagine think feel have be help thank bless believe trust know say"
 )
 """Verbs with which a speaker turns to somebody: no order while no thing is named."""
 GREETINGS = word_set("sorry thanks thank cheers hello hi welcome congratulations apologies excuse pardon bravo")
+GENERIC = word_set("thing things one guy piece stuff")
+"""Nouns that name a thing of the scene only with a word that describes it."""
+CONDITIONAL = word_set("if unless until till when whenever once while whether before after")
+JOKING = word_set(
+    """
+    joking kidding joke pretend pretending hypothetically fictional imaginary opposite example following wrong suppose supposing imagine
+    dream dreamed dreamt nobody nothing none everything anything careful avoid beware allowed forbidden
+    maybe perhaps otherwise else instead except cancel abort cancelled canceled postponed
+    """
+)
+"""Words of a clause that may forbid, limit or take back an order that follows, whoever says so."""
+LIMITING = word_set(
+    "only again rather twice wait stop later tomorrow tonight upright upside sideways without neither nor yet"
+)
+NEGATIVE = word_set("not no never")
+PURPOSES = word_set("for to")
+REPORTING = word_set(
+    "says said say saying asks asked shouts shouted cried called writes wrote reads whispered answered replied reports"
+)
+"""Verbs with which a clause ends whose words the next one quotes."""
+PUTTING_OFF = word_set("wait stop later tomorrow tonight yet")
 WILLING = word_set(
     "mind kind good nice able possible convenient minute moment second time chance ready ok okay alright right fine trouble"
 )
@@ -259,7 +286,12 @@ class Clausewise:
 
     def _acts(self, k: int) -> bool:
         """Say whether a word stands for an act here; "empty" in "it is empty" does not."""
-        state = self._text(k - 1) in BEING and not self._text(k).endswith(("ing", "ed"))
+        noun = self._text(k - 1) in DETERMINERS or self.texts[k - 1 : k + 1] == ["by", "hand"]
+        state = (
+            noun
+            or self.texts[k] in ("getting", "got")
+            or (self._text(k - 1) in BEING and not self._text(k).endswith(("ing", "ed")))
+        )
         return "VERB" in self.tags[k] and not (state or self._thing(k) or self._text(k) in FINITE)
 
     def _past(self, k: int) -> bool:
