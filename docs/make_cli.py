@@ -19,7 +19,7 @@ INTRO = """<!-- Written by docs/make_cli.py; change the commands. -->
 
 # Commands
 
-Exit codes: 0 done, 1 ran but did not succeed, 2 wrong usage or input, 3 no such service, or not let in. With `--json` stdout is one JSON document
+Exit codes: 0 done, 1 ran but did not succeed, 2 wrong usage or input, 3 no such service, or not let in, 130 ended by Ctrl-C. With `--json` stdout is one JSON document
 and everything else goes to stderr.
 """
 

@@ -12,6 +12,7 @@ from robosandbox.extras import install_command
 from robosandbox.robots.importers.files import is_file
 from robosandbox.robots.importers.imported import ImportedModel
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.suggestions import did_you_mean_file
 from robosandbox.validation import did_you_mean, load_yaml_model
 
 DEFAULT_ROBOT = "franka_panda"
@@ -37,7 +38,7 @@ def resolve_robot(robot_urdf: Path | None) -> Path:
     if name.startswith(MENAGERIE):
         return _from_menagerie(name.removeprefix(MENAGERIE))
     if not is_file(robot_urdf):
-        hint = did_you_mean(name, bundled)
+        hint = did_you_mean(name, bundled) or did_you_mean_file(robot_urdf)
         raise InputError(
             f"robot_urdf: {name!r} is neither a file nor a bundled robot ({', '.join(sorted(bundled))}){hint}"
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -167,7 +168,12 @@ def check_home(sidecar: Sidecar, model: mujoco.MjModel) -> None:
             raise InputError(f"arm.joints[{i}] {name!r} is a ball or free joint; the arm takes hinges and slides")
         low, high = model.jnt_range[joint]
         if model.jnt_limited[joint] and not low - 1e-6 <= value <= high + 1e-6:
-            raise InputError(f"arm.home_qpos[{i}]: {value:g} is outside the limits of {name!r}, {low:.4g}..{high:.4g}")
+            hinge = int(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE.value
+            degrees = hinge and abs(value) > math.tau and low <= math.radians(value) <= high
+            raise InputError(
+                f"arm.home_qpos[{i}]: {value:g} is outside the limits of {name!r}, {low:.4g}..{high:.4g}"
+                f"{' rad: are these degrees?' if degrees else ''}"
+            )
 
 
 def check_actuators(sidecar: Sidecar, model: mujoco.MjModel) -> None:

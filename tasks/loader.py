@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from robosandbox.errors import InputError
+from robosandbox.suggestions import did_you_mean_file
 from robosandbox.tasks.bundled import ALL_SUITES, bundled_task, bundled_tasks as bundled_tasks
 from robosandbox.tasks.named_files import BUILTIN, YCB, builtin_file, ycb_object
 from robosandbox.tasks.task import Task
@@ -84,7 +85,6 @@ def _with_mesh(item: SceneObject, index: int, folder: Path, source: str) -> Scen
 def _existing(path: Path, folder: Path, field: str) -> Path:
     full = folder / path.expanduser()
     if not full.is_file():
-        there = [item.name for item in full.parent.iterdir()] if full.parent.is_dir() else []
-        hint = did_you_mean(full.name, there) or "; a relative path starts at the YAML file's folder"
+        hint = did_you_mean_file(full) or "; a relative path starts at the YAML file's folder"
         raise InputError(f"{field}: {str(path)!r} is not a file{hint}")
     return full

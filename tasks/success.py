@@ -110,6 +110,9 @@ Criterion = Annotated[
     | NotOf,
     Field(discriminator="kind"),
 ]
+# Their fields name the kinds above them: what an error calls a field is looked up there.
+for _joined in (AllOf, AnyOf, NotOf):
+    _joined.model_rebuild()
 
 
 def merged(checks: Sequence[Check], found: Sequence[Finding]) -> dict[str, float]:

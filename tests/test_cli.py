@@ -66,6 +66,8 @@ def run_bench(*arguments: str) -> int:
         (["plam", "go home"], ["'plam'", "plan"]),
         (["tasks", "show", "stack_tow"], ["did you mean 'stack_two'"]),
         (["tasks", "show", "gone.yaml"], ["gone.yaml: no such file"]),
+        (["plan", "--steps", "gone.json"], ["--steps: gone.json: No such file or directory; give a file"]),
+        (["plan", "x", "--planner", "openai", "--model", "m", "--model-limits", "x.yaml"], ["x.yaml: no such file"]),
     ],
 )
 def test_wrong_input_is_one_line_and_exit_2(
@@ -108,6 +110,24 @@ def test_a_group_of_commands_by_itself_lists_them(group: list[str], capsys: pyte
     assert sandbox(*group) == EXIT_DONE
     out, err = capsys.readouterr()
     assert "Commands:" in out and err == ""
+
+
+def test_ctrl_c_is_told_in_a_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("robosandbox.tasks.bundled.task_entries", interrupted)
+    assert sandbox("tasks", "list") == 130
+    assert capsys.readouterr() == ("", "robo-sandbox: interrupted\n")
+
+
+@pytest.mark.parametrize("arguments", [["--robot=~/arm.urdf"], ["--robot", "~/arm.urdf"]], ids=["joined", "apart"])
+def test_a_tilde_that_the_shell_left_is_the_home_folder(
+    arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert sandbox("run", "go home", *arguments) == EXIT_USAGE
+    assert f"'{tmp_path}/arm.urdf' is neither a file" in capsys.readouterr().err
 
 
 def test_a_name_with_nothing_near_gets_no_suggestion() -> None:

@@ -56,6 +56,12 @@ MISTAKES = [
         ["scene.objects[0].size[1]: -1 is outside", "to 10 m"],
     ),
     ("[0.02, 0.02, 0.02]", "[.inf, 0.02, 0.02]", "an infinite size", ["scene.objects[0].size[0]: inf", "finite"]),
+    (
+        "[0.02, 0.02, 0.02]",
+        "[20, 20, 20]",
+        "sizes in millimetres",
+        ["size[0]: 20 is outside", "are these millimetres?"],
+    ),
     ("[0.02, 0.02, 0.02]", "[0.02]", "too few sizes", ["scene.objects[0].size", "half_x, half_y, half_z"]),
     ("0.07]", "0.07]\n        quat_xyzw: [0, 0, 0, 0]", "a zero quaternion", ["pose.quat_xyzw", "[0, 0, 0, 1]"]),
     ("id: tray", "id: red_cube", "a duplicate id", ["scene.objects", "'red_cube'", "distinct"]),
@@ -81,6 +87,12 @@ MISTAKES = [
         "not\n  check: {kind: any, checks: [{kind: lifted, object: x}]}",
         "an unknown object deep inside",
         ["success.check.checks[0].object: 'x'"],
+    ),
+    (
+        "lifted\n  object: red_cube\n  min_mm: 50",
+        "all\n  checks: [{kind: lifted, object: red_cube, min_mm: 5cm}]",
+        "a number with a unit, deep inside",
+        ["success.checks[0].min_mm: '5cm': is not a number"],
     ),
     (
         "lifted\n  object: red_cube\n  min_mm: 50",
@@ -152,6 +164,12 @@ def test_a_missing_file_suggests_its_neighbour(tmp_path: Path) -> None:
     (tmp_path / "pick.yaml").write_text(TASK)
     with pytest.raises(InputError, match=r"did you mean 'pick\.yaml'"):
         load_task(tmp_path / "pik.yaml")
+    with pytest.raises(InputError, match=r"no such file$"):
+        load_task(tmp_path / "xylophone.yaml")
+
+
+def test_the_name_that_differs_by_a_gap_alone_comes_first() -> None:
+    assert did_you_mean("joint_4", ["joint1", "joint2", "joint4"]).startswith("; did you mean 'joint4'")
 
 
 def test_on_is_a_word_and_1e_3_a_number() -> None:

@@ -156,3 +156,15 @@ def test_a_terminal_is_shown_that_a_command_starts_and_then_its_answer() -> None
     child.expect(pexpect.EOF)
     child.close()
     assert child.exitstatus == 0
+
+
+def test_a_bench_on_a_terminal_counts_its_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    code = _IMPATIENT.replace("import main", "import bench_main as main").replace(
+        '"robo-sandbox", "tasks", "show"', '"b"'
+    )
+    code = code.replace('"home"]', '"home", "--seeds", "2"]')
+    child = pexpect.spawn(sys.executable, ["-c", code], timeout=120, dimensions=(24, 120))
+    child.expect("starting.*/2.*2/2 successful")
+    child.expect(pexpect.EOF)
+    child.close()
+    assert child.exitstatus == 0

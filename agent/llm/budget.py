@@ -12,9 +12,8 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
 from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError
+from robosandbox.validation import parse_yaml, read_text
 
 if TYPE_CHECKING:
     from pydantic_ai.messages import ModelResponse
@@ -128,9 +127,9 @@ def read_limits(given: Mapping[str, Any], file: Path | None = None) -> dict[str,
 
 def _of_file(file: Path) -> dict[str, Any]:
     try:
-        data = yaml.safe_load(file.read_text(encoding="utf-8")) or {}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"--model-limits: {file}: {' '.join(str(error).split())}") from None
+        data = parse_yaml(read_text(file), file.name) or {}
+    except InputError as error:
+        raise InputError(f"--model-limits: {error}") from None
     if not isinstance(data, dict):
         raise InputError(f"--model-limits: {file}: holds no names with values; write e.g. max_tokens: 50000")
     unknown = next((name for name in data if name not in OPTIONS), None)

@@ -16,11 +16,24 @@ from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.sidecar import Inference, infer_imported
 from robosandbox.robots.locate import find_sidecar, is_bundled, resolve_robot
-from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.sidecar import ArmRoles, BasePose, EeSite, GripperRoles, Sidecar, SuctionRoles
 from robosandbox.robots.spec import RobotFiles
 from robosandbox.validation import load_yaml_model, parse_yaml, read_text
 
-_FIELD = re.compile(r"\b(?:arm|gripper|ee_site|base_pose)(?:\.[a-z_]+|\[\d+\])+")
+# The names of a sidecar's parts are words that files are called as well: "arm.xml" is no field.
+_PARTS = {
+    "arm": (ArmRoles,),
+    "gripper": (GripperRoles, SuctionRoles),
+    "ee_site": (EeSite,),
+    "base_pose": (BasePose,),
+}
+_FIELD = re.compile(
+    "|".join(
+        rf"\b{part}\.(?:{'|'.join(dict.fromkeys(name for role in roles for name in role.model_fields))})\b"
+        r"(?:\.[a-z_]+|\[\d+\])*"
+        for part, roles in _PARTS.items()
+    )
+)
 _JOINTS, _SKIPS = "arm.joints", "shorter than the lists beside it, so it skips a joint"
 _STEP = re.compile(r"[a-z_]+|\[\d+\]")
 

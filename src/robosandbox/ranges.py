@@ -5,6 +5,7 @@ Every refusal names the value and the range; the field's path is added by who re
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Annotated
 
@@ -30,10 +31,16 @@ def within(low: float, high: float, unit: str) -> Callable[[float], float]:
 
     def check(value: float) -> float:
         if not low <= value <= high:
-            raise ValueError(f"{value:g} is outside {low:g} to {high:g} {unit}")
+            raise ValueError(f"{value:g} is outside {low:g} to {high:g} {unit}{_other_unit(value, low, high, unit)}")
         return value
 
     return check
+
+
+def _other_unit(value: float, low: float, high: float, unit: str) -> str:
+    """Return the question whether a value is in the unit that people think in, where it would do then."""
+    name, factor = {"m": ("millimetres", 1e-3), "rad": ("degrees", math.pi / 180.0)}.get(unit, ("", 0.0))
+    return f": are these {name}?" if name and low <= value * factor <= high else ""
 
 
 Number = Annotated[float, Field(allow_inf_nan=False)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 # Percent of characters that two names have in common in order, where they share no word. Chosen: below it lie pairs with
 # nothing to do with each other, as "dsl" and "slow" (57) or "foo" and "mujoco" (44).
@@ -11,12 +12,9 @@ _LEAST_LETTERS = 60.0
 
 def nearest(name: str, choices: Iterable[str], *, limit: int = 3) -> tuple[str, ...]:
     """Return the choices that look like a misspelt `name`, the likeliest first."""
-    from rapidfuzz import fuzz, process
-
     wanted = name[:200]
     near = [choice for choice in choices if _is_near(wanted, choice)]
-    found = process.extract(wanted, near, scorer=fuzz.token_sort_ratio, processor=_words, limit=limit)
-    return tuple(choice for choice, _, _ in found)
+    return tuple(sorted(near, key=lambda choice: -_likeness(wanted, choice))[:limit])
 
 
 def did_you_mean(name: str, choices: Iterable[str]) -> str:
@@ -25,6 +23,17 @@ def did_you_mean(name: str, choices: Iterable[str]) -> str:
     if not near:
         return ""
     return f"; did you mean {' or '.join(repr(choice) for choice in near[:2])}?"
+
+
+def did_you_mean_file(path: Path) -> str:
+    """Return "; did you mean 'x'?" with files beside a missing one that end like it, or nothing when none is near."""
+    try:
+        there = {item.stem: item.name for item in path.parent.iterdir() if item.suffix == path.suffix}
+    except OSError:
+        # A folder that cannot be read has nothing to suggest; that the file is missing is told all the same.
+        return ""
+    near = [there[stem] for stem in nearest(path.stem, there)]
+    return did_you_mean(path.name, near)
 
 
 def _is_near(name: str, choice: str) -> bool:
@@ -37,6 +46,14 @@ def _is_near(name: str, choice: str) -> bool:
     shared = set(one.split()) & set(other.split())
     begun = one.startswith(other) or other.startswith(one)
     return bool(shared) or begun or fuzz.ratio(one, other) >= _LEAST_LETTERS
+
+
+def _likeness(name: str, choice: str) -> float:
+    """Return how much of two names is the same, percent: of their words in any order, or of their letters without gaps."""
+    from rapidfuzz import fuzz
+
+    one, other = _words(name), _words(choice)
+    return max(fuzz.token_sort_ratio(one, other), fuzz.ratio(one.replace(" ", ""), other.replace(" ", "")))
 
 
 def _words(name: str) -> str:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from robosandbox.errors import InputError
-from robosandbox.suggestions import did_you_mean as did_you_mean, nearest as nearest
+from robosandbox.suggestions import did_you_mean as did_you_mean, did_you_mean_file, nearest as nearest
 
 MAX_FILE_BYTES = 1_000_000  # Bytes of a YAML file. Chosen far above any that people write.
 _MAX_SHOWN = 60  # Characters of a value that an error shows. Chosen so that it stays one line.
@@ -45,8 +45,7 @@ def read_text(path: Path) -> str:
         InputError: It is missing, too large or no text.
     """
     if not path.is_file():
-        there = [item.name for item in path.parent.glob("*.y*ml")] if path.parent.is_dir() else []
-        raise InputError(f"{path}: no such file{did_you_mean(path.name, there)}")
+        raise InputError(f"{path}: no such file{did_you_mean_file(path)}")
     try:
         size = path.stat().st_size
         if size > MAX_FILE_BYTES:
@@ -212,8 +211,7 @@ def _fields_at(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[str]:
 
 
 def _tags_at(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[str]:
-    annotation = _unwrapped(_resolve(model, loc)[0])
-    return [tag for member in typing.get_args(annotation) for tag in _tags(member)]
+    return [tag for member in _members(_resolve(model, loc)[0]) for tag in _tags(member)]
 
 
 def _written_steps(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[int | str]:
@@ -231,7 +229,7 @@ def _resolve(model: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[Any, l
     for step in loc:
         here = _unwrapped(here)
         if _is_union(here):
-            members = [_unwrapped(item) for item in typing.get_args(here) if item is not type(None)]
+            members = _members(here)
             tagged = [item for item in members if step in _tags(item)]
             if tagged:
                 here = tagged[0]
@@ -241,9 +239,17 @@ def _resolve(model: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[Any, l
         here = _child(here, step)
     here = _unwrapped(here)
     if _is_union(here):
-        members = [_unwrapped(item) for item in typing.get_args(here) if item is not type(None)]
+        members = _members(here)
         here = members[0] if len(members) == 1 else here
     return here, steps
+
+
+def _members(annotation: Any) -> list[Any]:
+    """Return the kinds of a union, those of unions in it as well, without None."""
+    annotation = _unwrapped(annotation)
+    if not _is_union(annotation):
+        return [annotation]
+    return [member for item in typing.get_args(annotation) if item is not type(None) for member in _members(item)]
 
 
 def _child(annotation: Any, step: int | str) -> Any:

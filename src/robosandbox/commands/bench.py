@@ -250,11 +250,12 @@ def _progress(total: int) -> Iterator[Callable[[int], None]]:
     from robosandbox.commands.waiting import stderr_console
     from robosandbox.progress import nothing_done
 
+    # While a line moves, stderr and stdout are stand-ins that are no terminals.
+    nothing_done()
     if not sys.stderr.isatty() or total < 2:
         with doing("running the episode"):
             yield lambda _: None
         return
-    nothing_done()
     # Rows that go to the same terminal have to pass through the bar; rows that go elsewhere must not.
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=stderr_console(), transient=True, redirect_stdout=sys.stdout.isatty()) as progress:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from robosandbox.errors import InputError
 from robosandbox.plugins import check_plugin
-from robosandbox.suggestions import did_you_mean
+from robosandbox.suggestions import did_you_mean, did_you_mean_file
 
 _TASK_SUFFIXES = (".yaml", ".yml")
 
@@ -24,8 +24,7 @@ def known_task(task: str | None) -> str | None:
         return task
     path = Path(task)
     if not path.is_file():
-        there = [item.name for item in path.parent.glob("*.y*ml")] if path.parent.is_dir() else []
-        raise InputError(f"{path}: no such file{did_you_mean(path.name, there)}")
+        raise InputError(f"{path}: no such file{did_you_mean_file(path)}")
     return task
 
 
@@ -96,5 +95,5 @@ def _check_robot(robot: str) -> None:
     if not is_file:
         raise InputError(
             f"robot_urdf: {robot!r} is neither a file nor a bundled robot ({', '.join(sorted(bundled))})"
-            f"{did_you_mean(robot, bundled)}"
+            f"{did_you_mean(robot, bundled) or did_you_mean_file(Path(robot))}"
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 import sys
 from collections.abc import Sequence
 from typing import Any, TextIO
@@ -32,6 +33,8 @@ _GL_REMEDY = (
     "unset it, or `apt-get install libegl1` for MUJOCO_GL=egl, `apt-get install libosmesa6` for MUJOCO_GL=osmesa"
 )
 
+_HOME = re.compile(r"(--[a-z-]+=|)(~/.*)", re.DOTALL)
+
 
 class _CurrentStderr(logging.StreamHandler[TextIO]):
     """Writes to what is stderr at the time, so that a line passes over one that moves."""
@@ -49,8 +52,11 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
     command = typer.main.get_command(app)
     try:
         with slow_work_shown():
-            code = command.main(args=list(arguments), prog_name=program, standalone_mode=False)
+            code = command.main(args=_at_home(arguments), prog_name=program, standalone_mode=False)
         sys.stdout.flush()
+        if code == _EXIT_INTERRUPTED:
+            # What Typer makes of Ctrl-C, without a word.
+            raise KeyboardInterrupt
         return code if isinstance(code, int) else EXIT_DONE
     except typer.TyperException as error:
         return _misused(program, error)
@@ -74,6 +80,15 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         # The reader has gone, as in `... | head`; closing stdout here keeps the interpreter from complaining at exit.
         sys.stdout = None
         return EXIT_FAILED
+
+
+def _at_home(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with `~/` as the user's folder where shells leave it: in quotes, and in `--option=~/file`."""
+    parts = (_HOME.fullmatch(argument) for argument in arguments)
+    return [
+        found[1] + os.path.expanduser(found[2]) if found else argument
+        for argument, found in zip(arguments, parts, strict=True)
+    ]
 
 
 def _misused(program: str, error: typer.TyperException) -> int:

@@ -30,12 +30,14 @@ def read_steps(source: str) -> Plan:
         if source == "-":
             nothing_done()
         text = sys.stdin.read() if source == "-" else Path(source).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"--steps: {source}: {error}; give a file, or - for stdin") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"--steps: {source}: byte {error.start} is not UTF-8 text") from None
+    except OSError as error:
+        raise InputError(f"--steps: {source}: {error.strerror}; give a file, or - for stdin") from None
     try:
         data: Any = jsonlib.loads(text)
     except ValueError as error:
-        raise InputError(f"--steps: {source} is no JSON: {error}") from None
+        raise InputError(f"--steps: {'stdin' if source == '-' else source} is no JSON: {error}") from None
     if isinstance(data, dict) and "plan" in data:
         data = data["plan"]
     try:

@@ -84,7 +84,9 @@ def _proved(
         problem = str(wrong[0])
         if able.denied == known:
             break
-    return Refusal(code=RefusalCode.IMPOSSIBLE, message=f"There is no plan: {problem}.")
+    return Refusal(
+        code=RefusalCode.IMPOSSIBLE, message=f"There is no plan: {problem}{'' if problem.endswith('?') else '.'}"
+    )
 
 
 def _planned(goals: tuple[Fact, ...], search: Search, scene: ObservedScene, asked: Constraints) -> Plan:
