@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-import click
 import typer
 
 from robosandbox import cli
@@ -38,13 +38,13 @@ def page() -> str:
     return "\n".join([INTRO, *programs])
 
 
-def sections(path: str, command: click.Command) -> Iterator[str]:
+def sections(path: str, command: Any) -> Iterator[str]:
     """Yield a section per command, those of groups one after another."""
     if inner := getattr(command, "commands", None):
         for name, each in inner.items():
             yield from sections(f"{path} {name}", each)
         return
-    context = click.Context(command, info_name=path)
+    context = typer.Context(command, info_name=path)
     pieces = " ".join(command.collect_usage_pieces(context))
     yield f"## `{path}`\n\n{(command.help or '').strip()}\n\n```text\n{path} {pieces}\n```\n"
     rows = [row for parameter in command.params if (row := parameter.get_help_record(context)) and row[0] != "--help"]
