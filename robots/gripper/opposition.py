@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import combinations, pairwise, product
+from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -43,6 +45,8 @@ _OUTER = (0.5, 0.25, 0.1)
 # Shares of the way to the probe at which it is looked whether fingers meet each other. Chosen.
 _ON_THE_WAY = (0.0, 0.25, 0.5, 0.75, 1.0)
 _CELL = 0.003  # Metres between points on a finger. Chosen: a quarter of the probe.
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +95,12 @@ def find_opposition(model: mujoco.MjModel, joints: list[int]) -> Opposition | No
         return None
     closing, spreading = roles
     ends = [control_range(model, a) for a in spreading]
-    tried = [
+    tried = (
         hand.close(closing, dict(zip(spreading, places, strict=True)))
         for places in product(*(np.linspace(low, high, _PLACES) for low, high in ends))
-    ]
+    )
     # Of postures in which all fingers meet the probe the first one is as good as any.
-    return min(tried, key=lambda one: round(one.miss, 3))
+    return _least(tried, lambda one: one.miss)
 
 
 class _Hand:
@@ -206,15 +210,16 @@ class _Hand:
             place(self.model, data, qpos)
             clouds.append([_world(data, side) for side in self.points])
         last = self._last_free(samples)
-        # The probe lies among the fingertips, where they meet it best and at the same time: of three two may stand against one.
-        tried = []
-        for weights, outer in product(_shares(len(self.groups)), _OUTER):
-            tips = np.array([self.tips(qpos, outer) for qpos in samples[: last + 1]])
-            gaps = _gaps(clouds[: last + 1], np.einsum("f,kfx->kx", weights, tips))
-            met = [_first(column, _PROBE) for column in gaps.T]
-            miss = max(0.0, float(gaps.min(axis=0).max()) - _GRAZED) + self._collide(samples, met)
-            tried.append((round(miss, 3), max(met) - min(met), miss, gaps))
-        _, _, miss, gaps = min(tried, key=lambda one: one[:2])
+
+        def probed() -> Iterator[tuple[float, Array]]:
+            for weights, outer in product(_shares(len(self.groups)), _OUTER):
+                tips = np.array([self.tips(qpos, outer) for qpos in samples[: last + 1]])
+                gaps = _gaps(clouds[: last + 1], np.einsum("f,kfx->kx", weights, tips))
+                met = [_first(column, _PROBE) for column in gaps.T]
+                yield max(0.0, float(gaps.min(axis=0).max()) - _GRAZED) + self._collide(samples, met), gaps
+
+        # The probe lies among the fingertips, where they meet it best: of three two may stand against one.
+        miss, gaps = _least(probed(), lambda one: one[0])
         model, fingers = self.model, []
         for a in closing:
             joint = int(model.actuator_trnid[a, 0])
@@ -285,6 +290,19 @@ class _Hand:
                 if abs(second[address] - first[address]) > _MOVED:
                     held[j] = float(qpos[address])
         return held
+
+
+def _least(tried: Iterable[_T], miss: Callable[[_T], float]) -> _T:
+    """Return the first that misses by the least, to a millimetre; none is tried after one that misses by nothing."""
+    best: tuple[float, _T] | None = None
+    for one in tried:
+        off = round(miss(one), 3)
+        if best is None or off < best[0]:
+            best = off, one
+        if off <= 0.0:
+            break
+    assert best is not None
+    return best[1]
 
 
 def _world(data: mujoco.MjData, side: dict[int, Array]) -> Array:
