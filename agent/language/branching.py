@@ -153,8 +153,9 @@ class Branching(Amendments, ABC):
                     body = told_of(body, told)
                     if not body:
                         continue
-                    if kind == "while":
-                        found += [(end, controlled(While(told, body)))] if _may_go_on(body) else []
+                    if kind == "while" and _may_go_on(body):
+                        found.append((end, controlled(While(told, body))))
+                    if kind == "while" and (_may_go_on(body) or self.text(k - 2) != "long"):
                         continue
                     form = If(told, body, unless=denied)
                     found.append((end, controlled(form)))

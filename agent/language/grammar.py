@@ -271,6 +271,7 @@ class Grammar(Branching):
                         if not (second.bare and self.text(k) in _THAT)
                     ]
                     second_at += [hit for k in hits if k not in apart for hit in self._likewise(command, k, tag)]
+                    second_at += [hit for k in hits if tag == "BEFORE" for hit in self._to_be_done(k)]
                     # "..., but only once the apple is in the bowl", "..., but not before the apple is in the bowl"
                     joint = comma + (self.text(comma) == "but")
                     done = [(end, inside_it(second, command)) for end, second in self._accomplished(joint)]
@@ -278,7 +279,9 @@ class Grammar(Branching):
                         found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
                     found += [(end, (command, second)) for k in apart for end, second in self.clause(k)]
             for tag in ("BEFORE", "AFTER") if self._tells_when else ():
-                second_at = [hit for k, _ in self.tag(start, tag) for hit in self.clause(k)]
+                hits = [k for k, _ in self.tag(start, tag)]
+                second_at = [hit for k in hits for hit in self.clause(k)]
+                second_at += [hit for k in hits if tag == "BEFORE" for hit in self._to_be_done(k)]
                 for j, second in second_at + (self._accomplished(start) if tag == "AFTER" else []):
                     for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
                         for first_start in self.optional(m, "FIRST"):

@@ -16,6 +16,7 @@ from robosandbox.agent.language.verbs import BASE_FORMS
 _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
 _MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
 _HOLDS = frozenset({"has", "contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
+_PASSIVE = frozenset({"is", "are", "been", "gets"})
 _HAS_BEEN = frozenset({"has been", "have been", "is safely", "is all"})
 _BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
 _GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
@@ -175,8 +176,28 @@ class Wishes(Clauses, ABC):
             m += self.text(m) in ("safely", "all", "both") and m > j
             if m == j or refs[0].determiner == "it":
                 continue
-            found += self._placed_there(refs, m)
+            found += self._placed_there(refs, m) + self._undergone(refs, m)
         return found
+
+    def _to_be_done(self, i: int) -> Found[Command]:
+        """As in "before the sponge is moved to the box": what is done to a thing."""
+        return [
+            hit
+            for j, refs in (self.np_list(i) if not _PASSIVE.isdisjoint(self.texts[i:]) else ())
+            for words in ("is", "are", "has been", "have been", "gets")
+            if self.said(j, j + len(words.split())) == words and refs[0].determiner != "it"
+            for hit in self._undergone(refs, j + len(words.split()))
+        ]
+
+    def _undergone(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
+        """As in "(the sponge has been) put in the box", "(the cans are) tapped"."""
+        return [
+            (end, command)
+            for j, verb in self.tag(i, "VERB")
+            if self.text(i) not in BASE_FORMS or self.text(i) == "put"
+            for end, elements in [(j, ()), *self.elements(j)]
+            for command in frame_command(verb, (spoken(refs), *elements))
+        ]
 
     def _placed_there(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
         return [
