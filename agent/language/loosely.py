@@ -36,10 +36,20 @@ def loosely(said: Said) -> Said:
         return said
     try:
         clauses = _joined(Pieces(said).clauses())
-        # Of several orders loose words do not tell what belongs to which.
-        return said.now(list(_told(clauses[0]))) if len(clauses) == 1 else said
+        if len(clauses) > 1 and not all(_stands_alone(clause, k) for k, clause in enumerate(clauses)):
+            # Of several orders loose words do not tell what belongs to which.
+            return said
+        told = [_told(clause) for clause in clauses]
+        return said.now([word for k, words in enumerate(told) for word in (*(to_words(", then") if k else ()), *words)])
     except NotPlainError:
         return said
+
+
+def _stands_alone(clause: Clause, k: int) -> bool:
+    """Say whether a clause has a verb of its own, and what it takes: a thing, or a pronoun for one that was named."""
+    home = clause.has("home") or any("home" in verb.verbs for verb in clause.all("verb"))
+    named = clause.has("thing", "home") or home or (k > 0 and clause.has("it"))
+    return len(_verbs(clause)) == 1 and named and not clause.has("not")
 
 
 def _joined(clauses: Sequence[Clause]) -> list[Clause]:
