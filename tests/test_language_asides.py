@@ -137,6 +137,24 @@ def test_what_is_done_first_may_be_told_last() -> None:
     assert _calls(text) == ("tap(object=can)", *BINNED, "home()")
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "once the sponge has been put in the laundry bin, tap the can",
+        "after the sponge is moved to the laundry bin, tap the can",
+        "put the sponge in the laundry bin before the can is tapped",
+        "before the can is tapped, put the sponge in the laundry bin",
+    ],
+)
+def test_what_is_done_to_a_thing_is_a_step(text: str) -> None:
+    assert _calls(text) == (*BINNED, "tap(object=can)")
+
+
+def test_what_is_done_as_long_as_something_is_so_is_done_if_it_cannot_go_on() -> None:
+    assert _calls("as long as there is no ball, push the can forward 4 cm")[0].startswith("push(")
+    assert _calls("as long as there is no sponge, push the can forward 4 cm") == ()
+
+
 def test_the_others_stand_between_the_biggest_and_the_smallest() -> None:
     blocks = [_thing(f"cube_{i}", 0.1 + 0.06 * i, 0.0, "box", "red") for i in range(3)]
     scene = ObservedScene(

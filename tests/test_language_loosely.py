@@ -28,6 +28,7 @@ def _read(prompt: str) -> str:
         ("the can at the mat put", "put the can on the mat"),
         ("drawer must be open", "open drawer"),
         ("not touch the can, take the ball", "not touch the can , take the ball"),
+        ("ball touch, then can bin inside put", "touch ball , then put can in bin"),
     ],
 )
 def test_a_verb_takes_what_is_around_it_by_what_it_is(said: str, plain: str) -> None:
@@ -47,6 +48,8 @@ def test_a_verb_takes_what_is_around_it_by_what_it_is(said: str, plain: str) -> 
         "the can must stay closed",
         "the can frobnicate in the bin put",
         "can ball bin put",
+        "ball touch, then can not touch",
+        "ball touch, then can bin inside",
     ],
 )
 def test_what_may_bind_or_is_not_known_leaves_a_sentence_as_it_is(said: str) -> None:

@@ -252,7 +252,8 @@ def test_no_template_loses_a_word_that_binds_unless_it_marks_it() -> None:
                 continue
             fitted.add(template.source)
             before, after = (Counter(t.text for t in ts if t.text in GUARDED) for ts in (tokens, made.tokens))
-            assert not {*(before - after)} - marked, (template.source, " ".join(said), made.texts)
+            # "no, no:" made "no," has lost nothing: the template says it once more itself.
+            assert not {*(before - after)} - marked - {*template.outcome}, (template.source, " ".join(said), made.texts)
     assert len(fitted) > 0.9 * len(WORDINGS.templates)
 
 

@@ -10,7 +10,8 @@ PARTS = {
 ASIDES_ABROAD = {
     "<edge> (how|what) [do|does|would] (you|we|they|one|i) (call|say|name) (it|that|this) [again!|in english|the word] <edge>": "",
     "<edge> (how (is|was) (it|that|this) (called|named|said)|how (it|that|this) is (called|named|said)|how to say|how you say|how do you say|how i say|how should i say|how is the (name|word)|what is the (name|word)) [it|that|again!|in english] <edge>": "",
-    "[please|and] [kindly] do the needful [and] {VERB}": "{VERB}",
+    "[please|and] [kindly] do the needful [and|,]": "",
+    "<start> [please] have the (kindness|goodness) to": "",
 }
 FOREIGN = {
     # As those say it who have it from another language, or are small.
@@ -35,6 +36,9 @@ FOREIGN = {
     "{VERB=tap} {thing} once! [each] [,]": "{VERB=tap} {thing}",
     "<verb> (put|place|stack|set) {one} on {one2} [,|.|and|then] [then|and] (on top of|on) (that|it|this|top) [goes|comes|put|place|you put] {thing}": "put {one} on {one2} , then put {thing} on {one}",
     "{word} what {is:is|are} {SUPER}": "{word} that {is} {SUPER}",
+    "{word} (what|who|which|which it|that it) {is:is|are} {COLOUR}": "{word} that {is} {COLOUR}",
+    "<verb> (take|hold|grab) {thing} in [the|your|my] hand <edge>": "pick up {thing}",
+    "<verb> (take|hold|grab) in [the|your|my] hand {thing}": "pick up {thing}",
     "(to|at|in) between of": "between",
     "<edge> {distance} (to|at) {forward:forward|forwards|backward|backwards}": "{forward} {distance}",
     "(to|the) {forward:forward|forwards|backward|backwards}": "{forward}",

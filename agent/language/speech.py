@@ -32,7 +32,7 @@ FILLERS = (
     "quite, really, directly, simply, there is a good robot, there you go, "
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
     "using your arm, with your claw, using the arm, with the claw, "
-    "with your hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
+    "with your hand, with the hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
     "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, "
     "right there, "
     "that would be great, that would be lovely, that would be nice, would be great, would be nice, "

@@ -308,7 +308,7 @@ UNITS: dict[str, float] = {
     "kilometres": 1000.0, "mile": 1609.0, "miles": 1609.0,
 }  # fmt: skip
 AMOUNTS: dict[str, float] = {
-    "a bit": 0.05, "a little": 0.05, "a little bit": 0.05, "slightly": 0.05, "a touch": 0.03, "a tad": 0.03, "a smidge": 0.03,
+    "a bit": 0.05, "a little": 0.05, "a little bit": 0.05, "little bit": 0.05, "slightly": 0.05, "a touch": 0.03, "a tad": 0.03, "a smidge": 0.03,
     "a tiny bit": 0.03, "some": 0.10, "a small amount": 0.05, "a small distance": 0.05, "a short distance": 0.05, "a bit more": 0.05,
     "far": 0.20, "a long way": 0.20, "quite far": 0.20, "very far": 0.20, "a short way": 0.05, "a little way": 0.05, "a hair": 0.02, "somewhat": 0.05, "a wee bit": 0.03, "just a bit": 0.05, "a smidgen": 0.03,
     "a finger width": 0.02, "a thumb width": 0.02, "a hand width": 0.10, "a palm width": 0.08, "a little further": 0.05, "a bit further": 0.05, "a little more": 0.05, "a fraction": 0.02, "ever so slightly": 0.03,
