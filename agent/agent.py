@@ -329,8 +329,10 @@ def check_prompt(prompt: str) -> None:
     """Refuse a prompt that no sentence needs.
 
     Raises:
-        InputError: It is longer than `MAX_PROMPT_LENGTH`.
+        InputError: It is no text, or longer than `MAX_PROMPT_LENGTH`.
     """
+    if not isinstance(prompt, str):
+        raise InputError(f"prompt: {prompt!r:.60} is no text; give a sentence")
     if len(prompt) > MAX_PROMPT_LENGTH:
         raise InputError(
             f"prompt: {prompt[:20]!r}... has {len(prompt):,} characters; at most {MAX_PROMPT_LENGTH:,}; "

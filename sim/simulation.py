@@ -29,6 +29,8 @@ _CALM_CHUNKS = 5
 # Speed of rest, m/s or rad/s: twenty times what contacts leave of a cube that stands still, measured at 0.0002 m/s.
 _REST_SPEED = 0.005
 _NOTHING = frozen_array(np.zeros(3))
+# What a program is told that reads or moves a world which is not there.
+_NO_SCENE = "no scene is loaded: call load(scene) first; what was closed stays closed, so open another session"
 
 
 class Simulation:
@@ -166,13 +168,13 @@ class Simulation:
     @property
     def _loaded(self) -> World:
         if self._world is None:
-            raise RuntimeError("no scene is loaded; call load(scene) first")
+            raise RuntimeError(_NO_SCENE)
         return self._world
 
     @property
     def _live(self) -> mujoco.MjData:
         if self._data is None:
-            raise RuntimeError("no scene is loaded; call load(scene) first")
+            raise RuntimeError(_NO_SCENE)
         return self._data
 
     def adopt(self, world: World) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from types import MappingProxyType
 
 import numpy as np
@@ -73,6 +74,8 @@ def draw_layout(
     Raises:
         InputError: The seed is negative, or no layout was accepted.
     """
+    if not isinstance(seed, Integral):
+        raise InputError(f"seed: {seed!r} is no whole number; give 0 or more")
     if seed < 0:
         raise InputError(f"seed: {seed} is negative; give 0 or more")
     if seed == 0:

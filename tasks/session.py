@@ -21,10 +21,12 @@ from robosandbox.progress import doing
 from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Skill
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.suggestions import did_you_mean
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
+from robosandbox.tasks.option_types import check_types
 from robosandbox.tasks.options import WorkcellOptions
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Scene, find_tempo
@@ -47,6 +49,7 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
     Raises:
         InputError: A name, file or value is wrong.
     """
+    check_types(options)
     task = _task_of(options)
     skills: list[Skill[Any]] = [*load_skills()]
     sim: Driver
@@ -100,6 +103,9 @@ def _front_door(options: Callable[P, WorkcellOptions]) -> Callable[P, EmbeddedWo
         Raises:
             InputError: A name, file or value is wrong.
         """
+        unknown = next((name for name in kwargs if name not in signature.parameters), None)
+        if unknown is not None:
+            raise TypeError(f"open_session takes no {unknown!r}{did_you_mean(unknown, signature.parameters)}")
         return open_workcell(options(*args, **kwargs))
 
     signature = inspect.signature(options).replace(return_annotation=EmbeddedWorkcell)

@@ -23,7 +23,7 @@ pytest.importorskip("playwright", reason="needs playwright to drive a browser")
 from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
-from robosandbox.agent.episode import Intended
+from robosandbox.agent.episode import Intended, SkillStarted
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_USAGE, run_app
 from robosandbox.errors import InputError
@@ -42,7 +42,9 @@ from robosandbox.viewer.dragging import level
 from robosandbox.viewer.embedded import EmbeddedSource
 from robosandbox.viewer.framing import FOV, View, Window, first_view
 from robosandbox.viewer.layers.grasps import glyph
-from robosandbox.viewer.operator import Began, Doing, Finished, Went
+from robosandbox.viewer.operator import Began, Complaint, Doing, Finished, Went
+from robosandbox.viewer.panels.prompt import PromptPanel
+from robosandbox.viewer.panels.repairs import RepairsPanel
 from robosandbox.viewer.panels.strip import Lane, strip
 from robosandbox.viewer.server import open_server
 from robosandbox.viewer.sidecar_file import Changes, SidecarFile
@@ -564,7 +566,34 @@ def test_a_phone_shows_the_orders_over_its_whole_width_and_the_objects_above_the
         assert prompt is not None and prompt["width"] > 350
         wait_until(lambda: red_middle(page) is not None, "the cube is seen")
         assert (red_height(page) or 844.0) < 0.4 * 844
+        # A slow page comes to the usual view after the one that was made for it, and so does one whose view is reset.
+        (client,) = viewer.server.get_clients().values()
+        fitting, usual = client.camera.position, viewer.server.initial_camera
+        with client.atomic():
+            client.camera.position, client.camera.look_at = usual.position, usual.look_at
+        wait_until(lambda: np.allclose(client.camera.position, fitting, atol=0.01), "the view that fits")
+        wait_until(lambda: (red_height(page) or 844.0) < 0.4 * 844, "the cube above the panel")
         page.close()
+
+
+def test_what_a_person_stopped_is_no_failure_to_repair() -> None:
+    with serving("pick_cube_franka", max_replans=0) as viewer:
+        control, repairs = viewer.control, next(item for item in viewer._hearing if isinstance(item, RepairsPanel))
+        control.listeners.append(lambda news: control.stop() if isinstance(news, SkillStarted) else None)
+        ended: list[Finished] = []
+        control.listeners.append(lambda news: ended.append(news) if isinstance(news, Finished) else None)
+        control.run("pick up the red cube")
+        wait_until(lambda: bool(ended) and control.doing is Doing.NOTHING, "the end")
+        assert ended[0].episode.final_reason == "cancelled" and not repairs._folder.visible
+
+
+def test_a_complaint_does_not_stand_under_the_order_before() -> None:
+    with serving("home") as viewer:
+        control, prompt = viewer.control, next(item for item in viewer._hearing if isinstance(item, PromptPanel))
+        control.run("asdf")
+        wait_until(lambda: "asdf" in prompt._board.content and control.doing is Doing.NOTHING, "the refusal")
+        prompt.hear(Complaint("the prompt is empty: say what the robot should do"))
+        assert "the prompt is empty" in prompt._board.content and "asdf" not in prompt._board.content
 
 
 def projected(points: Array, view: View, window: Window) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -133,9 +133,11 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             InputError: There is no such layout.
         """
         super().reset(seed=seed)
+        if not isinstance(options, Mapping | None):
+            raise InputError(f"options: {options!r} is no dict; give {{'layout': 0}}")
         layout = (options or {}).get("layout", seed)
         if layout is not None:
-            self.session.reset(int(layout))
+            self.session.reset(layout)
         else:
             self._draw()
         self._controller.reset()

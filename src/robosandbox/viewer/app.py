@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 import mujoco
+import numpy as np
 import viser
 
 from robosandbox.viewer import operator
@@ -49,6 +50,8 @@ _LAYERS: tuple[type[Layer], ...] = (
 )
 # What most windows leave to the scene, and more: between the panel and the strip it is wider still.
 _USUAL = Window(aspect=1.3)
+# Distance in metres below which two eyes see the same view. Chosen: a millimetre, which no hand holds a mouse to.
+_SAME_VIEW = 1e-3
 # Below this width in pixels viser shows its panel over the scene's lower part, at most this share of the height.
 _PHONE_PX, _SHEET = 577, 0.6
 
@@ -173,7 +176,16 @@ class Viewer:
         if client.camera.aspect < _USUAL.aspect:
             with self._lock:
                 self._turn(client)
+        # A browser may come to the usual view after it was turned: with its first picture, and when its view is reset.
+        client.camera.on_update(lambda _: self._keep_fitting(client))
         self.stream.wake()
+
+    def _keep_fitting(self, client: viser.ClientHandle) -> None:
+        """Turn a browser that stands at the usual first view and whose window is too narrow for it."""
+        camera, usual = client.camera, self.server.initial_camera
+        if camera.aspect < _USUAL.aspect and np.allclose(camera.position, usual.position, atol=_SAME_VIEW):
+            with self._lock:
+                self._turn(client)
 
     def _turn(self, client: viser.ClientHandle) -> None:
         camera = client.camera

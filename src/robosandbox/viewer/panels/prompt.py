@@ -58,6 +58,9 @@ class PromptPanel:
                 self._form.content = order_form(task.prompt)
                 self._steps, self._head, self._said = [], "", (f"loaded {task.name}", "grey")
             case operator.Complaint(message):
+                if self._control.doing is Doing.NOTHING:
+                    # It is about what was just asked for, and not about the order that is over.
+                    self._steps, self._head = [], ""
                 self._said = (message, "red")
             case _:
                 return False

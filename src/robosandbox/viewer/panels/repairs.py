@@ -8,6 +8,7 @@ from typing import Any
 import viser
 
 from robosandbox.agent.episode import SkillFailed
+from robosandbox.error_codes import ErrorCode
 from robosandbox.errors import ErrorRecord, Repair
 from robosandbox.types import Plan
 from robosandbox.viewer import html, operator
@@ -51,7 +52,8 @@ class RepairsPanel:
         """Take news."""
         match news:
             case SkillFailed(_, error):
-                self._error = error
+                # What a person stopped needs no repair.
+                self._error = None if error.code == ErrorCode.CANCELLED else error
             case operator.Began(Doing.RUNNING | Doing.PLANNING, _) | operator.Went() | operator.Loaded():
                 self._error = None
                 self._show()
