@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,12 +26,15 @@ from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
 from robosandbox.agent.episode import Intended, SkillStarted
 from robosandbox.cli import app
+from robosandbox.commands import viewer as viewer_command
 from robosandbox.commands.console import EXIT_USAGE, run_app
+from robosandbox.commands.world import Connection
 from robosandbox.errors import InputError
 from robosandbox.robots.locate import resolve_robot
 from robosandbox.service.client import connect
 from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.options import USUAL
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.testing.processes import SimProcess
@@ -42,7 +46,7 @@ from robosandbox.viewer.dragging import level
 from robosandbox.viewer.embedded import EmbeddedSource
 from robosandbox.viewer.framing import FOV, View, Window, first_view
 from robosandbox.viewer.layers.grasps import glyph
-from robosandbox.viewer.operator import Began, Complaint, Doing, Finished, Went
+from robosandbox.viewer.operator import Began, Complaint, Doing, Finished, Presence, Went
 from robosandbox.viewer.panels.prompt import PromptPanel
 from robosandbox.viewer.panels.repairs import RepairsPanel
 from robosandbox.viewer.panels.strip import Lane, strip
@@ -819,3 +823,29 @@ def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:
         assert playback.row(-1.0) == 0 and playback.row(playback.seconds[-1]) == len(playback.seconds) - 1
         assert playback.row(playback.seconds[3] + 0.001) == 3
         assert playback.said(len(playback.seconds) // 2).startswith("home: ")
+
+
+def test_the_page_says_that_the_process_with_the_world_went_away() -> None:
+    with serving("home") as viewer:
+        prompt = next(item for item in viewer._hearing if isinstance(item, PromptPanel))
+        viewer.control.tell(Presence("the sim of 'robot' went away"))
+        assert "went away" in prompt._board.content and "ready" not in prompt._board.content
+        viewer.control.tell(Presence(""))
+        assert "went away" not in prompt._board.content and "ready" in prompt._board.content
+
+
+def test_a_connected_viewer_says_when_its_sim_goes_away(capsys: pytest.CaptureFixture[str]) -> None:
+    with (
+        SimProcess("--task", "home") as sim,
+        viewer_command._there(Connection(connect=[sim.endpoint]), USUAL) as (source, _, link),
+    ):
+        viewer = Viewer(source, 0)
+        prompt = next(item for item in viewer._hearing if isinstance(item, PromptPanel))
+        link.tell = partial(viewer_command._tell_presence, viewer.control, link)
+        viewer.start()
+        try:
+            sim.stop()
+            wait_until(lambda: "went away" in prompt._board.content, "the page says so")
+        finally:
+            viewer.stop()
+    assert "the sim of 'robot' went away" in capsys.readouterr().err

@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,12 +23,13 @@ from robosandbox.progress import doing
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
+    from robosandbox.commands.shell.link import Link
     from robosandbox.recording.episode import RecordedEpisode
     from robosandbox.recording.settings import RecordSettings
     from robosandbox.tasks.embedded import EmbeddedWorkcell
     from robosandbox.tasks.task import Task
     from robosandbox.types import Scene
-    from robosandbox.viewer.operator import News
+    from robosandbox.viewer.operator import News, Operator
     from robosandbox.viewer.replay import RecordedFrames
     from robosandbox.viewer.source import WorldSource
 
@@ -71,11 +73,13 @@ def viewer(
         raise missing_extra(error, "viewer", "viewer") from None
     sys.setswitchinterval(_SWITCH_SECONDS)
     opened = _there(connection, world) if connection else _here(world, settings, episode)
-    with opened as (source, playback):
+    with opened as (source, playback, link):
         with doing("starting the page's server"):
             shown = Viewer(source, port, playback)
             shown.control.listeners.append(_log)
             shown.start()
+            if link is not None:
+                link.tell = partial(_tell_presence, shown.control, link)
         stopped = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: stopped.set())
@@ -107,10 +111,18 @@ def _log(news: News) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
+def _tell_presence(control: Operator, link: Link, line: str) -> None:
+    """Say on stderr and in the page that the sim went away or is back."""
+    from robosandbox.viewer.operator import Presence
+
+    print(line, file=sys.stderr, flush=True)
+    control.tell(Presence(line if link.away else ""))
+
+
 @contextmanager
 def _here(
     world: WorkcellOptions, settings: RecordSettings | None, episode: RecordedEpisode | None
-) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
+) -> Iterator[tuple[WorldSource, RecordedFrames | None, None]]:
     """Open a world in this process; each one that is loaded after it is opened, and recorded, likewise."""
     from robosandbox.recording.settings import open_recorder
     from robosandbox.tasks.task import Task
@@ -129,19 +141,21 @@ def _here(
             return session
 
         if episode is None:
-            yield EmbeddedSource(reopen(world.task, world.robot, world.seed), reopen), None
+            yield EmbeddedSource(reopen(world.task, world.robot, world.seed), reopen), None, None
         else:
             from robosandbox.viewer.replay import recorded_frames
 
             session = reopen(validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task"), None)
             if episode.meta.checkpoint is not None:
                 session.restore(episode.meta.checkpoint)
-            yield EmbeddedSource(session, reopen), recorded_frames(episode, session)
+            yield EmbeddedSource(session, reopen), recorded_frames(episode, session), None
 
 
 @contextmanager
-def _there(connection: Connection, world: WorkcellOptions) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
+def _there(connection: Connection, world: WorkcellOptions) -> Iterator[tuple[WorldSource, None, Link]]:
+    from robosandbox.commands.shell.link import Link
     from robosandbox.viewer.connected import ConnectedSource
 
-    with connection.workcell(world) as session:
-        yield ConnectedSource(session), None
+    with connection.client() as client:
+        session = connection.before(client, world)
+        yield ConnectedSource(session), None, Link(client, session.robot)

@@ -80,7 +80,14 @@ class Complaint:
     message: str
 
 
-News = Began | Idle | Answered | Finished | Went | Loaded | Complaint | AgentEvent
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """The process that has the world went away, which `away` says in words, or is back, and `away` is empty."""
+
+    away: str
+
+
+News = Began | Idle | Answered | Finished | Went | Loaded | Complaint | Presence | AgentEvent
 
 
 class Operator:

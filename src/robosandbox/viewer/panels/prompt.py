@@ -30,6 +30,7 @@ class PromptPanel:
         self._steps: list[tuple[str, str]] = []
         self._head = ""
         self._phase = ""
+        self._away = ""
         self._said: tuple[str, str] | None = None
         self._draw()
 
@@ -57,6 +58,8 @@ class PromptPanel:
                 task = self._control.source.workcell.task
                 self._form.content = order_form(task.prompt)
                 self._steps, self._head, self._said = [], "", (f"loaded {task.name}", "grey")
+            case operator.Presence(away):
+                self._away = away
             case operator.Complaint(message):
                 if self._control.doing is Doing.NOTHING:
                     # It is about what was just asked for, and not about the order that is over.
@@ -103,11 +106,11 @@ class PromptPanel:
         style = mood(doing in (Doing.RUNNING, Doing.MOVING))
         if self._mood.content != style:
             self._mood.content = style
-        lines = []
-        if doing is Doing.NOTHING:
-            lines.append(html.line("ready", "grey", mark="●"))
-        else:
+        lines = [html.line(self._away, "red", bold=True, mark="●")] if self._away else []
+        if doing is not Doing.NOTHING:
             lines.append(html.line(f"{doing}{': ' + self._phase if self._phase else ''}", "blue", bold=True, mark="●"))
+        elif not self._away:
+            lines.append(html.line("ready", "grey", mark="●"))
         if self._head:
             lines.append(html.line(f"“{self._head}”", bold=True))
         if self._steps:
