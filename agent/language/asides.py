@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from enum import Enum
 
 from robosandbox.agent.language.asides_clauses import (
+    ACCIDENTS,
     ADDRESSING,
     ASKING,
     AUXILIARIES,
@@ -224,8 +225,7 @@ class _Asides(Talk):
         if first == "so" and self._text(start) not in PERSONS and self._text(subject + 1) != "not":
             # "so it is at the side" says where.
             return False
-        acts = any(self._acts(k) and self.texts[k] != "get" for k in range(start, clause.end))
-        if self._text(subject + 1) == "not" and not (acts or LIMITING & words):
+        if self._text(subject + 1) == "not" and self._text(subject + 2) in ACCIDENTS and not LIMITING & words:
             # "so it does not roll away"
             return True
         told = any(

@@ -115,6 +115,7 @@ PERSONS = (
     | PEOPLE
 )
 WHOSE = word_set("my our his her their your")
+ARTICLES = WHOSE | word_set("the a an")
 DETERMINERS = WHOSE | word_set("the a an some that this these those one")
 REFERRING = word_set("it this that they there these those things")
 OBJECTS = word_set("it them that this those these one ones")
@@ -152,7 +153,7 @@ CONDITIONAL = word_set("if unless until till when whenever once while whether be
 JOKING = word_set(
     """
     joking kidding joke pretend pretending hypothetically fictional imaginary opposite example following wrong suppose supposing imagine
-    dream dreamed dreamt nobody nothing none everything anything careful avoid beware allowed forbidden
+    dream dreamed dreamt prohibited banned illegal nobody nothing none everything anything careful avoid beware allowed forbidden
     maybe perhaps otherwise else instead except cancel abort cancelled canceled postponed
     """
 )
@@ -166,6 +167,12 @@ REPORTING = word_set(
     "says said say saying asks asked shouts shouted cried called writes wrote reads whispered answered replied reports"
 )
 """Verbs with which a clause ends whose words the next one quotes."""
+OF_LANGUAGE = word_set(
+    "say read spell translate repeat type typed write wrote copy pronounce hear heard print quote mean means would"
+)
+"""With which "this" may be the order that follows, as words."""
+ACCIDENTS = word_set("roll fall get slip break spill drop tip vanish disappear")
+"""What a thing does that nobody asks for: "so it does not roll away"."""
 PUTTING_OFF = word_set("wait stop later tomorrow tonight yet")
 WILLING = word_set(
     "mind kind good nice able possible convenient minute moment second time chance ready ok okay alright right fine trouble"
@@ -286,7 +293,7 @@ class Clausewise:
 
     def _acts(self, k: int) -> bool:
         """Say whether a word stands for an act here; "empty" in "it is empty" does not."""
-        noun = self._text(k - 1) in DETERMINERS or self.texts[k - 1 : k + 1] == ["by", "hand"]
+        noun = self._text(k - 1) in ARTICLES or self.texts[k - 1 : k + 1] == ["by", "hand"]
         state = (
             noun
             or self.texts[k] in ("getting", "got")

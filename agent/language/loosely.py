@@ -49,7 +49,8 @@ def _stands_alone(clause: Clause, k: int) -> bool:
     """Say whether a clause has a verb of its own, and what it takes: a thing, or a pronoun for one that was named."""
     home = clause.has("home") or any("home" in verb.verbs for verb in clause.all("verb"))
     named = clause.has("thing", "home") or home or (k > 0 and clause.has("it"))
-    return len(_verbs(clause)) == 1 and named and not clause.has("not")
+    more = clause.has("not", "being", "may", "staying", "source", "out", "there")
+    return len(_verbs(clause)) == 1 and named and not more
 
 
 def _joined(clauses: Sequence[Clause]) -> list[Clause]:

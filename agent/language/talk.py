@@ -24,6 +24,7 @@ from robosandbox.agent.language.asides_clauses import (
     MODALS,
     NEGATIVE,
     OBJECTS,
+    OF_LANGUAGE,
     PAST,
     PERSONS,
     PLACING,
@@ -111,8 +112,8 @@ class Talk(Clausewise, ABC):
             first == "do" and after in OBJECTS and self._text(clause.end) != ":"
         ):
             return True
-        quotes = self._text(clause.end - 1) in REPORTING and first != "i"
-        return not apart and (quotes or (self._says_when_or_how(clause, start) and not beside))
+        quotes = self._text(clause.end - 1) in REPORTING - ({"say"} if apart else set()) and first != "i"
+        return quotes or (not apart and (self._says_when_or_how(clause, start) and not beside))
 
     def _says_nothing_of_how(self, said: _Statement, *, apart: bool) -> bool:
         """Say whether words about no thing of the scene say nothing of how an order is to be done."""
@@ -189,8 +190,12 @@ class Talk(Clausewise, ABC):
             return True
         if (words & PUTTING_OFF and {"i", "we"} & words) or (words & NEGATIVE and self._is_about_robot(said)):
             return True
-        binding = words & (LIMITING if apart else LIMITING | NEGATIVE)
-        return bool(binding) and (not self._is_somebody(said) or bool(words & HELD_BACK))
+        forward = "this" in words and words & OF_LANGUAGE
+        about = self._text(said.start) in ("they", "these", "those") and not self._is_somebody(said)
+        if forward or about:
+            # "read this aloud. ...", "they are glued together. ..."
+            return True
+        return bool(words & (LIMITING | NEGATIVE)) and (not self._is_somebody(said) or bool(words & HELD_BACK))
 
     def _is_fragment(self, start: int, end: int, *, apart: bool) -> bool:
         """Say whether words that are no sentence tell no way, number or order in which to do what follows."""

@@ -16,6 +16,7 @@ from robosandbox.agent.language.verbs import BASE_FORMS
 _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
 _MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
 _HOLDS = frozenset({"has", "contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
+_UNDERGONE = frozenset({"put", "move", "stack", "tap", "push", "pour"})
 _PASSIVE = frozenset({"is", "are", "been", "gets"})
 _HAS_BEEN = frozenset({"has been", "have been", "is safely", "is all"})
 _BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
@@ -194,7 +195,7 @@ class Wishes(Clauses, ABC):
         return [
             (end, command)
             for j, verb in self.tag(i, "VERB")
-            if self.text(i) not in BASE_FORMS or self.text(i) == "put"
+            if verb in _UNDERGONE and (self.text(i) not in BASE_FORMS or self.text(i) == "put")
             for end, elements in [(j, ()), *self.elements(j)]
             for command in frame_command(verb, (spoken(refs), *elements))
         ]
