@@ -50,6 +50,7 @@ def test_a_verb_takes_what_is_around_it_by_what_it_is(said: str, plain: str) -> 
         "can ball bin put",
         "ball touch, then can not touch",
         "ball touch, then can bin inside",
+        "can bin inside put, ball touch first",
     ],
 )
 def test_what_may_bind_or_is_not_known_leaves_a_sentence_as_it_is(said: str) -> None:

@@ -28,6 +28,10 @@ from robosandbox.agent.language.loose_things import (
 )
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.speech import QUESTIONS
+from robosandbox.agent.language.wordlist import word_set
+
+_ORDERING = word_set("first firstly before beforehand last lastly finally once")
+"""Words that tell which of several orders comes first, wherever they stand; at the start "first" says nothing new."""
 
 
 def loosely(said: Said) -> Said:
@@ -36,7 +40,8 @@ def loosely(said: Said) -> Said:
         return said
     try:
         clauses = _joined(Pieces(said).clauses())
-        if len(clauses) > 1 and not all(_stands_alone(clause, k) for k, clause in enumerate(clauses)):
+        ordered = not _ORDERING.isdisjoint(said.texts) and not _ORDERING & {said.texts[0]}
+        if len(clauses) > 1 and (ordered or not all(_stands_alone(clause, k) for k, clause in enumerate(clauses))):
             # Of several orders loose words do not tell what belongs to which.
             return said
         told = [_told(clause) for clause in clauses]

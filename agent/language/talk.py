@@ -192,8 +192,9 @@ class Talk(Clausewise, ABC):
             return True
         forward = "this" in words and words & OF_LANGUAGE
         about = self._text(said.start) in ("they", "these", "those") and not self._is_somebody(said)
-        if forward or about:
-            # "read this aloud. ...", "they are glued together. ..."
+        forbids = words & NEGATIVE and words & {"must", "should", "shall", "ought"}
+        if forward or about or forbids:
+            # "read this aloud. ...", "they are glued together. ...", "the lid must not be touched. ..."
             return True
         return bool(words & (LIMITING | NEGATIVE)) and (not self._is_somebody(said) or bool(words & HELD_BACK))
 
