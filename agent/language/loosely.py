@@ -28,10 +28,6 @@ from robosandbox.agent.language.loose_things import (
 )
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.speech import QUESTIONS
-from robosandbox.agent.language.wordlist import word_set
-
-_ORDERING = word_set("first firstly before beforehand last lastly finally once")
-"""Words that tell which of several orders comes first, wherever they stand; at the start "first" says nothing new."""
 
 
 def loosely(said: Said) -> Said:
@@ -40,22 +36,10 @@ def loosely(said: Said) -> Said:
         return said
     try:
         clauses = _joined(Pieces(said).clauses())
-        ordered = not _ORDERING.isdisjoint(said.texts) and not _ORDERING & {said.texts[0]}
-        if len(clauses) > 1 and (ordered or not all(_stands_alone(clause, k) for k, clause in enumerate(clauses))):
-            # Of several orders loose words do not tell what belongs to which.
-            return said
-        told = [_told(clause) for clause in clauses]
-        return said.now([word for k, words in enumerate(told) for word in (*(to_words(", then") if k else ()), *words)])
+        # Of several orders loose words do not tell what belongs to which.
+        return said.now(list(_told(clauses[0]))) if len(clauses) == 1 else said
     except NotPlainError:
         return said
-
-
-def _stands_alone(clause: Clause, k: int) -> bool:
-    """Say whether a clause has a verb of its own, and what it takes: a thing, or a pronoun for one that was named."""
-    home = clause.has("home") or any("home" in verb.verbs for verb in clause.all("verb"))
-    named = clause.has("thing", "home") or home or (k > 0 and clause.has("it"))
-    more = clause.has("not", "being", "may", "staying", "source", "out", "there")
-    return len(_verbs(clause)) == 1 and named and not more
 
 
 def _joined(clauses: Sequence[Clause]) -> list[Clause]:
