@@ -167,14 +167,7 @@ class _Hand:
         ranges = {a: control_range(model, a) for a in self.actuators}
         moved = {a: [self.at([{a: end}])[0] for end in ends] for a, ends in ranges.items()}
         tips = {a: [self.tips(qpos) for qpos in both] for a, both in moved.items()}
-        data = mujoco.MjData(model)
-        place(model, data, self.at([{}])[0])
-        rest = self.tips(data.qpos)
-        roots = np.array([data.xpos[min(side)] for side in self.groups])
-        approach = rest.mean(axis=0) - roots.mean(axis=0)
-        approach /= np.linalg.norm(approach)
-        outward = roots - roots.mean(axis=0)
-        outward -= np.outer(outward @ approach, approach)
+        outward = self._outward()
         moves = {
             a: int((np.linalg.norm(second - first, axis=1) > _TIP_MOVED).sum()) for a, (first, second) in tips.items()
         }
@@ -192,6 +185,17 @@ class _Hand:
             low, high = ranges[a]
             closing[a] = (low, high) if servos[a] > 0.0 else (high, low)
         return closing, [a for a in ranges if a not in closing]
+
+    def _outward(self) -> Array:
+        """Return the way from the middle of the palm to each finger's root, across that to the fingertips, metres, (fingers, 3)."""
+        data = mujoco.MjData(self.model)
+        place(self.model, data, self.at([{}])[0])
+        roots = np.array([data.xpos[min(side)] for side in self.groups])
+        approach = self.tips(data.qpos).mean(axis=0) - roots.mean(axis=0)
+        approach /= np.linalg.norm(approach)
+        out = roots - roots.mean(axis=0)
+        across: Array = out - np.outer(out @ approach, approach)
+        return across
 
     def close(self, closing: dict[int, tuple[float, float]], spread: dict[int, float]) -> Opposition:
         """Close the hand on the probe with what spreads its fingers at these controls."""
