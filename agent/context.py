@@ -16,7 +16,7 @@ from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver, GraspPlanner, Guard, MotionPlanner, Perception
-from robosandbox.types import CAREFUL, Intent, Limits, ObservedScene, SkillCall, Tempo, force_limits
+from robosandbox.types import DEFAULT_TEMPO, Intent, Limits, ObservedScene, SkillCall, Tempo, force_limits
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure
 
@@ -61,7 +61,7 @@ class AgentContext(GoalContext):
     what_if_seconds: float = 120.0
     advise: bool = True
     limits: Limits | None = None
-    tempo: Tempo = CAREFUL
+    tempo: Tempo = DEFAULT_TEMPO
     phase: str = field(default=Phase.CHECK, init=False)
     seen: ObservedScene | None = field(default=None, init=False, repr=False)
     _force: ForceGuard | None = field(default=None, init=False, repr=False)

@@ -119,6 +119,11 @@ class ControlledSimulation(Simulation):
         reach = force / np.abs(gain)
         data.ctrl[ids] = np.clip(goal, resting - reach, resting + reach)
 
+    def restore(self, state: Array) -> None:
+        """Go back to a snapshot of this model; a gripper whose force was limited holds as hard as it did then."""
+        self._grip = None
+        super().restore(state)
+
     def replay(self, controls: Array, push: Array | None = None) -> None:
         """Let one control tick pass with recorded commands.
 

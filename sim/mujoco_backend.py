@@ -137,9 +137,9 @@ class MuJoCoBackend(SensedSimulation):
         other = MuJoCoBackend(self.render_size, self.control_timestep, sensor=self.sensor)
         other.adopt(self._loaded)
         other._trim = self._trim.copy()
-        other._grip = self._grip
         other._felt = dict(self._felt)
         other.restore(self.snapshot())
+        other._grip = self._grip
         return other
 
     def _compile(self, scene: Scene) -> None:

@@ -11,7 +11,7 @@ from robosandbox.evidence import GraspEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
-from robosandbox.skills.primitives.gripping import ease
+from robosandbox.skills.primitives.gripping import Grip
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free, follow_until
 from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_with
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
@@ -21,7 +21,7 @@ from robosandbox.skills.primitives.sensing import changed, check_closed, check_o
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import bottom, gap, moved
+from robosandbox.world.relations import bottom, gap
 
 _LEAST_RISE = 0.5
 _CLOSED_ON_NOTHING = 0.5
@@ -33,7 +33,8 @@ _OF_LOAD = ("immovable", "too_heavy", "caught", "wedged", "braced")
 _LOOKS = 5
 # Times that what lies at a wall, where no finger fits, is dragged off it; chosen as once for each wall of a corner.
 _NUDGES = 2
-# Metres that an eased object may slide; chosen as what easing itself moves it, many times over.
+# Metres that a held object may slide along an axis of the hand while its grip is eased; chosen as what easing itself moves it,
+# many times over.
 _SLID = 0.001
 # Metres to a neighbour within which it may be touched while the object rises; chosen as a finger's clearance (halved
 # and doubled no episode of six tasks changes).
@@ -100,12 +101,12 @@ class Pick(Skill):
                 if looks < _LOOKS and changed(scene, arm.look()):
                     looks, scene = looks + 1, arm.settle(object)
                     continue
-                return self._execute(arm, target, plan)
+                return self._execute(arm, target, plan, firm=tries.slipped)
             except (GraspError, TrackingError, LimitError) as error:
                 tries.failed(plan, seen, error)
                 scene = arm.look()
 
-    def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> SkillResult:
+    def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan, *, firm: bool) -> SkillResult:
         grasp = plan.grasp
         try:
             _descend(arm, target, plan)
@@ -123,7 +124,7 @@ class Pick(Skill):
         scene = arm.look()
         if width < empty and scene.held != target.id:
             raise _missed(arm, grasp, width)
-        after = _lift(arm, arm.find(target.id, scene), grasp.width)
+        after = _lift(arm, arm.find(target.id, scene), grasp.width, firm=firm)
         return SkillResult(
             skill=self.name,
             detail={
@@ -139,10 +140,12 @@ class _Tries:
 
     Attributes:
         felt: By how much (3,) the object lies elsewhere than it is seen, as fingers that came down on it tell; metres.
+        slipped: Whether it came out of one of them: the next holds as hard as it can.
     """
 
     def __init__(self, arm: Manipulator, object: str) -> None:
         self.felt: Array = np.zeros(3)
+        self.slipped = False
         self._arm = arm
         self._object = object
         self._excluded: list[Grasp] = []
@@ -167,6 +170,7 @@ class _Tries:
         if isinstance(error, LimitError) and not _pressed(error):
             raise error
         self._failure = error
+        self.slipped = self.slipped or _reason(error) == "slipped"
         self._excluded.append(in_frame(plan.grasp, seen))
         # No other grasp frees fingers that stick.
         last = len(self._excluded) >= _ATTEMPTS or _reason(error) == "gripper_stuck"
@@ -206,13 +210,14 @@ def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
     )
 
 
-def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObject:
+def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool = False) -> DetectedObject:
     """Lift what the fingers have closed on, and return where it is seen when it is still.
 
     Args:
         arm: Whose hand.
         target: The object as it lies between the fingers.
         width: Its extent between them, metres.
+        firm: Hold as hard as the fingers can.
 
     Raises:
         GraspError: It did not come up.
@@ -223,14 +228,14 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
     # What it stands on, in or against it leaves by going up.
     others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
     arm.motion.allow("table", *(item.id for item in others if gap(target, item) < _BESIDE))
-    load = LoadMeter(arm.sim, target.id)
+    load, grip = LoadMeter(arm.sim, target.id), Grip(arm, target, firm=firm)
     end = arm.sim.subscribe(load)
     try:
         try:
-            rise = rise_with(arm, target, scene, width)
+            rise = rise_with(arm, target, scene, width, grip)
         except CollisionError:
             arm.motion.allow("table", *(item.id for item in others))
-            rise = rise_with(arm, target, scene, width)
+            rise = rise_with(arm, target, scene, width, grip)
     except TrackingError:
         raise lift_error(arm, target, width, load) from None
     except LimitError as error:
@@ -243,15 +248,16 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
         raise cause from None
     finally:
         end()
-    alone(arm, target, scene, width, rise)
+    before = _in_hand(arm, alone(arm, target, scene, width, rise).find(target.id) or target)
+    grip.settle()
     # What slips out is still moving.
     after = _still_held(arm, target, width, rise, load)
     free_of_others(arm, target, scene, width, rise)
-    ease(arm, after)
-    if moved(after, arm.find(target.id, arm.look())) > _SLID:
+    if np.abs(_in_hand(arm, after) - before).max() > _SLID:
         # Less friction than was reckoned with: as hard as can be, then.
-        arm.close()
-    return _still_held(arm, target, width, rise, load)
+        grip.close()
+        after = _still_held(arm, target, width, rise, load)
+    return after
 
 
 def _still_held(arm: Manipulator, target: DetectedObject, width: float, rise: float, load: LoadMeter) -> DetectedObject:
@@ -265,6 +271,11 @@ def _still_held(arm: Manipulator, target: DetectedObject, width: float, rise: fl
     if scene.held != target.id or bottom(after) - bottom(target) < _LEAST_RISE * rise:
         raise lift_error(arm, target, width, load)
     return after
+
+
+def _in_hand(arm: Manipulator, held: DetectedObject) -> Array:
+    """Return where an object is in the frame of the TCP, metres, shape (3,)."""
+    return (arm.state.tcp_pose.inverse() @ held.pose).position
 
 
 def _shifted(target: DetectedObject, shift: Array) -> DetectedObject:

@@ -56,7 +56,7 @@ class WorkcellOptions:
     grasp_options: Mapping[str, Any] | None = None
     motion: str = "dls"
     motion_options: Mapping[str, Any] | None = None
-    tempo: str = "careful"
+    tempo: str = "fast"
     sensor: str = "ideal"
     seed: int = 0
     max_replans: int = 3

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
+
 import numpy as np
 
 from robosandbox.skills.primitives.manipulator import Manipulator
@@ -20,18 +23,20 @@ _MARGIN = 2.5
 # pressure: the mean distance of a square's points from its middle is 0.38 of its edge, and pads press more in their
 # middle.
 _PAD_RADIUS_SHARE = 0.25
-# Seconds that a lifted object hangs before it is weighed; chosen as five ticks in which the servos come to rest (halved
-# and doubled, nothing but this time changes).
-_WEIGHING_SECONDS = 0.05
-# Seconds that fingers get to ease; chosen as what their servos take to settle (likewise).
+# kg/m^3: what a thing may weigh for its size before it is felt; chosen as that of glass, stone and aluminium.
+_DENSITY = 2700.0
+# Factor by which the load has to ask for more before the grip is changed; chosen so that a lift changes it a few times.
+_RISEN = 1.1
+# Readings in a row, one for each control tick, that have to agree: what is pinched less springs back for a tick or two.
+_READINGS = 3
+# Seconds that fingers get to hold as hard as they were told; chosen as what their servos take to settle (halved and doubled,
+# nothing but this time changes).
 _EASING_SECONDS = 0.12
 # Share of the first grip that an eased one keeps at least; chosen for a weight that was measured too small.
 _LEAST_SHARE = 0.1
 # Share of the wanted force below which the easing has failed and the fingers close again; chosen for the error of a
 # servo's slope (doubled, it always fails, and episodes are 2 % longer).
 _SHORTFALL = 0.6
-# Share of their travel by which fingers may stand beside where their gap says; chosen above a servo's error.
-_ASTRAY = 0.05
 
 
 def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
@@ -83,39 +88,66 @@ def _leverage(arm: Manipulator, held: DetectedObject) -> float:
     return 1.0 + lever / (_PAD_RADIUS_SHARE * arm.geometry.finger_width)
 
 
-def ease(arm: Manipulator, held: DetectedObject) -> float | None:
-    """Weigh what hangs still in the closed fingers, hold it no harder than that takes, and return the pads' force, N.
+class Grip:
+    """How hard the fingers hold what they have closed on: as what is felt of it asks for, not as hard as they can.
 
-    The servo is told to close less far: its force is its gain times what its target lies beyond where the fingers are.
-    Where it is no servo, or the weight needs all the force there is, or the object would slip, the grip stays as it was;
-    and where the driver tells no force at all, which returns None.
+    At first as hard as a thing of its size may weigh; while it is lifted, harder as soon as the load asks for it; at rest, what its
+    weight asks for. A driver that measures no force, or limits none, holds as hard as it can.
+
+    Args:
+        arm: Whose hand.
+        held: What its fingers have closed on, where it is seen.
+        firm: Hold as hard as they can.
     """
-    sim, gripper = arm.sim, arm.sim.spec.gripper
-    if not (sim.capabilities.gripper_force and sim.capabilities.wrist_wrench):
-        return None
-    before = sim.grip_on(held.id)
-    if gripper is None or before <= 0.0:
-        return before
-    sim.wait(_WEIGHING_SECONDS)
-    mass = max(0.0, float(sim.force_on(held.id)[2])) / GRAVITY
-    wanted = max(needed_force(arm, held, mass), _LEAST_SHARE * before)
-    state = arm.gripper
-    closed = float(np.clip(state.closed, 0.0, 1.0))
-    geometry = gripper.geometry
-    astray = abs(geometry.joint_for_aperture(state.width) - state.joint)
-    if astray > _ASTRAY * abs(geometry.closed_joint - geometry.open_joint):
-        # Fingers with servos of their own, at their limits, stand where the object pushed them: one command for both
-        # would open the one that stands farther in.
-        return before
-    slope = arm.planning.closing_stiffness(closed)
-    if wanted >= before or slope <= 0.0 or not state.force:
-        return before
-    # The actuator's own force at the wanted pad force, by the ratio that both have now.
-    sim.set_gripper(float(np.clip(closed + wanted / before * state.force / slope, closed, 1.0)))
-    sim.wait(_EASING_SECONDS)
-    now = sim.grip_on(held.id)
-    if now < _SHORTFALL * wanted:
-        sim.set_gripper(1.0)
-        sim.wait(_EASING_SECONDS)
-        now = sim.grip_on(held.id)
-    return now
+
+    def __init__(self, arm: Manipulator, held: DetectedObject, *, firm: bool = False) -> None:
+        self._arm, self._held = arm, held
+        sim, has = arm.sim, arm.sim.capabilities
+        self._most = sim.grip_on(held.id) if has.gripper_force else 0.0
+        motors = arm.gripper.force
+        feels = has.gripper_force and has.wrist_wrench and has.grip_limit and arm.geometry.cup is None
+        self._limits = feels and not firm and self._most > 0.0 and bool(motors)
+        # What the motors give for each newton of a pad, as both are now.
+        self._motors_per_pad = motors / self._most if self._limits and motors else 0.0
+        # N of a pad for each kg, where the thing lies between the pads now; it does not move among them.
+        self._per_kg = needed_force(arm, held, 1.0) if self._limits else 0.0
+        self._wanted, self._since = self._most, 0.0
+        self._loads: deque[float] = deque(maxlen=_READINGS)
+        self._grips: deque[float] = deque(maxlen=_READINGS)
+        if self._limits:
+            self._ask(self._needed(_DENSITY * float(np.prod(held.shape.extents(held.size)))))
+
+    def __call__(self) -> None:
+        """Hold harder where the load asks for it: a guard that never ends a motion."""
+        if not self._limits:
+            return
+        sim = self._arm.sim
+        self._loads.append(math.hypot(*sim.force_on(self._held.id).tolist()))
+        self._grips.append(sim.grip_on(self._held.id))
+        wanted = self._needed(min(self._loads) / GRAVITY) if len(self._loads) == _READINGS else 0.0
+        if wanted > _RISEN * self._wanted:
+            self._ask(wanted)
+        elif sim.time - self._since > _EASING_SECONDS and max(self._grips) < _SHORTFALL * self._wanted:
+            # The motors' friction or the fingers' levers take more of a small force than of a large one.
+            self.close()
+
+    def settle(self) -> None:
+        """Hold what hangs still as hard as its weight asks for."""
+        if self._limits:
+            wanted = self._needed(max(0.0, float(self._arm.sim.force_on(self._held.id)[2])) / GRAVITY)
+            if wanted < self._wanted:
+                self._ask(wanted)
+
+    def close(self) -> None:
+        """Hold as hard as the fingers can from now on."""
+        self._limits = False
+        self._arm.sim.set_gripper(1.0)
+
+    def _needed(self, mass: float) -> float:
+        return min(max(self._per_kg * mass, _LEAST_SHARE * self._most), self._most)
+
+    def _ask(self, wanted: float) -> None:
+        """Limit the motors to what gives `wanted` at each pad, N."""
+        self._wanted, self._since = wanted, self._arm.sim.time
+        limit = self._motors_per_pad * wanted if wanted < self._most else None
+        self._arm.sim.set_gripper(1.0, limit)

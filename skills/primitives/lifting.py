@@ -6,6 +6,7 @@ import math
 
 from robosandbox.errors import CollisionError, GraspError, Phase, UnreachableError
 from robosandbox.evidence import GraspEvidence
+from robosandbox.protocols import Guard
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator, raised
 from robosandbox.types import CAREFUL, DetectedObject, ObservedScene
 from robosandbox.world.relations import contents, on_top
@@ -33,7 +34,7 @@ class _Rubs(Exception):
     """The hand presses on something else, too; the driver holds the arm."""
 
 
-def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: float) -> float:
+def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: float, grip: Guard) -> float:
     """Rise by the height of a lift, or as far as can be reached; return how far, metres.
 
     Args:
@@ -41,6 +42,7 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
         held: That.
         scene: As it was when the fingers had closed.
         width: Its extent between them, metres.
+        grip: Holds it as hard as it has to be held.
 
     Raises:
         UnreachableError: Not even a quarter of it can be reached.
@@ -62,7 +64,7 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
         return _Rubs() if ticks >= _RUBBING else None
 
     begin = arm.sim.state().tcp_pose.xyz[2]
-    guards = [*([heavy] if has.wrist_wrench else []), *([rubs] if has.contact == "named" else [])]
+    guards = [grip, *([heavy] if has.wrist_wrench else []), *([rubs] if has.contact == "named" else [])]
     gone, speed = 0.0, arm.tempo.lift
     while gone < LIFT_HEIGHT:
         try:
@@ -70,7 +72,7 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
             break
         except _Heavy:
             guards.remove(heavy)
-            arm.rise(_TRIAL, Phase.LIFT, speed=_TRIAL_SPEED)
+            arm.rise(_TRIAL, Phase.LIFT, speed=_TRIAL_SPEED, guards=(grip,))
             speed = CAREFUL.lower
         except _Rubs:
             ticks, looks = 0, looks - 1
@@ -81,8 +83,8 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
     return gone
 
 
-def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: float, risen: float) -> None:
-    """Check that nothing has come up along with what is held; what has is put back.
+def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: float, risen: float) -> ObservedScene:
+    """Check that nothing has come up along with what is held, and return the look; what has is put back.
 
     Args:
         arm: Whose hand.
@@ -106,6 +108,7 @@ def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: f
     )
     if along:
         raise _wedged(arm, held, width, risen, along, scene, f"{', '.join(along)} came up together with {held.id}")
+    return now
 
 
 def free_of_others(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: float, risen: float) -> None:

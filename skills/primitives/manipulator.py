@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -295,12 +296,12 @@ class Manipulator:
         self.sim.set_gripper(1.0)
         return self.wait_for_fingers()
 
-    def wait_for_fingers(self) -> float:
-        """Wait until the fingers no longer move; return the gap between them."""
+    def wait_for_fingers(self, until: float = math.inf) -> float:
+        """Wait until the fingers no longer move, or are `until` metres apart; return the gap between them."""
         deadline = self.sim.time + _GRIP_SECONDS
         self.sim.wait(_LAG)
         state = self.gripper
-        while self.sim.time < deadline:
+        while self.sim.time < deadline and state.width < until:
             self.sim.wait(_LAG)
             before, state = state, self.gripper
             # A jaw that has swung far off still moves where its gap no longer grows.

@@ -29,6 +29,8 @@ _STAND_OFF = 0.004
 _OPENINGS = (0.0, 0.003, 0.006, 0.009, 0.012)
 # Metres that each finger has to open to let go; chosen above a pad's give.
 _LEAST_OPENING = 0.003
+# Share of its opening from which a hand may rise; chosen as that at which the fingers are three pads' give off what they held.
+_OPENED = 0.6
 # Seconds before the fingers open; chosen so that what was lowered has come to rest (halved or doubled, 1 % of an
 # episode's time).
 _RELEASE_SECONDS = 0.1
@@ -262,7 +264,10 @@ class _Search:
 def _release(arm: Manipulator, object_id: str, opening: float) -> None:
     arm.ctx.enter(Phase.RELEASE)
     arm.sim.wait(_RELEASE_SECONDS)
-    arm.open(opening)
+    before = arm.gripper.width
+    arm.open(opening, wait=False)
+    # The rest of the way the fingers go while the hand begins to rise.
+    arm.wait_for_fingers(until=before + _OPENED * (opening - before))
     arm.use(arm.look())
     arm.motion.allow(object_id)
     try:

@@ -53,7 +53,7 @@ def known_driver(text: str) -> str:
 def known_tempo(tempo: str) -> str:
     """Return the name of a tempo; raises InputError where there is none."""
     # The usual one is there; looking for another takes NumPy.
-    if tempo != "careful":
+    if tempo != "fast":
         from robosandbox.types import find_tempo
 
         find_tempo(tempo)

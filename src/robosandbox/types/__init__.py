@@ -33,11 +33,12 @@ from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomi
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.types.scene import TABLE_HEIGHT, Scene
 from robosandbox.types.sensed import DetectedObject, GripperState, Intrinsics, Observation, ObservedScene, RgbdFrame
-from robosandbox.types.tempo import CAREFUL, TEMPOS, Speed, Tempo, Timing, find_tempo, share_of
+from robosandbox.types.tempo import CAREFUL, DEFAULT_TEMPO, TEMPOS, Speed, Tempo, Timing, find_tempo, share_of
 from robosandbox.types.truth import Convex, ObjectTruth, Touch, Truth, Verdict
 
 __all__ = [
     "CAREFUL",
+    "DEFAULT_TEMPO",
     "DIRECTION_AXES",
     "IDENTIFIER",
     "MAX_BEADS",
