@@ -116,7 +116,7 @@ class Pick(Skill):
                 raise
         arm.ctx.enter(Phase.GRASP)
         before = arm.gripper.width
-        arm.close()
+        arm.close_on(grasp.width)
         check_closed(arm, grasp, before)
         check_sealed(arm, grasp)
         width, geometry = arm.gripper.width, arm.geometry

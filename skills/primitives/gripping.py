@@ -102,13 +102,13 @@ class Grip:
 
     def __init__(self, arm: Manipulator, held: DetectedObject, *, firm: bool = False) -> None:
         self._arm, self._held = arm, held
-        sim, has = arm.sim, arm.sim.capabilities
-        self._most = sim.grip_on(held.id) if has.gripper_force else 0.0
-        motors = arm.gripper.force
-        feels = has.gripper_force and has.wrist_wrench and has.grip_limit and arm.geometry.cup is None
-        self._limits = feels and not firm and self._most > 0.0 and bool(motors)
+        gripper = arm.sim.spec.gripper
+        strength = math.inf if gripper is None else float(gripper.force_limits.sum())
+        now, motors = (arm.sim.grip_on(held.id), arm.gripper.force or 0.0) if arm.feels_grip else (0.0, 0.0)
+        self._limits = not firm and now > 0.0 and motors > 0.0 and math.isfinite(strength)
         # What the motors give for each newton of a pad, as both are now.
-        self._motors_per_pad = motors / self._most if self._limits and motors else 0.0
+        self._motors_per_pad = motors / now if self._limits else 0.0
+        self._most = strength / self._motors_per_pad if self._limits else 0.0
         # N of a pad for each kg, where the thing lies between the pads now; it does not move among them.
         self._per_kg = needed_force(arm, held, 1.0) if self._limits else 0.0
         self._wanted, self._since = self._most, 0.0
@@ -116,6 +116,8 @@ class Grip:
         self._grips: deque[float] = deque(maxlen=_READINGS)
         if self._limits:
             self._ask(self._needed(_DENSITY * float(np.prod(held.shape.extents(held.size)))))
+        elif arm.geometry.cup is None:
+            self.close()
 
     def __call__(self) -> None:
         """Hold harder where the load asks for it: a guard that never ends a motion."""

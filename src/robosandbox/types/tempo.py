@@ -20,9 +20,9 @@ _FREE = 0.5
 _TOUCH = 0.05
 # How near that is, metres; chosen as twice the planner's clearance, from where a placement may touch its support.
 _NEAR = 0.004
-# Before where it is believed to be a thing may be met, metres; chosen as several times what pixels err by (2 mm p95). From there
+# Before where it is believed to be a thing may be met, metres; chosen as three times what pixels err by (2.2 mm p95). From there
 # on the TCP comes to rest as gently as the careful tempo has it.
-_UNSURE = 0.01
+_UNSURE = 0.007
 # m/s of the TCP, at most, where fingers pass beside what they are to grip or what is held comes down: what ISO 10218-1 calls
 # reduced speed. A finger that comes down on a can 15 mm from where it is believed to be presses 150 N, and 260 N at full speed.
 _REDUCED = 0.25
