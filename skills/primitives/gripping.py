@@ -116,7 +116,7 @@ class Grip:
         self._grips: deque[float] = deque(maxlen=_READINGS)
         if self._limits:
             self._ask(self._needed(_DENSITY * float(np.prod(held.shape.extents(held.size)))))
-        elif arm.geometry.cup is None:
+        elif firm:
             self.close()
 
     def __call__(self) -> None:
