@@ -95,7 +95,7 @@ class Pick(Skill):
                 scene = arm.look()
                 continue
             try:
-                arm.open(plan.aperture, wait=False)
+                arm.open_for(plan.approach, plan.aperture)
                 follow_free(arm, plan.approach, Phase.APPROACH)
                 check_open(arm, plan.grasp, plan.aperture)
                 if looks < _LOOKS and changed(scene, arm.look()):

@@ -166,7 +166,7 @@ def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
     aperture = grip_aperture(geometry, drawer)
     arm.motion.open_to(aperture)
     way = plan_pull(arm, drawer, travel)
-    arm.open(aperture, wait=False)
+    arm.open_for(way.approach, aperture)
     follow_free(arm, way.approach, Phase.APPROACH)
     follow_free(arm, way.descent, Phase.DESCEND)
     arm.ctx.enter(Phase.GRASP)

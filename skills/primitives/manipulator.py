@@ -66,6 +66,8 @@ _SPENT = 0.95
 # Metres before what they close on from which fingers are gentle, both together, and the share of their motors' force that they are
 # gentle with; chosen: three times perception's error of a size, and a force at which the bundled hand's fingers move half as fast.
 _MEETING, _GENTLE = 0.006, 0.4
+# Rows of a trajectory between two that are looked at; chosen as 50 ms, in which a hand goes by less than a finger's thickness.
+_EVERY = 10
 # Seconds between two readings of fingers; chosen as several ticks, so that standing still shows (halved 1 % shorter
 # episodes, doubled 2 % longer).
 _LAG = 0.05
@@ -293,6 +295,20 @@ class Manipulator:
         self.sim.set_gripper(closed)
         if wait:
             self.wait_for_fingers()
+
+    def open_for(self, way: Trajectory, aperture: float) -> None:
+        """Send the fingers to `aperture` metres for a way that was planned with them there.
+
+        Where they have to come nearer to each other for it to be free, they are waited for first; else they go meanwhile.
+        """
+        wide = self.gripper.width
+        self.open(aperture, wait=False)
+        if wide - aperture > _GRIP_STILL:
+            self.motion.open_to(wide)
+            blocked = any(self.motion.touch(q) is not None for q in way.q[::_EVERY])
+            self.motion.open_to(aperture)
+            if blocked:
+                self.wait_for_fingers()
 
     def close(self) -> float:
         """Close the fingers until they stop; return the gap between them, metres."""

@@ -119,7 +119,7 @@ def _dragged(arm: Manipulator, target: DetectedObject, scene: ObservedScene, awa
     if plan is None:
         return False
     approach, descent, way = plan
-    arm.open(0.0, wait=False)
+    arm.open_for(approach, 0.0)
     follow_free(arm, approach, Phase.APPROACH)
     follow_free(arm, descent, Phase.DESCEND)
     arm.ctx.enter(Phase.PUSH)
