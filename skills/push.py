@@ -100,8 +100,6 @@ class Push(Skill):
         """
         arm = Manipulator(ctx)
         start = arm.find(object)
-        if arm.sim.spec.gripper is not None:
-            arm.open(0.0, wait=False)
         allowance = max(PUSH_TOLERANCE, PUSH_RELATIVE_TOLERANCE * distance)
         axis = np.array([*DIRECTION_AXES[direction], 0.0])
         pressed = _strokes(arm, start, direction, distance, allowance)
@@ -186,6 +184,8 @@ def _stroke(
 ) -> Pressed:
     """Put the fingers behind the object and push it once."""
     stroke = plan_stroke(arm, target, scene, axis, distance, missed)
+    if arm.sim.spec.gripper is not None:
+        arm.open_for(stroke.approach, 0.0)
     follow_free(arm, stroke.approach, Phase.APPROACH)
     follow_free(arm, stroke.descent, Phase.DESCEND)
     pressed = press_along(arm, stroke.push, target.id, most=arm.ctx.max_force_n, before=STAND_OFF)

@@ -38,7 +38,7 @@ class Stroke:
 def plan_stroke(
     arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float, missed: int = 0
 ) -> Stroke:
-    """Return the first free ways on which the hand gets behind an object and along.
+    """Return the first free ways on which the closed hand gets behind an object, along, and up from there.
 
     Args:
         arm: The skill's manipulator.
@@ -56,6 +56,8 @@ def plan_stroke(
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
     robot = arm.sim.spec
+    if robot.gripper is not None:
+        arm.motion.open_to(robot.gripper.geometry.min_aperture)
     options = hand_rotations(robot, axis, arm.state.tcp_pose.rotation)
     turned = 2 * missed % len(options)
     hands = (*options[turned:], *options[:turned])
@@ -67,7 +69,9 @@ def plan_stroke(
             descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=arm.tempo.near)
             approach = arm.motion.plan_joints(arm.q, descent.q[0], speed=arm.tempo.free)
             arm.motion.allow(target.id)
-            return Stroke(approach, descent, arm.motion.plan_line(descent.q[-1], end, speed=_PUSH_SPEED))
+            push = arm.motion.plan_line(descent.q[-1], end, speed=_PUSH_SPEED)
+            arm.motion.plan_line(push.q[-1], raised(end, HOVER_HEIGHT))
+            return Stroke(approach, descent, push)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
     raise most_telling(failures)
