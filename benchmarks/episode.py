@@ -24,6 +24,7 @@ import mujoco
 import numpy as np
 
 from robosandbox import open_session
+from robosandbox.sim.saved_state import continue_from
 
 # Parts of an episode, by file and function: that of the innermost call that fits one.
 PARTS = {
@@ -74,13 +75,13 @@ def measure(task: str, episodes: int) -> dict[str, object]:
             count = sim.physics_steps
             substeps = count // len(controls)
             data = mujoco.MjData(sim.model)
-            mujoco.mj_setState(sim.model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
+            continue_from(sim.model, data, start)
             begin = time.process_time()
             for control in controls:
                 data.ctrl[:] = control
                 mujoco.mj_step(sim.model, data, substeps)
             bare = time.process_time() - begin
-            mujoco.mj_setState(sim.model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
+            continue_from(sim.model, data, start)
             begin = time.process_time()
             for _ in range(count):
                 mujoco.mj_step(sim.model, data)

@@ -30,6 +30,7 @@ from robosandbox.protocols import Driver
 from robosandbox.recording.settings import RecordSettings, open_recorder
 from robosandbox.service.client import connect
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.saved_state import continue_from
 from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Plan, Pose, Scene, SceneObject, SkillCall
 from robosandbox.world.verifier import verify
@@ -225,7 +226,7 @@ def _step_ms(sim: Driver, steps: int) -> float:
     """Return the CPU of a bare physics step from where a world is, ms; the world itself stays."""
     assert isinstance(sim, MuJoCoBackend)
     data = mujoco.MjData(sim.model)
-    mujoco.mj_setState(sim.model, data, sim.snapshot(), mujoco.mjtState.mjSTATE_INTEGRATION)
+    continue_from(sim.model, data, sim.snapshot())
     return cpu_ms(partial(mujoco.mj_step, sim.model, data, steps)) / steps
 
 

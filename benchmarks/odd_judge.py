@@ -12,8 +12,8 @@ import numpy as np
 from odd_scenes import Odd
 
 from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.saved_state import put_state
 
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 # Metres: how far a thing has to be raised to be picked up, and how far it may sink or drift in two seconds.
 RAISED, DRIFT = 0.02, 0.004
 # Metres that what was not named, or is to stay, may move.
@@ -24,7 +24,7 @@ PUSHED = 0.8
 
 def raw_state(sim: Modelled, data: mujoco.MjData) -> mujoco.MjData:
     """Write a world's state into `data`, contacts and their forces computed anew."""
-    mujoco.mj_setState(sim.model, data, sim.snapshot(), _STATE)
+    put_state(sim.model, data, sim.snapshot())
     mujoco.mj_forward(sim.model, data)
     return data
 

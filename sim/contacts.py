@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import mujoco
 import numpy as np
 
+from robosandbox.sim.sleepers import ALL_AWAKE, RestingContacts
 from robosandbox.sim.suction import is_sucking, pulls, seal
 from robosandbox.sim.world import World
 from robosandbox.types import Touch
@@ -18,11 +19,13 @@ class Contacts:
     Args:
         world: The scene.
         data: Its state, contacts included.
+        resting: The contacts of what sleeps, which are not in the data; of the robot none is among them.
     """
 
-    def __init__(self, world: World, data: mujoco.MjData) -> None:
+    def __init__(self, world: World, data: mujoco.MjData, resting: RestingContacts = ALL_AWAKE) -> None:
         self._world = world
         self._data = data
+        self._resting = resting
         self._pulls = pulls(world, data)
 
     def by_object(self) -> tuple[dict[str, set[str]], str | None]:
@@ -35,7 +38,7 @@ class Contacts:
         touching: dict[str, set[str]] = {}
         sides: dict[int, set[int]] = {}
         fingers = robot.gripper.finger_bodies if robot.gripper else ()
-        for first, second in self._pairs():
+        for first, second in self._pairs() | self._resting.pairs:
             for body, other in ((first, second), (second, first)):
                 name = owners.get(body)
                 if name is not None and owners.get(other) != name:
@@ -66,13 +69,29 @@ class Contacts:
                 continue
             local[0] -= self._pull(index)
             # The contact frame's first axis points from its first geom to its second, and so does the force on the second.
-            force = contact.frame.reshape(3, 3).T @ local[:3]
-            x, y, z = (float(c) for c in contact.pos)
-            for name, other, sign in ((names[0], second, -1.0), (names[1], first, 1.0)):
-                if name is not None:
-                    a, b, c = (float(value) for value in sign * force)
-                    touches[name].append(Touch(other=self._word(other), point=(x, y, z), force=(a, b, c)))
+            force = (contact.frame.reshape(3, 3).T @ local[:3]).tolist()
+            self._list((first, second), contact.pos.tolist(), force, touches)
+        for rest in self._resting.pressing:
+            if world.owners.get(rest.bodies[0]) != world.owners.get(rest.bodies[1]):
+                self._list(rest.bodies, rest.point, rest.force, touches)
         return touches
+
+    def _list(
+        self,
+        bodies: tuple[int, int],
+        point: Sequence[float],
+        force: Sequence[float],
+        touches: dict[str, list[Touch]],
+    ) -> None:
+        """Add a contact to the lists of the objects that it is of; the force is that on the second body, N."""
+        x, y, z = point
+        a, b, c = force
+        first, second = bodies
+        for body, other, sign in ((first, second, -1.0), (second, first, 1.0)):
+            name = self._world.owners.get(body)
+            if name is not None:
+                pressed = (sign * a, sign * b, sign * c)
+                touches[name].append(Touch(other=self._word(other), point=(x, y, z), force=pressed))
 
     def _word(self, body: int) -> str:
         world = self._world

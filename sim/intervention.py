@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.saved_state import continue_from, take_state
 from robosandbox.types import Array, Pose
-
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class Intervention:
@@ -28,14 +27,13 @@ class Intervention:
 
     @contextmanager
     def state(self) -> Iterator[mujoco.MjData]:
-        """Give the state as MjData to change; what was changed becomes the world's."""
-        model = self.sim.model
-        mujoco.mj_setState(model, self._data, self.sim.snapshot(), _STATE)
-        mujoco.mj_forward(model, self._data)
-        yield self._data
-        vector = np.empty(mujoco.mj_stateSize(model, _STATE))
-        mujoco.mj_getState(model, self._data, vector, _STATE)
-        self.sim.restore(vector)
+        """Give the state as MjData to change; what was changed becomes the world's, and wakes with all that it touched."""
+        model, data = self.sim.model, self._data
+        continue_from(model, data, self.sim.snapshot())
+        yield data
+        # MuJoCo wakes what is elsewhere than it fell asleep, has a speed, or is pushed.
+        mujoco.mj_kinematics(model, data)
+        self.sim.restore(take_state(model, data))
 
     def pose(self, name: str) -> Pose:
         """Return where an object is."""

@@ -92,6 +92,7 @@ class MuJoCoBackend(SensedSimulation):
         self._world = None
         self._data = None
         self._pressing = None
+        self._sleepers = None
 
     def __enter__(self) -> Self:
         return self

@@ -144,7 +144,7 @@ class SensedSimulation(ControlledSimulation):
         """
         world, data = self._loaded, self._live
         mujoco.mj_kinematics(world.model, data)
-        contacts = Contacts(world, data)
+        contacts = Contacts(world, data, self.sleepers.contacts())
         touching, held = contacts.by_object()
         touches = contacts.on_objects() if for_judging else {}
         if self._solids is None or self._solids.world is not world:
@@ -206,7 +206,7 @@ class SensedSimulation(ControlledSimulation):
 
     def log(self, capacity: int) -> StepRecorder:
         """Return a log that can take down this world's state; it ends with the model."""
-        return StepRecorder(self._loaded, self._live, capacity)
+        return StepRecorder(self._loaded, self._live, self.sleepers, capacity)
 
     def _jumped(self) -> None:
         self._past.clear()

@@ -16,10 +16,11 @@ from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.spec import RobotSpec
 from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.sim.pressing import Pressing
+from robosandbox.sim.saved_state import continue_from, take_state
+from robosandbox.sim.sleepers import Sleepers
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Scene, frozen_array
 
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 # Seconds that settling may take: a cube that falls by a centimetre moves for 0.14 s, as measured; a ball may roll on after.
 _SETTLE_SECONDS = 3.0
 # Seconds between two looks at whether things lie still: the time constant of MuJoCo's default contact (solref).
@@ -63,6 +64,7 @@ class Simulation:
         self._mesh_sizes: dict[str, tuple[float, ...]] = {}
         self._felt: dict[str, float] = {}
         self._pressing: Pressing | None = None
+        self._sleepers: Sleepers | None = None
         # Counts the states that the world was in, so that what is read of one twice is computed once.
         self._moment = 0
         self._pressed: tuple[int, Mapping[str, Array]] = (-1, {})
@@ -149,16 +151,20 @@ class Simulation:
 
     def snapshot(self) -> Array:
         """Return the whole simulated state as one vector."""
-        state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
-        mujoco.mj_getState(self.model, self._live, state, _STATE)
-        return state
+        return take_state(self.model, self._live)
 
     def restore(self, state: Array) -> None:
         """Go back to a snapshot of this model."""
-        mujoco.mj_setState(self.model, self._live, state, _STATE)
-        mujoco.mj_forward(self.model, self._live)
+        continue_from(self.model, self._live, state)
         self.episode += 1
         self._jumped()
+
+    @property
+    def sleepers(self) -> Sleepers:
+        """What touches what among the bodies that sleep."""
+        if self._sleepers is None:
+            self._sleepers = Sleepers(self.model, self._live)
+        return self._sleepers
 
     def ask_wait_hooks(self) -> None:
         """Ask the wait hooks whether to go on; they raise where not."""
@@ -183,6 +189,7 @@ class Simulation:
         self._spec = None
         self._data = mujoco.MjData(world.model)
         self._pressing = None
+        self._sleepers = None
         self._moment += 1
         self._mesh_sizes = {}
         for item in world.scene.objects:
@@ -220,5 +227,7 @@ class Simulation:
 
     def _jumped(self) -> None:
         self._moment += 1
+        if self._sleepers is not None:
+            self._sleepers.forget()
         for hook in self.jump_hooks:
             hook()

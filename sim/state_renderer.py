@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.sim.saved_state import put_state
 from robosandbox.types import Array, Intrinsics, Pose
 
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 # MuJoCo's cameras look along -z with y up.
 _OPTICAL = np.diag([1.0, -1.0, -1.0])
 
@@ -44,7 +44,7 @@ class StateRenderer:
             depth: Whether to draw metres (height, width) float32 in place of RGB (height, width, 3) uint8.
         """
         model, data = self._model, self._data
-        mujoco.mj_setState(model, data, state, _STATE)
+        put_state(model, data, state)
         mujoco.mj_forward(model, data)
         drawn = self._renderer.depth(data, camera) if depth else self._renderer.render(data, camera)
         number = model.camera(camera).id

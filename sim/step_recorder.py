@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from robosandbox.robots.chains import Chains, product, turned
 from robosandbox.robots.robot import Gripper
+from robosandbox.sim.sleepers import RestingContacts, Sleepers
 from robosandbox.sim.world import World
 from robosandbox.types import Array
 
 _SPEC = mujoco.mjtState
+_Number = TypeVar("_Number", bound=np.generic)
 # In MuJoCo's order of a state: time, positions, velocities, activations, controls, pushes on bodies.
 _STATE = _SPEC.mjSTATE_TIME | _SPEC.mjSTATE_PHYSICS | _SPEC.mjSTATE_CTRL | _SPEC.mjSTATE_XFRC_APPLIED
 _EXACT = frozenset({"time", "q", "action", "qpos", "qvel"})
@@ -55,6 +57,7 @@ class StepRecorder:
     Args:
         world: What is simulated.
         data: Its live state.
+        sleepers: Of the same state: what touches what among the bodies that sleep.
         capacity: Rows that it can hold between two calls of `take`.
 
     Attributes:
@@ -62,12 +65,13 @@ class StepRecorder:
         capacity: How many it can hold.
     """
 
-    def __init__(self, world: World, data: mujoco.MjData, capacity: int) -> None:
+    def __init__(self, world: World, data: mujoco.MjData, sleepers: Sleepers, capacity: int) -> None:
         model, robot = world.model, world.robot
         self.rows: int = 0
         self._world = world
         self._data = data
         self._model = model
+        self._sleepers = sleepers
         self.capacity = capacity
         self._states = np.zeros((capacity, mujoco.mj_stateSize(model, _STATE)))
         # Views, of a row each and of the live data: making one costs as much as copying it.
@@ -97,6 +101,7 @@ class StepRecorder:
             self._geoms.append(contact.geom.tobytes())
             self._addresses.append(contact.efc_address.tobytes())
             self._normals.append(data.efc_force.tobytes())
+        self._resting.append(self._sleepers.contacts())
         self.rows = row + 1
 
     def take(self) -> StepColumns:
@@ -117,6 +122,7 @@ class StepRecorder:
         _, skill, phase = self._said[-1]
         self._said = [(0, skill, phase)]
         self._counts: list[int] = []
+        self._resting: list[RestingContacts] = []
         self._forces: list[bytes] = []
         self._geoms: list[bytes] = []
         self._addresses: list[bytes] = []
@@ -156,18 +162,21 @@ class StepRecorder:
         }
 
     def _ragged(self, rows: int) -> dict[str, Ragged]:
-        ends = np.cumsum([0, *self._counts], dtype=np.int32)
-        geoms = np.frombuffer(b"".join(self._geoms), np.int32)
+        resting = [len(rest.normals) for rest in self._resting]
+        ends = np.cumsum([0, *(a + b for a, b in zip(self._counts, resting, strict=True))], dtype=np.int32)
+        moving = np.frombuffer(b"".join(self._geoms), np.int32).reshape(-1, 2)
+        geoms = _behind(self._counts, moving, [rest.geoms for rest in self._resting])
+        forces = _behind(self._counts, self._normal_forces(), [rest.normals for rest in self._resting])
         pushed = self._states[:rows, -6 * self._model.nbody :]
         felt = pushed.any(axis=1)
         return {
-            "contact_bodies": Ragged(2 * ends, self._owners.take(geoms)),
-            "contact_force": Ragged(ends, self._normal_forces()),
+            "contact_bodies": Ragged(2 * ends, self._owners.take(geoms.ravel())),
+            "contact_force": Ragged(ends, forces),
             "push": Ragged(np.cumsum([0, *(pushed.shape[1] * felt)], dtype=np.int32), pushed[felt].ravel()),
         }
 
     def _normal_forces(self) -> NDArray[np.float32]:
-        """Return each contact's normal force, N.
+        """Return the normal force of each contact in which something moves, N.
 
         With elliptic cones, which every world has, a contact's first constraint row is its normal force. A contact
         without a row (address -1) presses on nothing.
@@ -181,6 +190,14 @@ class StepRecorder:
         normals = forces.take(begins + addresses, mode="clip")
         normals[addresses < 0] = 0.0
         return normals
+
+
+def _behind(counts: list[int], moving: NDArray[_Number], resting: list[NDArray[_Number]]) -> NDArray[_Number]:
+    """Return each row's contacts, those in which something moves first, then those at rest."""
+    if not any(map(len, resting)):
+        return moving
+    pieces = np.split(moving, np.cumsum(counts)[:-1])
+    return np.concatenate([piece for pair in zip(pieces, resting, strict=True) for piece in pair])
 
 
 def _gripper(gripper: Gripper, qpos: Array, force: Array, action: Array) -> Array:

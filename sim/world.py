@@ -27,6 +27,8 @@ PHYSICS_TIMESTEP = 0.002
 # Depth of a contact at the start from which on a scene is refused, metres; chosen above the 0.2 mm that what rests in
 # the bundled tasks was measured to sink into its support.
 _PENETRATION = 0.001
+# Speed below which a body falls asleep after ten steps, m/s, of any of its points.
+_SLEEP_TOLERANCE = 0.0005
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,8 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
     if robot_model.options is not None:
         copy_physics(spec, robot_model.options)
         spec.option.timestep = PHYSICS_TIMESTEP
+    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP.value
+    spec.option.sleep_tolerance = _SLEEP_TOLERANCE
     _add_room(spec, scene.table_height)
     if board is not None:
         board.lay(spec, scene.table_height)
@@ -104,6 +108,9 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
         _check_mass(model, parts[item.id], item)
         mass_share[parts[item.id]] = model.body_mass[parts[item.id]] / item.mass
     robot = robot_model.bind(model, ROBOT_PREFIX)
+    # What the robot does is asked at every tick, and a servo may begin to move at any.
+    trees = model.body_treeid[sorted(robot.bodies)]
+    model.tree_sleep_policy[trees[trees >= 0]] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER.value
     return World(
         scene=scene,
         model=model,
@@ -135,11 +142,6 @@ def _set_options(spec: mujoco.MjSpec) -> None:
 
     Elliptic cones with impratio 10 and no-slip iterations: without the latter, held objects creep by tenths of a
     millimetre a second (google-deepmind/mujoco issue 3328).
-
-    MuJoCo's sleep stays off, though bodies at rest then cost what moving ones do: contacts between sleeping bodies, or of one
-    with the table, are not in the data, so that truth and judge find nothing that carries a thing (all of `sort_by_colour` lay in
-    its bins and was judged a failure), and no saved state tells which bodies sleep: a restored world is awake, and 200 steps
-    later its joint values were 3e-6 away from those of the world that it was saved from.
     """
     spec.option.timestep = PHYSICS_TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -6,6 +6,7 @@ import pytest
 
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.saved_state import put_state
 from robosandbox.types import ObjectKind, Pose, Scene, SceneObject
 from robosandbox.world.relations import bounds, inside
 
@@ -38,7 +39,7 @@ def test_a_round_wall_fills_its_hull_and_leaves_the_inside_free(kind: ObjectKind
         item = sim.truth().objects["vessel"].detected()
         low, high = bounds(item)
         data = mujoco.MjData(sim.model)
-        mujoco.mj_setState(sim.model, data, sim.snapshot(), mujoco.mjtState.mjSTATE_INTEGRATION)
+        put_state(sim.model, data, sim.snapshot())
         mujoco.mj_forward(sim.model, data)
         geom = np.zeros(1, dtype=np.int32)
         x, y, z = item.pose.xyz

@@ -9,6 +9,7 @@ import numpy as np
 
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.opening import simulate
+from robosandbox.sim.saved_state import take_state
 from robosandbox.sim.world import World
 from robosandbox.types import Array, DetectedObject, GripperState, ObjectTruth, Observation, ObservedScene, Pose
 
@@ -29,9 +30,7 @@ def make_twin(world: World, seen: ObservedScene, state: Observation) -> Modelled
     data.time = state.time
     data.qpos[:] = standing(world, seen.objects, state)
     _command(world, data, state)
-    vector = np.empty(mujoco.mj_stateSize(world.model, mujoco.mjtState.mjSTATE_INTEGRATION))
-    mujoco.mj_getState(world.model, data, vector, mujoco.mjtState.mjSTATE_INTEGRATION)
-    twin = simulate(world, vector)
+    twin = simulate(world, take_state(world.model, data))
     twin.wait(_SETTLE_SECONDS)
     return twin
 

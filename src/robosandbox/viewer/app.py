@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import viser
 
+from robosandbox.sim.saved_state import put_state
 from robosandbox.viewer import operator
 from robosandbox.viewer.dragging import Dragging
 from robosandbox.viewer.framing import FOV, Window, first_view
@@ -209,7 +210,7 @@ class Viewer:
         if frame.state is None:
             data.qpos[:] = frame.qpos
         else:
-            mujoco.mj_setState(model, data, frame.state, mujoco.mjtState.mjSTATE_INTEGRATION)
+            put_state(model, data, frame.state)
         if frame.state is not None and any(layer.needs_forces for layer in shown):
             mujoco.mj_forward(model, data)
         else:

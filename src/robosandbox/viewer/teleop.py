@@ -10,6 +10,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.protocols import Simulated
 from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.sim.saved_state import continue_from, take_state
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Pose
 
@@ -46,21 +47,20 @@ class EmbeddedTeleop:
         sim = self._simulation
         model = sim.model
         body = sim.object_bodies[object_id]
-        state = sim.snapshot()
-        # A state is the time, all positions, all velocities, and more; an object's are those of its free joint.
-        q, v = 1 + int(model.jnt_qposadr[model.body_jntadr[body]]), 1 + model.nq + int(model.body_dofadr[body])
-        x, y, z, w = pose.quat_xyzw
-        state[q : q + 7] = [*pose.xyz, w, x, y, z]
-        state[v : v + 6] = 0.0
         scratch = mujoco.MjData(model)
-        mujoco.mj_setState(model, scratch, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        continue_from(model, scratch, sim.snapshot())
+        q, v = int(model.jnt_qposadr[model.body_jntadr[body]]), int(model.body_dofadr[body])
+        x, y, z, w = pose.quat_xyzw
+        scratch.qpos[q : q + 7] = [*pose.xyz, w, x, y, z]
+        scratch.qvel[v : v + 6] = 0.0
+        # Wakes it, and what it touched or touches now.
         mujoco.mj_fwdPosition(model, scratch)
         for contact in scratch.contact[: scratch.ncon]:
             pair = [int(model.geom_bodyid[geom]) for geom in contact.geom]
             if body in pair and contact.dist < -_INSIDE:
                 other = sim.body_names[pair[0] if pair[1] == body else pair[1]]
                 raise InputError(f"{object_id} would be {-contact.dist * 1000:.1f} mm inside {other}; put it elsewhere")
-        sim.restore(state)
+        sim.restore(take_state(model, scratch))
         self._shown()
 
     def let_go(self) -> None:
