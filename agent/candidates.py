@@ -13,6 +13,7 @@ from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
 from robosandbox.world.alternatives import Alternative, Failure, alternatives_of
 from robosandbox.world.enabling import Enabling
 from robosandbox.world.facts import Fact, fact
+from robosandbox.world.nearness import nearer
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import bottom, centre, gap, lies_in, support, top
 from robosandbox.world.search import NoWayError
@@ -154,7 +155,7 @@ class Candidates:
             yield Alternative(why=why, cleared=(other.id,), call=call)
             # What lies over the thing may come off on any side; what stands beside it goes straight away from it.
             pushes = self._pushed_away(other, item)
-            for away in pushes if gap(item, other) < 0.0 else pushes[:1]:
+            for away in pushes if nearer(item, other, 0.0) else pushes[:1]:
                 yield Alternative(why=f"{other.id} is pushed out of the way first", first=(away,), call=call)
             if other.id in self._failure.met:
                 yield Alternative(why=why, cleared=(other.id,), elsewhere=True, call=call)
@@ -175,7 +176,7 @@ class Candidates:
                 if _lies_in(item, other):
                     # What moves together with it does not get out of its way.
                     continue
-                near = hand and not (item.shape.stays_put or other.shape.stays_put) and gap(item, other) < _NEIGHBOUR
+                near = hand and not (item.shape.stays_put or other.shape.stays_put) and nearer(item, other, _NEIGHBOUR)
                 if other.id in met or other.id in on_it or near:
                     found.setdefault(other.id, (other, item))
         whole = [pair for pair in found.values() if not pair[0].shape.is_granular]
@@ -200,7 +201,7 @@ class Candidates:
         end = centre(item) + offset
         moved = imagine and imagine(self._failure.scene, item.id, float(end[0]), float(end[1])).find(item.id)
         others = (one for one in self._view.others(item.id, but) if not one.shape.is_granular)
-        return moved is not None and not any(gap(moved, one) < 0.0 and top(one) > bottom(item) for one in others)
+        return moved is not None and not any(nearer(moved, one, 0.0) and top(one) > bottom(item) for one in others)
 
 
 # Errors that a hand ends in that finds no room beside what it is to handle.

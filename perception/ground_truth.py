@@ -10,7 +10,7 @@ from robosandbox.perception.colour import colour_name
 from robosandbox.protocols import Driver, Simulated
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.world import World
-from robosandbox.types import ObservedScene, Scene
+from robosandbox.types import DetectedObject, ObjectTruth, ObservedScene, Scene
 
 
 class GroundTruthPerception:
@@ -22,6 +22,7 @@ class GroundTruthPerception:
         self._sim: Simulated | None = None
         self._modelled: Modelled | None = None
         self._seen: tuple[int, ObservedScene] | None = None
+        self._detected: dict[str, tuple[ObjectTruth, DetectedObject]] = {}
 
     def view(self, sim: Driver) -> Driver:
         """Return the sim as it is.
@@ -53,13 +54,22 @@ class GroundTruthPerception:
         truth, base = sim.truth(for_judging=False), sim.spec.base_position
         seen = ObservedScene(
             time=truth.time,
-            objects=tuple(replace(item.detected(), colour=colour_name(item.rgba)) for item in truth.objects.values()),
+            objects=tuple(self._detect(item) for item in truth.objects.values()),
             table_height=truth.table_height,
             base_xy=(float(base[0]), float(base[1])),
             held=truth.held,
             reach=sim.spec.reach,
         )
         self._seen = sim.episode, seen
+        return seen
+
+    def _detect(self, item: ObjectTruth) -> DetectedObject:
+        """Return what is seen of an object; of one that has not changed, as what sleeps, the same again."""
+        told, seen = self._detected.get(item.id, (None, None))
+        if told is item and seen is not None:
+            return seen
+        seen = replace(item.detected(), colour=colour_name(item.rgba))
+        self._detected[item.id] = item, seen
         return seen
 
     def _looked_at(self, sim: Driver) -> Simulated:

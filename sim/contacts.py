@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from robosandbox.sim.sleepers import ALL_AWAKE, RestingContacts
 from robosandbox.sim.suction import is_sucking, pulls, seal
 from robosandbox.sim.world import World
 from robosandbox.types import Touch
@@ -19,13 +19,13 @@ class Contacts:
     Args:
         world: The scene.
         data: Its state, contacts included.
-        resting: The contacts of what sleeps, which are not in the data; of the robot none is among them.
+        only: Which of them count for `touching` and `on_objects`, shape (k,); all when left out.
     """
 
-    def __init__(self, world: World, data: mujoco.MjData, resting: RestingContacts = ALL_AWAKE) -> None:
+    def __init__(self, world: World, data: mujoco.MjData, only: NDArray[np.intp] | None = None) -> None:
         self._world = world
         self._data = data
-        self._resting = resting
+        self._only = only
         self._pulls = pulls(world, data)
 
     def by_object(self) -> tuple[dict[str, set[str]], str | None]:
@@ -34,15 +34,11 @@ class Contacts:
         The sides are looked for on the object's own body: a drawer whose grip is held is not held itself.
         """
         world = self._world
-        robot, owners = world.robot, world.owners
-        touching: dict[str, set[str]] = {}
+        robot = world.robot
         sides: dict[int, set[int]] = {}
         fingers = robot.gripper.finger_bodies if robot.gripper else ()
-        for first, second in self._pairs() | self._resting.pairs:
+        for first, second in self._pairs():
             for body, other in ((first, second), (second, first)):
-                name = owners.get(body)
-                if name is not None and owners.get(other) != name:
-                    touching.setdefault(name, set()).add(self._word(other))
                 for side, bodies in enumerate(fingers):
                     if other in bodies:
                         sides.setdefault(body, set()).add(side)
@@ -51,14 +47,25 @@ class Contacts:
             sealed = (seal(world, self._data) or 0.0) >= robot.gripper.geometry.seal
             needed = 1 if sealed and is_sucking(robot.gripper, self._data) else 2
         held = [item for item, body in world.object_bodies.items() if len(sides.get(body, ())) == needed]
-        return touching, held[0] if held else None
+        return self.touching(), held[0] if held else None
+
+    def touching(self) -> dict[str, set[str]]:
+        """Return what each object touches."""
+        owners = self._world.owners
+        found: dict[str, set[str]] = {}
+        for first, second in self._pairs():
+            for body, other in ((first, second), (second, first)):
+                name = owners.get(body)
+                if name is not None and owners.get(other) != name:
+                    found.setdefault(name, set()).add(self._word(other))
+        return found
 
     def on_objects(self) -> dict[str, list[Touch]]:
         """Return the contacts of each object that carry force; beads against beads are left out."""
         world, data = self._world, self._data
         touches: dict[str, list[Touch]] = {name: [] for name in world.parts}
         local = np.zeros(6)
-        for index in range(data.ncon):
+        for index in range(data.ncon) if self._only is None else self._only.tolist():
             contact = data.contact[index]
             first, second = (int(world.model.geom_bodyid[geom]) for geom in contact.geom)
             names = world.owners.get(first), world.owners.get(second)
@@ -69,29 +76,13 @@ class Contacts:
                 continue
             local[0] -= self._pull(index)
             # The contact frame's first axis points from its first geom to its second, and so does the force on the second.
-            force = (contact.frame.reshape(3, 3).T @ local[:3]).tolist()
-            self._list((first, second), contact.pos.tolist(), force, touches)
-        for rest in self._resting.pressing:
-            if world.owners.get(rest.bodies[0]) != world.owners.get(rest.bodies[1]):
-                self._list(rest.bodies, rest.point, rest.force, touches)
+            force = contact.frame.reshape(3, 3).T @ local[:3]
+            x, y, z = (float(c) for c in contact.pos)
+            for name, other, sign in ((names[0], second, -1.0), (names[1], first, 1.0)):
+                if name is not None:
+                    a, b, c = (float(value) for value in sign * force)
+                    touches[name].append(Touch(other=self._word(other), point=(x, y, z), force=(a, b, c)))
         return touches
-
-    def _list(
-        self,
-        bodies: tuple[int, int],
-        point: Sequence[float],
-        force: Sequence[float],
-        touches: dict[str, list[Touch]],
-    ) -> None:
-        """Add a contact to the lists of the objects that it is of; the force is that on the second body, N."""
-        x, y, z = point
-        a, b, c = force
-        first, second = bodies
-        for body, other, sign in ((first, second, -1.0), (second, first, 1.0)):
-            name = self._world.owners.get(body)
-            if name is not None:
-                pressed = (sign * a, sign * b, sign * c)
-                touches[name].append(Touch(other=self._word(other), point=(x, y, z), force=pressed))
 
     def _word(self, body: int) -> str:
         world = self._world
@@ -205,4 +196,6 @@ class Contacts:
         if not data.ncon:
             return set()
         touching = data.contact.geom[data.contact.dist < 0.0]
+        if self._only is not None:
+            touching = data.contact.geom[self._only][data.contact.dist[self._only] < 0.0]
         return {(a, b) for a, b in self._world.model.geom_bodyid[touching].tolist()}

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.saved_state import continue_from, take_state
+from robosandbox.sim.sleep_timer import moving_count
 from robosandbox.types import Array, Pose
 
 
@@ -33,6 +34,7 @@ class Intervention:
         yield data
         # MuJoCo wakes what is elsewhere than it fell asleep, has a speed, or is pushed.
         mujoco.mj_kinematics(model, data)
+        data.tree_asleep[data.tree_asleep < 0] = moving_count(model)
         self.sim.restore(take_state(model, data))
 
     def pose(self, name: str) -> Pose:

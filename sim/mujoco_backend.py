@@ -93,6 +93,7 @@ class MuJoCoBackend(SensedSimulation):
         self._data = None
         self._pressing = None
         self._sleepers = None
+        self._timer = None
 
     def __enter__(self) -> Self:
         return self

@@ -15,10 +15,9 @@ from robosandbox.errors import InputError
 from robosandbox.protocols import Guard
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.control import ControlledSimulation
+from robosandbox.sim.object_states import ObjectStates
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, Sensor, perfect_intrinsics
-from robosandbox.sim.solids import Solids
-from robosandbox.sim.states import object_truth
 from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.sim.suction import seal
 from robosandbox.sim.world import World
@@ -49,7 +48,7 @@ class SensedSimulation(ControlledSimulation):
         self._renderers: dict[tuple[int, tuple[int, int]], OffscreenRenderer] = {}
         self._past: deque[tuple[float, Array]] = deque()
         self._specs: dict[str, CameraSpec] | None = None
-        self._solids: Solids | None = None
+        self._objects: ObjectStates | None = None
         self._observed: tuple[int, Observation] | None = None
 
     @property
@@ -81,6 +80,7 @@ class SensedSimulation(ControlledSimulation):
         """Simulate a compiled world, everything where the model has it."""
         super().adopt(world)
         self._specs = None
+        self._objects = None
 
     def state(self, cameras: Sequence[str] = ()) -> Observation:
         """Return proprioception, and a picture per named camera.
@@ -144,25 +144,9 @@ class SensedSimulation(ControlledSimulation):
         """
         world, data = self._loaded, self._live
         mujoco.mj_kinematics(world.model, data)
-        contacts = Contacts(world, data, self.sleepers.contacts())
-        touching, held = contacts.by_object()
-        touches = contacts.on_objects() if for_judging else {}
-        if self._solids is None or self._solids.world is not world:
-            self._solids = Solids(world)
-        objects = {
-            item.id: object_truth(
-                world,
-                data,
-                item,
-                size=self._mesh_sizes.get(item.id, item.size),
-                contacts=tuple(sorted(touching.get(item.id, ()))),
-                felt=self._felt.get(item.id, 0.0),
-                solids=self._solids.of(data, item.id) if for_judging else (),
-                touches=tuple(touches[item.id]) if for_judging else None,
-                weighed=for_judging,
-            )
-            for item in world.scene.objects
-        }
+        if self._objects is None or self._objects.world is not world:
+            self._objects = ObjectStates(world, data, self.sleepers, self._mesh_sizes)
+        objects, held = self._objects.read(self._felt, for_judging=for_judging)
         return Truth(
             time=float(data.time),
             q=frozen_array(data.qpos[world.robot.qpos_indices]),
@@ -210,6 +194,8 @@ class SensedSimulation(ControlledSimulation):
 
     def _jumped(self) -> None:
         self._past.clear()
+        if self._objects is not None:
+            self._objects.forget()
         super()._jumped()
 
     def _tick(self, guards: Sequence[Guard] = ()) -> None:

@@ -17,6 +17,7 @@ from robosandbox.robots.spec import RobotSpec
 from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.sim.pressing import Pressing
 from robosandbox.sim.saved_state import continue_from, take_state
+from robosandbox.sim.sleep_timer import MOST_STEPS, SleepTimer
 from robosandbox.sim.sleepers import Sleepers
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Scene, frozen_array
@@ -61,10 +62,12 @@ class Simulation:
         self._data: mujoco.MjData | None = None
         self._spec: RobotSpec | None = None
         self._substeps = 1
+        self._strides = [1]
         self._mesh_sizes: dict[str, tuple[float, ...]] = {}
         self._felt: dict[str, float] = {}
         self._pressing: Pressing | None = None
         self._sleepers: Sleepers | None = None
+        self._timer: SleepTimer | None = None
         # Counts the states that the world was in, so that what is read of one twice is computed once.
         self._moment = 0
         self._pressed: tuple[int, Mapping[str, Array]] = (-1, {})
@@ -166,6 +169,12 @@ class Simulation:
             self._sleepers = Sleepers(self.model, self._live)
         return self._sleepers
 
+    @property
+    def _sleep_timer(self) -> SleepTimer:
+        if self._timer is None:
+            self._timer = SleepTimer(self.model, self._live)
+        return self._timer
+
     def ask_wait_hooks(self) -> None:
         """Ask the wait hooks whether to go on; they raise where not."""
         for hook in self.wait_hooks:
@@ -190,6 +199,7 @@ class Simulation:
         self._data = mujoco.MjData(world.model)
         self._pressing = None
         self._sleepers = None
+        self._timer = None
         self._moment += 1
         self._mesh_sizes = {}
         for item in world.scene.objects:
@@ -203,6 +213,7 @@ class Simulation:
                 f"{world.model.opt.timestep}"
             )
         self._substeps = round(substeps)
+        self._strides = [min(MOST_STEPS, self._substeps - done) for done in range(0, self._substeps, MOST_STEPS)]
 
     def _settle(self) -> None:
         """Step until no object has moved for a while; a ball that rolls on is left rolling after a few seconds."""
@@ -212,13 +223,21 @@ class Simulation:
         calm = 0
         for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
             self.ask_wait_hooks()
+            # What falls asleep here has moved by itself only: MuJoCo's own few steps will do.
             mujoco.mj_step(model, data, chunk)
             calm = calm + 1 if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED else 0
-            if calm >= _CALM_CHUNKS:
+            if calm >= _CALM_CHUNKS * (1 if self._all_asleep() else 2):
                 return
 
+    def _all_asleep(self) -> bool:
+        """Tell whether all objects sleep."""
+        trees = self.model.body_treeid[list(self._loaded.owners)]
+        return bool((self._live.tree_asleep[trees] >= 0).all())
+
     def _tick(self, guards: Sequence[Guard] = ()) -> None:
-        mujoco.mj_step(self._loaded.model, self._live, self._substeps)
+        for steps in self._strides:
+            mujoco.mj_step(self._loaded.model, self._live, steps)
+            self._sleep_timer.stepped(steps)
         self._moment += 1
         self.physics_steps += self._substeps
         for name, most in self._felt.items():
@@ -227,7 +246,7 @@ class Simulation:
 
     def _jumped(self) -> None:
         self._moment += 1
-        if self._sleepers is not None:
-            self._sleepers.forget()
+        self.sleepers.forget()
+        self._sleep_timer.restart()
         for hook in self.jump_hooks:
             hook()

@@ -9,22 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.sim.saved_state import put_state, take_state
-from robosandbox.types import Vec3
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RestingContact:
-    """A contact in which nothing moves.
-
-    Attributes:
-        bodies: Both bodies, by number.
-        point: Where they touch, metres in the world.
-        force: What presses on the second, N in the world.
-    """
-
-    bodies: tuple[int, int]
-    point: Vec3
-    force: Vec3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,23 +16,23 @@ class RestingContacts:
     """The contacts in which nothing moves, for as long as the same bodies sleep.
 
     Attributes:
-        pairs: The bodies that touch.
-        pressing: Those contacts that carry force.
-        geoms: The geoms that touch, shape (k, 2).
-        normals: Their normal forces, N, shape (k,).
+        data: The world with all bodies awake, and all contacts.
+        indices: Which contacts are of sleeping bodies, shape (k,).
+        geoms: The geoms that touch there, shape (k, 2).
+        normals: The normal forces, N, shape (k,).
     """
 
-    pairs: frozenset[tuple[int, int]]
-    pressing: tuple[RestingContact, ...]
+    data: mujoco.MjData | None
+    indices: NDArray[np.intp]
     geoms: NDArray[np.int32]
     normals: NDArray[np.float32]
 
 
-ALL_AWAKE = RestingContacts(frozenset(), (), np.zeros((0, 2), np.int32), np.zeros(0, np.float32))
+_ALL_AWAKE = RestingContacts(None, np.zeros(0, np.intp), np.zeros((0, 2), np.int32), np.zeros(0, np.float32))
 
 
 class Sleepers:
-    """What touches what among the bodies of a world that sleep.
+    """The bodies of a world that sleep.
 
     Their contacts are computed when others sleep than at the last time, in data of its own, in which all are awake.
 
@@ -62,10 +46,9 @@ class Sleepers:
         self._data = data
         self._awake = data.tree_awake
         self._qpos = data.qpos
-        self._tree_of_qpos = _tree_of_qpos(model)
-        self._scratch: mujoco.MjData | None = None
+        self.tree_of_qpos: NDArray[np.intp] = _tree_of_qpos(model)
         self._key = b""
-        self._found = ALL_AWAKE
+        self._found = _ALL_AWAKE
 
     def forget(self) -> None:
         """Compute the contacts anew: the world was put into another state, or the model rewritten."""
@@ -74,41 +57,25 @@ class Sleepers:
     def contacts(self) -> RestingContacts:
         """Return the contacts of what sleeps now."""
         if self._data.ntree_awake == self._model.ntree:
-            return ALL_AWAKE
-        asleep = self._awake[self._tree_of_qpos] == 0
+            return _ALL_AWAKE
+        asleep = self._awake[self.tree_of_qpos] == 0
         key = self._awake.tobytes() + self._qpos[asleep].tobytes()
         if key != self._key:
             self._key, self._found = key, self._computed()
         return self._found
 
     def _computed(self) -> RestingContacts:
-        model = self._model
-        if self._scratch is None:
-            self._scratch = mujoco.MjData(model)
-        data = self._scratch
+        model, data = self._model, self._found.data or mujoco.MjData(self._model)
         put_state(model, data, take_state(model, self._data))
         mujoco.mj_forward(model, data)
-        bodies = model.geom_bodyid[data.contact.geom].reshape(-1, 2)
-        moves = self._data.body_awake[bodies] == mujoco.mjtSleepState.mjS_AWAKE.value
-        (resting,) = (~moves.any(axis=1)).nonzero()
-        pressing, normals, local = [], [], np.zeros(6)
-        for index in resting.tolist():
+        geoms = data.contact.geom.reshape(-1, 2)
+        moves = self._data.body_awake[model.geom_bodyid[geoms]] == mujoco.mjtSleepState.mjS_AWAKE.value
+        (indices,) = (~moves.any(axis=1)).nonzero()
+        normals, local = np.zeros(len(indices), dtype=np.float32), np.zeros(6)
+        for k, index in enumerate(indices.tolist()):
             mujoco.mj_contactForce(model, data, index, local)
-            normals.append(local[0])
-            if local[0] > 0.0:
-                contact = data.contact[index]
-                # The contact frame's first axis points from its first geom to its second, and so does the force on the second.
-                fx, fy, fz = (contact.frame.reshape(3, 3).T @ local[:3]).tolist()
-                x, y, z = contact.pos.tolist()
-                first, second = bodies[index].tolist()
-                pressing.append(RestingContact((first, second), (x, y, z), (fx, fy, fz)))
-        touching = resting[data.contact.dist[resting] < 0.0]
-        return RestingContacts(
-            pairs=frozenset((first, second) for first, second in bodies[touching].tolist()),
-            pressing=tuple(pressing),
-            geoms=data.contact.geom[resting],
-            normals=np.array(normals, dtype=np.float32),
-        )
+            normals[k] = local[0]
+        return RestingContacts(data, indices, geoms[indices], normals)
 
 
 def _tree_of_qpos(model: mujoco.MjModel) -> NDArray[np.intp]:

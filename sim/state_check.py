@@ -7,7 +7,8 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.ranges import MOST_DISTANCE
-from robosandbox.sim.saved_state import MOVING, integrated_size, put_state
+from robosandbox.sim.saved_state import integrated_size, put_state
+from robosandbox.sim.sleep_timer import moving_count
 from robosandbox.types import Array
 
 # Metres: a ball that left the table at 1 m/s and rolls for half an hour.
@@ -60,7 +61,7 @@ def _check_sleepers(model: mujoco.MjModel, asleep: Array) -> None:
         asleep: Of each tree the next in its ring of sleepers, or below zero where it is awake, shape (trees,); or nothing.
     """
     (sleeping,) = np.nonzero(asleep >= 0)
-    whole = np.array_equal(asleep, np.round(asleep)) and asleep.min(initial=-1) >= MOVING
+    whole = np.array_equal(asleep, np.round(asleep)) and asleep.min(initial=-1) >= moving_count(model)
     ringed = whole and np.array_equal(np.sort(asleep[sleeping]), sleeping)
     if not ringed or np.isin(model.tree_sleep_policy[sleeping], _NEVER).any():
         raise InputError("the saved state is no world's: what it says of which bodies sleep does not fit together")

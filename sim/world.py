@@ -28,7 +28,7 @@ PHYSICS_TIMESTEP = 0.002
 # the bundled tasks was measured to sink into its support.
 _PENETRATION = 0.001
 # Speed below which a body falls asleep after ten steps, m/s, of any of its points.
-_SLEEP_TOLERANCE = 0.0005
+_SLEEP_TOLERANCE = 0.001
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,8 @@ from robosandbox.skills.primitives.sensing import changed, check_closed, check_o
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import bottom, gap
+from robosandbox.world.nearness import nearer
+from robosandbox.world.relations import bottom
 
 _LEAST_RISE = 0.5
 _CLOSED_ON_NOTHING = 0.5
@@ -227,7 +228,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
     arm.use(scene, held=target.id)
     # What it stands on, in or against it leaves by going up.
     others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
-    arm.motion.allow("table", *(item.id for item in others if gap(target, item) < _BESIDE))
+    arm.motion.allow("table", *(item.id for item in others if nearer(target, item, _BESIDE)))
     load, grip = LoadMeter(arm.sim, target.id), Grip(arm, target, firm=firm)
     end = arm.sim.subscribe(load)
     try:

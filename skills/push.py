@@ -29,7 +29,8 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import PUSH_RELATIVE_TOLERANCE, PUSH_TOLERANCE
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import centre, displacement, gap
+from robosandbox.world.nearness import nearer
+from robosandbox.world.relations import centre, displacement
 
 # Strokes of one push; chosen: most take one, and one passed by the object is turned for the next.
 _STROKES = 4
@@ -175,7 +176,7 @@ def _ahead(scene: ObservedScene, target: DetectedObject, axis: Array) -> tuple[s
     return tuple(
         item.id
         for item in others
-        if gap(target, item) < _AGAINST and float((centre(item) - centre(target)) @ axis) > 0.0
+        if nearer(target, item, _AGAINST) and float((centre(item) - centre(target)) @ axis) > 0.0
     )
 
 

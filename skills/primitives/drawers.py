@@ -27,7 +27,8 @@ from robosandbox.skills.primitives.manipulator import (
     withdrawn,
 )
 from robosandbox.types import CAREFUL, Array, DetectedObject, Pose, Trajectory
-from robosandbox.world.relations import bottom, contents, gap, top
+from robosandbox.world.nearness import nearer
+from robosandbox.world.relations import bottom, contents, top
 
 # Share of its way by which a drawer has to come out; chosen so that the seeds' task, which asks for 80 mm of 120, is
 # passed (halved nothing changes, at more than the way no drawer is open).
@@ -318,7 +319,7 @@ def _in_the_way(arm: Manipulator, drawer: DetectedObject, *, inside: bool) -> tu
     if inside:
         return tuple(item.id for item in others if item.id in within and top(item) > rim)
     return tuple(
-        item.id for item in others if item.id not in within and bottom(item) < rim and gap(drawer, item) < _AGAINST
+        item.id for item in others if item.id not in within and bottom(item) < rim and nearer(drawer, item, _AGAINST)
     )
 
 

@@ -15,7 +15,8 @@ from robosandbox.skills.primitives.gripping import GRAVITY
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.types import Array, DetectedObject, ObservedScene
 from robosandbox.world.containers import walls
-from robosandbox.world.relations import bottom, centre, contents, gap, moved, on_top, top
+from robosandbox.world.nearness import nearer
+from robosandbox.world.relations import bottom, centre, contents, moved, on_top, top
 
 # N; chosen as the weight of half a kilogram: any grip that slips under less may hold when it is a better one.
 _LOAD = 5.0
@@ -201,9 +202,9 @@ def held_back(target: DetectedObject, scene: ObservedScene) -> Held:
 def is_over(item: DetectedObject, target: DetectedObject) -> bool:
     """Tell whether a thing hangs or lies over another, within the height of a lift."""
     clearance = bottom(item) - top(target)
-    return gap(item, target) < 0.0 and -_TOUCHES < clearance < LIFT_HEIGHT
+    return -_TOUCHES < clearance < LIFT_HEIGHT and nearer(item, target, 0.0)
 
 
 def _is_beside(target: DetectedObject, item: DetectedObject) -> bool:
     level = bottom(item) < top(target) - _TOUCHES and top(item) > bottom(target) + _TOUCHES
-    return level and gap(target, item) < _TOUCHES and not on_top(target, item).holds
+    return level and nearer(target, item, _TOUCHES) and not on_top(target, item).holds

@@ -8,7 +8,8 @@ import numpy as np
 
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import DetectedObject, Grasp, ObservedScene, Pose
-from robosandbox.world.relations import bottom, bounds, gap, support, top
+from robosandbox.world.nearness import nearer
+from robosandbox.world.relations import bottom, bounds, support, top
 
 _NEAR = 0.15  # Metres within which something stands near enough to be touched by fingers. Chosen: about an open hand.
 _STRAIGHT = 0.999  # Cosine of the angle to the vertical up to which a hand points straight down. Chosen: 2.6 degrees.
@@ -52,7 +53,7 @@ def is_alone(
         apart = float(np.maximum(other_low - high, low - other_high)[:2].max())
         if top(item) > height and apart < radius:
             return False
-        if apart < finger and gap(target, item) < finger:
+        if apart < finger and nearer(target, item, finger):
             return False
     return True
 
@@ -98,6 +99,6 @@ def has_room(grasp: Grasp, near: Sequence[DetectedObject], geometry: GripperGeom
             id="", kind="box", size=half, colour="", rgba=(0, 0, 0, 1), pose=Pose.from_matrix(place, rotation)
         )
         lowest = bounds(finger)[0][2]
-        if any(top(item) > lowest and gap(finger, item) < 0.0 for item in near):
+        if any(top(item) > lowest and nearer(finger, item, 0.0) for item in near):
             return False
     return True

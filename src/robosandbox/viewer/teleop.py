@@ -11,6 +11,7 @@ from robosandbox.errors import InputError
 from robosandbox.protocols import Simulated
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.sim.saved_state import continue_from, take_state
+from robosandbox.sim.sleep_timer import moving_count
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Pose
 
@@ -55,6 +56,7 @@ class EmbeddedTeleop:
         scratch.qvel[v : v + 6] = 0.0
         # Wakes it, and what it touched or touches now.
         mujoco.mj_fwdPosition(model, scratch)
+        scratch.tree_asleep[scratch.tree_asleep < 0] = moving_count(model)
         for contact in scratch.contact[: scratch.ncon]:
             pair = [int(model.geom_bodyid[geom]) for geom in contact.geom]
             if body in pair and contact.dist < -_INSIDE:
