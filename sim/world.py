@@ -27,7 +27,8 @@ PHYSICS_TIMESTEP = 0.002
 # Depth of a contact at the start from which on a scene is refused, metres; chosen above the 0.2 mm that what rests in
 # the bundled tasks was measured to sink into its support.
 _PENETRATION = 0.001
-# Speed below which a body falls asleep after ten steps, m/s, of any of its points.
+# Speed below which a body lies still, m/s of any of its points; MuJoCo's own default. What contacts leave of things at rest in
+# the bundled tasks was measured: boxes 1e-10 at the most, cans 1e-4, beads 3e-4, cups and bowls, which rock on their pieces, 6e-4.
 _SLEEP_TOLERANCE = 0.001
 
 

@@ -1,6 +1,7 @@
 """The relations that skills' post-conditions and tasks' success criteria share."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import DetectedObject, ObjectKind, Pose
 from robosandbox.world import relations
+from robosandbox.world.nearness import nearer
 
 
 def thing(
@@ -112,3 +114,33 @@ def test_displacement_counts_only_along_the_direction() -> None:
     assert relations.displacement(before, thing("box", CUBE, (0.06, 0.01, 0.06)), "forward", 0.05)
     assert not relations.displacement(before, thing("box", CUBE, (0.06, 0.07, 0.06)), "forward", 0.05)
     assert not relations.displacement(before, thing("box", CUBE, (0.06, 0.0, 0.06)), "back", 0.05)
+
+
+def test_nearer_is_what_the_exact_gap_says() -> None:
+    rng = np.random.default_rng(4)
+    sizes: list[tuple[ObjectKind, tuple[float, ...]]] = [
+        ("box", (0.02, 0.05, 0.01)),
+        ("cylinder", (0.02, 0.05)),
+        ("capsule", (0.02, 0.05)),
+        ("bin", (0.06, 0.08, 0.05)),
+        ("block_l", (0.1, 0.08, 0.03, 0.04)),
+        ("drawer", (0.2, 0.16, 0.09, 0.12)),
+    ]
+    told = []
+    for _ in range(600):
+        one, other = (
+            replace(
+                thing(
+                    *sizes[rng.integers(len(sizes))],
+                    (float(x), float(y), 0.1),
+                    yaw=float(rng.uniform(-3.0, 3.0)),
+                    tip=float(rng.choice([0.0, 0.4, 1.57])),
+                ),
+                opening=0.1,
+            )
+            for x, y in rng.uniform(-0.15, 0.15, (2, 2))
+        )
+        distance = float(rng.uniform(-0.02, 0.1))
+        told.append(nearer(one, other, distance))
+        assert told[-1] == (relations.gap(one, other) < distance)
+    assert 100 < sum(told) < 500
