@@ -117,6 +117,7 @@ def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
             session.sim.model.geom_friction[hand.geoms(thing), 0] = slip
             # Above that of any finger pad: the thing's own friction counts, not the larger of both.
             session.sim.model.geom_priority[hand.geoms(thing)] = session.sim.model.geom_priority.max() + 1
+        hand.wake()
         world = session.sim.fork()
         start = places(world)
         bottom = lowest(world, raw_state(world, mujoco.MjData(world.model)), odd.subject)

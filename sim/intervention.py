@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.sim.modelled import Modelled
-from robosandbox.sim.saved_state import continue_from, take_state
+from robosandbox.sim.saved_state import continue_from, integrated_size, take_state
 from robosandbox.sim.sleep_timer import moving_count
 from robosandbox.types import Array, Pose
 
@@ -36,6 +36,12 @@ class Intervention:
         mujoco.mj_kinematics(model, data)
         data.tree_asleep[data.tree_asleep < 0] = moving_count(model)
         self.sim.restore(take_state(model, data))
+
+    def wake(self) -> None:
+        """Wake everything: what the model says of things was changed, and what slept is to feel it."""
+        state = self.sim.snapshot()
+        state[integrated_size(self.sim.model) :] = moving_count(self.sim.model)
+        self.sim.restore(state)
 
     def pose(self, name: str) -> Pose:
         """Return where an object is."""

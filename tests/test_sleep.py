@@ -99,7 +99,9 @@ def test_physics_is_spent_on_the_robot_alone_however_many_things_lie_there(count
     objects = tuple(box(f"box_{k}", 0.4 - 0.08 * (k // 10), 0.36 - 0.08 * (k % 10)) for k in range(count))
     with MuJoCoBackend() as sim:
         sim.load(Scene(objects=objects))
-        assert live(sim).nv_awake == len(sim.robot.dof_indices) + len(sim.robot.gripper.joint_indices)
+        gripper = sim.robot.gripper
+        assert gripper is not None
+        assert live(sim).nv_awake == len(sim.robot.dof_indices) + len(gripper.joint_indices)
         assert live(sim).ncon == 0
 
 
@@ -268,6 +270,24 @@ def test_a_drawer_that_is_moved_wakes_with_its_box(sim: MuJoCoBackend) -> None:
         body = sim.world.parts["drawer"][1]
         data.qpos[sim.model.jnt_qposadr[sim.model.body_jntadr[body]]] += 0.02
     assert "drawer" not in sleeping(sim)
+
+
+def test_what_the_model_says_anew_of_a_thing_is_felt_after_waking_it() -> None:
+    """On a slope of 6 degrees a cube stands by its friction, and slides when there is hardly any."""
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(objects=(box("cube", 0.15, 0.0),)))
+        sim.model.opt.gravity[:] = [1.0, 0.0, -9.8]
+        hand = Intervention(sim)
+        hand.wake()
+        sim.wait(2.0)
+        assert sleeping(sim) == {"cube"}
+        before = sim.truth().objects["cube"].pose
+        sim.model.geom_friction[:, 0] = 0.02
+        sim.wait(0.5)
+        assert sim.truth().objects["cube"].pose == before
+        hand.wake()
+        sim.wait(0.5)
+        assert sim.truth().objects["cube"].pose.xyz[0] > before.xyz[0] + 0.05
 
 
 def test_the_arm_wakes_what_it_touches() -> None:
