@@ -162,12 +162,31 @@ def test_rows_in_any_order_are_told_in_the_one_asked_for_and_an_engine_that_ends
 
     class Shuffled(BreaksOff):
         def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
-            assert [chunk.seeds for chunk in chunks] == [(0, 1, 2), (0, 1, 2)]
+            told = [(chunk.task.name, seed) for chunk in chunks for seed in chunk.seeds]
+            assert told == [(name, seed) for name in ("home_0", "home_1") for seed in range(3)]
             yield from self._rows
 
     assert list(run_bench(tasks, 3, engine=Shuffled(*reversed(rows)))) == rows
     with pytest.raises(ServiceUnavailableError, match="without home_1, seed 2"):
         list(run_bench(tasks, 3, engine=Shuffled(*rows[:-1])))
+
+
+def test_chunks_are_small_at_the_end_and_hold_each_seed_once() -> None:
+    taken: list[Chunk] = []
+
+    class Counting(BreaksOff):
+        def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
+            taken.extend(chunks)
+            return super().run(())
+
+    with pytest.raises(ServiceUnavailableError):
+        list(run_bench([task("home_0"), task("home_1")], 50, jobs=2, engine=Counting()))
+    assert [(chunk.task.name, seed) for chunk in taken for seed in chunk.seeds] == [
+        (name, seed) for name in ("home_0", "home_1") for seed in range(50)
+    ]
+    sizes = [len(chunk.seeds) for chunk in taken]
+    assert sizes[0] == 10 and sizes[-2:] == [1, 1]
+    assert all(size <= max(1, sum(sizes[k:]) / 2 / 2) for k, size in enumerate(sizes))
 
 
 def test_an_array_of_rows_reads_like_the_document_of_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
