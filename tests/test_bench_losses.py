@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from robosandbox import plugins
+from robosandbox import open_session, plugins
 from robosandbox.commands import bench
 from robosandbox.commands.bench_report import RowArray
 from robosandbox.commands.console import EXIT_FAILED, EXIT_USAGE, run_app
@@ -23,6 +23,7 @@ from robosandbox.tasks.loader import bundled_tasks, load_task
 from robosandbox.tasks.results_file import ResultsFile
 from robosandbox.tasks.task import Task
 from robosandbox.validation import validate
+from robosandbox.world.kept import kept
 
 CUBE = {
     "id": "red_cube",
@@ -250,3 +251,17 @@ def test_bundled_tasks_are_all_tried_before_the_first_row() -> None:
     with pytest.raises(InputError, match="inside 'table'"):
         list(run_bench([sunk()], 1, engine=Counts()))
     assert seen == [2]
+
+
+def test_what_was_kept_of_a_layout_is_forgotten_with_the_next() -> None:
+    asked: list[int] = []
+
+    @kept(4)
+    def twice(number: int) -> int:
+        asked.append(number)
+        return 2 * number
+
+    with open_session("home") as session:
+        assert [twice(1), twice(1)] == [2, 2] and asked == [1]
+        session.reset(1)
+        assert twice(1) == 2 and asked == [1, 1]
