@@ -41,7 +41,7 @@ PARTS = {
         "skills/primitives/guarded.py:check",
     ),
     "commands": ("sim/control.py:", "sim/sensing.py:_tick", "driver_base.py:per_tick"),
-    "inverse kinematics": ("robots/kinematics.py:", "robots/descent.py:", "motion/line.py:"),
+    "inverse kinematics": ("robots/kinematics.py:", "robots/descent.py:", "robots/compiled.py:", "motion/line.py:"),
     "collisions": ("motion/collision.py:",),
     "timing": ("motion/timing.py:",),
     "looks and state": ("sim/sensing.py:", "sim/states.py:", "sim/contacts.py:", "perception/", "robots/robot.py:"),

@@ -1,10 +1,11 @@
 """Joint moves in clutter: how many are found, how fast, and whether an independent walk along them touches anything.
 
-    python benchmarks/planning.py [--problems 500] [--seed 0] [--without-ompl] [--json]
+    uv run benchmarks/planning.py [--problems 500] [--seed 0] [--json]
+    uv run --group kinematics benchmarks/planning.py --beside-ompl
 
 A problem is a random scene of boxes, cans and tall pillars with two free configurations whose straight way is blocked.
-Only problems that a reference search of ten times the effort can solve are kept. `--without-ompl` plans as on a system for which
-OMPL has no wheel; the reference search uses it all the same.
+Only problems that a reference search of ten times the effort can solve are kept. `--beside-ompl` plans the same moves with
+OMPL's RRT-Connect in place of the sampling of our own, too.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable
+from functools import partial
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -26,10 +27,11 @@ from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.motion.sampling import find_knots
 from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.types import Array
+from robosandbox.types import Array, Trajectory
 
 _MM, _RAD = 0.001, np.radians(0.5)
 _SCENES_OF = 10
+_REFERENCE = partial(find_knots, ways=40_000, seed=2)
 
 
 def clutter(rng: np.random.Generator) -> Scene:
@@ -78,20 +80,18 @@ def walk_touches(checker: CollisionChecker, session: EmbeddedWorkcell, path: Arr
     return touching
 
 
-@contextmanager
-def without_ompl() -> Iterator[None]:
-    """Make OMPL impossible to import."""
-    kept = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] == "ompl"}
-    hidden: Any = None
-    sys.modules["ompl"] = hidden
+def planned(
+    motion: DLSMotionPlanner, start: Array, goal: Array, find: Callable[..., Array | None]
+) -> Trajectory | None:
+    """Return a joint move whose way is sampled by `find` where it has to be, or None."""
     try:
-        yield
-    finally:
-        del sys.modules["ompl"]
-        sys.modules.update(kept)
+        with patch("robosandbox.motion.ik.find_knots", find):
+            return motion.plan_joints(start, goal)
+    except CollisionError:
+        return None
 
 
-def measure(problems: int, seed: int, *, ompl: bool) -> dict[str, Any]:
+def measure(problems: int, seed: int, find: Callable[..., Array | None]) -> dict[str, Any]:
     rng = np.random.default_rng(seed)
     times: list[float] = []
     solved = asked = touching = unsolvable = 0
@@ -107,7 +107,7 @@ def measure(problems: int, seed: int, *, ompl: bool) -> dict[str, Any]:
             gripper = session.sim.robot.gripper
             if gripper:
                 checker.set_gripper(gripper.geometry.joint_for_aperture(0.04))
-            robot, found = session.sim.robot, 0
+            found = 0
             for _ in range(400):
                 if found >= _SCENES_OF or asked >= problems:
                     break
@@ -118,24 +118,11 @@ def measure(problems: int, seed: int, *, ompl: bool) -> dict[str, Any]:
                 if checker.first_touch(straight) is None:
                     continue
                 begin = time.perf_counter()
-                try:
-                    with nullcontext() if ompl else without_ompl():
-                        trajectory = motion.plan_joints(start, goal)
-                except CollisionError:
-                    trajectory = None
+                trajectory = planned(motion, start, goal, find)
                 took = 1000.0 * (time.perf_counter() - begin)
-                if trajectory is None:
-                    reference = find_knots(
-                        lambda q, motion=motion: motion.touch(q) is None,
-                        start,
-                        goal,
-                        robot.lower,
-                        robot.upper,
-                        checks=200_000,
-                    )
-                    if reference is None:
-                        unsolvable += 1
-                        continue
+                if trajectory is None and planned(motion, start, goal, _REFERENCE) is None:
+                    unsolvable += 1
+                    continue
                 found += 1
                 asked += 1
                 times.append(took)
@@ -158,11 +145,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--problems", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--without-ompl", action="store_true")
+    parser.add_argument("--beside-ompl", action="store_true")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    result = measure(arguments.problems, arguments.seed, ompl=not arguments.without_ompl)
-    print(json.dumps(result, indent=2) if arguments.json else "\n".join(f"{k:24} {v}" for k, v in result.items()))
+    results = {"robosandbox": measure(arguments.problems, arguments.seed, find_knots)}
+    if arguments.beside_ompl:
+        from planning_ompl import find_knots as ompls
+
+        results["ompl"] = measure(arguments.problems, arguments.seed, ompls)
+    if arguments.json:
+        print(json.dumps(results, indent=2))
+        return
+    for name, result in results.items():
+        print(f"{'planner':24} {name}")
+        print("\n".join(f"{key:24} {value}" for key, value in result.items()))
 
 
 if __name__ == "__main__":

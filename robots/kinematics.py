@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.robots.chains import Chains, Tool, length_bound, turned
+from robosandbox.robots.compiled import CompiledDescent, can_descend, library
 from robosandbox.robots.descent import bounded_step, turn_of_axis
 from robosandbox.robots.limits import commandable
 from robosandbox.robots.robot import Robot
@@ -42,6 +43,16 @@ _DAMPING, _MIN_DAMPING = 0.05, 1e-6
 _MAX_STEP = 0.6
 # Steps of a descent; every so many the error must have shrunk to this share; tried: benchmarks/ik.py solves every pose.
 _MAX_STEPS, _STALL_STEPS, _STALL_SHARE = 40, 8, 0.7
+# What descent.c is told of these.
+_NUMBERS = {
+    "metres_per_radian": _METRES_PER_RADIAN,
+    "damping": _DAMPING,
+    "min_damping": _MIN_DAMPING,
+    "max_step": _MAX_STEP,
+    "stall_share": _STALL_SHARE,
+    "max_steps": _MAX_STEPS,
+    "stall_steps": _STALL_STEPS,
+}
 # Configurations that restarts are taken from; tried: benchmarks/ik.py solves every pose.
 _LIBRARY_SIZE = 4096
 # Share of the distance of a start from the seed beside the turn of its tool; chosen so that of two starts whose tools are about
@@ -86,6 +97,7 @@ class Kinematics:
         position_tolerance: Metres.
         orientation_tolerance: Radians; when left out, strict for six joints and more, loose for an arm that has too few
             for every orientation: it takes the position exactly and comes as near to the orientation as it can.
+        compiled: Descend in C where that was built; the same steps in NumPy otherwise.
     """
 
     def __init__(
@@ -98,6 +110,7 @@ class Kinematics:
         limits: tuple[Array, Array] | None = None,
         position_tolerance: float = _POSITION_TOLERANCE,
         orientation_tolerance: float | None = None,
+        compiled: bool = True,
     ) -> None:
         self.model: mujoco.MjModel = model
         self.tool: Tool = tool
@@ -127,6 +140,9 @@ class Kinematics:
         self._offset, self._rotation_error = self._error[:3], self._error[3:]
         self._qpos = self.data.qpos
         self._library: tuple[Array, Array, Array] | None = None
+        self._compiled: CompiledDescent | None = None
+        if compiled and (found := library()) is not None and can_descend(self):
+            self._compiled = CompiledDescent(found, self, _NUMBERS)
 
     @classmethod
     def of(
@@ -136,8 +152,9 @@ class Kinematics:
         *,
         position_tolerance: float = _POSITION_TOLERANCE,
         orientation_tolerance: float | None = None,
+        compiled: bool = True,
     ) -> Self:
-        """Return the kinematics of a robot that is bound to a model; tolerances as the constructor takes them."""
+        """Return the kinematics of a robot that is bound to a model; the rest as the constructor takes it."""
         joints = model.dof_jntid[robot.dof_indices].tolist()
         tool = Tool.at_site(model, robot.tcp_site, robot.R_site_tcp)
         return cls(
@@ -147,7 +164,13 @@ class Kinematics:
             limits=(robot.lower, robot.upper),
             position_tolerance=position_tolerance,
             orientation_tolerance=orientation_tolerance,
+            compiled=compiled,
         )
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether descents are those in C."""
+        return self._compiled is not None
 
     @property
     def n(self) -> int:
@@ -220,6 +243,10 @@ class Kinematics:
         data, free_turn = self.data, orientation.ndim == 1
         tolerance = self.orientation_tolerance if tilt is None else tilt
         usual, yielding = self._weights(free_turn)
+        if self._compiled is not None:
+            return Solution(
+                *self._compiled(position, orientation, seed, tolerance=tolerance, weights=(usual, yielding))
+            )
         if not free_turn:
             # The body, or the site, aims at what puts the TCP on the target.
             mujoco.mju_mat2Quat(self._target_quat, (orientation @ self._local[1].T).ravel())

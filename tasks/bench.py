@@ -6,7 +6,8 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass
-from itertools import islice, product
+from itertools import groupby, islice, product
+from operator import itemgetter
 
 from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.service.client.workcell import RemoteWorkcell
@@ -20,8 +21,10 @@ from robosandbox.versions import versions
 __all__ = ["BenchSettings", "BrokenTask", "Rate", "Row", "Tally", "run_bench", "versions"]
 
 _log = logging.getLogger(__name__)
-# Seeds that a process runs at a stretch; chosen so that building a world is a small part of them.
-_CHUNK = 10
+# Seeds that a process runs at a stretch; chosen so that building a world is a small part of them. Towards the end fewer, so
+# that no process waits long for the last: half of an even share of what is left (Hummel, Schonberg and Flynn, "Factoring: A
+# Method for Scheduling Parallel Loops", 1992).
+_CHUNK, _SHARE = 10, 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +80,10 @@ def run_bench(
     # A sim tries a task's world when it is told to load it.
     tasks = tasks if remote else _tried(tasks, seeds, settings, kept)
     _check_some_can_run(tasks)
-    size = max(1, min(_CHUNK, -(-seeds // jobs)))
-    jobs = min(jobs, sum(1 for _ in _chunks(tasks, seeds, size=size, settings=settings, kept=kept)))
+    waiting = sum(1 for _ in _waiting(tasks, seeds, kept))
     if engine is None:
-        engine = InProcess(remote) if jobs <= 1 or remote is not None else ProcessPool(jobs)
-    coming = engine.run(_chunks(tasks, seeds, size=size, settings=settings, kept=kept))
+        engine = InProcess(remote) if min(jobs, waiting) <= 1 or remote is not None else ProcessPool(min(jobs, waiting))
+    coming = engine.run(_chunks(tasks, seeds, waiting=waiting, jobs=jobs, settings=settings, kept=kept))
     with closing(ResultsFile.temporary()) if kept is None else nullcontext(kept) as store:
         for task, seed in product(tasks, range(seeds)):
             row = store.find(task.name, seed)
@@ -143,13 +145,24 @@ def _tried(
     return found
 
 
-def _chunks(
-    tasks: Sequence[Task | BrokenTask], seeds: int, *, size: int, settings: BenchSettings, kept: ResultsFile | None
-) -> Iterator[Chunk]:
-    """Yield what is to be run in chunks of so many seeds, each made when it is asked for."""
+def _waiting(tasks: Sequence[Task | BrokenTask], seeds: int, kept: ResultsFile | None) -> Iterator[tuple[Task, int]]:
+    """Yield the episodes that have no row yet."""
     for task in tasks:
-        if isinstance(task, BrokenTask):
-            continue
-        left = (seed for seed in range(seeds) if kept is None or not kept.holds(task.name, seed))
-        while chunk := tuple(islice(left, size)):
+        if isinstance(task, Task):
+            yield from ((task, seed) for seed in range(seeds) if kept is None or not kept.holds(task.name, seed))
+
+
+def _chunks(
+    tasks: Sequence[Task | BrokenTask],
+    seeds: int,
+    *,
+    waiting: int,
+    jobs: int,
+    settings: BenchSettings,
+    kept: ResultsFile | None,
+) -> Iterator[Chunk]:
+    """Yield what is to be run, each chunk made when it is asked for."""
+    for task, left in groupby(_waiting(tasks, seeds, kept), key=itemgetter(0)):
+        while chunk := tuple(seed for _, seed in islice(left, max(1, min(_CHUNK, waiting // (_SHARE * jobs))))):
+            waiting -= len(chunk)
             yield Chunk(task, chunk, settings)

@@ -13,6 +13,7 @@ from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.task import Task
 from robosandbox.tasks.workcell import Workcell, nobody_judges
 from robosandbox.types import Array, Checkpoint, Observation, Truth, Verdict
+from robosandbox.world.kept import forget
 
 
 class EmbeddedWorkcell(Workcell[AgentContext]):
@@ -90,6 +91,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
     def reset(self, seed: int = 0) -> None:
         """Start over with this seed's layout."""
         sim = simulated(self.sim, "a layout is laid out by it; open the session with the seed")
+        forget()
         self._layouts.lay_out(seed, lambda scene, q: sim.reset(scene, q=q))
         self._begin(seed)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from robosandbox import plugins
+from robosandbox import open_session, plugins
 from robosandbox.commands import bench
 from robosandbox.commands.bench_report import RowArray
 from robosandbox.commands.console import EXIT_FAILED, EXIT_USAGE, run_app
@@ -23,6 +23,7 @@ from robosandbox.tasks.loader import bundled_tasks, load_task
 from robosandbox.tasks.results_file import ResultsFile
 from robosandbox.tasks.task import Task
 from robosandbox.validation import validate
+from robosandbox.world.kept import kept
 
 CUBE = {
     "id": "red_cube",
@@ -162,12 +163,31 @@ def test_rows_in_any_order_are_told_in_the_one_asked_for_and_an_engine_that_ends
 
     class Shuffled(BreaksOff):
         def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
-            assert [chunk.seeds for chunk in chunks] == [(0, 1, 2), (0, 1, 2)]
+            told = [(chunk.task.name, seed) for chunk in chunks for seed in chunk.seeds]
+            assert told == [(name, seed) for name in ("home_0", "home_1") for seed in range(3)]
             yield from self._rows
 
     assert list(run_bench(tasks, 3, engine=Shuffled(*reversed(rows)))) == rows
     with pytest.raises(ServiceUnavailableError, match="without home_1, seed 2"):
         list(run_bench(tasks, 3, engine=Shuffled(*rows[:-1])))
+
+
+def test_chunks_are_small_at_the_end_and_hold_each_seed_once() -> None:
+    taken: list[Chunk] = []
+
+    class Counting(BreaksOff):
+        def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
+            taken.extend(chunks)
+            return super().run(())
+
+    with pytest.raises(ServiceUnavailableError):
+        list(run_bench([task("home_0"), task("home_1")], 50, jobs=2, engine=Counting()))
+    assert [(chunk.task.name, seed) for chunk in taken for seed in chunk.seeds] == [
+        (name, seed) for name in ("home_0", "home_1") for seed in range(50)
+    ]
+    sizes = [len(chunk.seeds) for chunk in taken]
+    assert sizes[0] == 10 and sizes[-2:] == [1, 1]
+    assert all(size <= max(1, sum(sizes[k:]) / 2 / 2) for k, size in enumerate(sizes))
 
 
 def test_an_array_of_rows_reads_like_the_document_of_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
@@ -231,3 +251,17 @@ def test_bundled_tasks_are_all_tried_before_the_first_row() -> None:
     with pytest.raises(InputError, match="inside 'table'"):
         list(run_bench([sunk()], 1, engine=Counts()))
     assert seen == [2]
+
+
+def test_what_was_kept_of_a_layout_is_forgotten_with_the_next() -> None:
+    asked: list[int] = []
+
+    @kept(4)
+    def twice(number: int) -> int:
+        asked.append(number)
+        return 2 * number
+
+    with open_session("home") as session:
+        assert [twice(1), twice(1)] == [2, 2] and asked == [1]
+        session.reset(1)
+        assert twice(1) == 2 and asked == [1, 1]

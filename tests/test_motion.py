@@ -108,14 +108,36 @@ def test_spline_runs_through_its_knots():
 
 
 def test_sampling_finds_the_gap_in_a_wall_and_the_same_way_again():
-    def free(q):
+    def free(q, other):
+        return all(clear(q + t * (other - q)) for t in np.linspace(0.0, 1.0, 50))
+
+    def clear(q):
         return abs(q[0]) > 0.1 or abs(q[1] - 0.8) < 0.1
 
     low, high = -np.ones(2), np.ones(2)
-    first, second = (find_knots(free, np.array([-0.8, -0.8]), np.array([0.8, -0.8]), low, high) for _ in range(2))
+    start, goal = np.array([-0.8, -0.8]), np.array([0.8, -0.8])
+    first, second = (find_knots(free, start, goal, low, high) for _ in range(2))
     assert first is not None and np.array_equal(first, second)
-    assert all(free(a + t * (b - a)) for a, b in itertools.pairwise(first) for t in np.linspace(0.0, 1.0, 50))
-    assert find_knots(lambda q: abs(q[0]) > 0.1, low, high, low, high, checks=2000) is None
+    assert np.array_equal(first[0], start) and np.array_equal(first[-1], goal)
+    assert all(free(a, b) for a, b in itertools.pairwise(first))
+    # Through the gap's lower edge twice and along the wall: 2 * hypot(0.7, 1.5) + 0.2.
+    assert np.linalg.norm(np.diff(first, axis=0), axis=1).sum() < 1.1 * 3.52
+    # From either end the first is the start.
+    back = find_knots(free, goal, start, low, high)
+    assert back is not None and np.array_equal(back[0], goal) and np.array_equal(back[-1], start)
+
+
+def test_sampling_gives_up_where_there_is_no_way():
+    asked = 0
+
+    def free(q, other):
+        nonlocal asked
+        asked += 1
+        return q[0] * other[0] > 0.0
+
+    low, high = -np.ones(2), np.ones(2)
+    assert find_knots(free, low, high, low, high, ways=200) is None
+    assert asked < 300
 
 
 def test_nothing_is_stepped_over_between_two_waypoints(sim, planner):

@@ -18,7 +18,7 @@ from robosandbox.robots import loader
 from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.types import Array
 
-HEAVY = {"scipy", "ompl", "trimesh", "cv2", "zenoh", "pydantic_ai", "openai", "mcp", "yourdfpy", "rich", "viser"}
+HEAVY = {"scipy", "trimesh", "cv2", "zenoh", "pydantic_ai", "openai", "mcp", "yourdfpy", "rich", "viser"}
 
 
 def modules_after(*arguments: str) -> set[str]:

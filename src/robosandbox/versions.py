@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import platform
 from functools import cache
+from importlib.util import find_spec
 
 from robosandbox import __version__
 
@@ -17,6 +18,8 @@ def _found() -> tuple[tuple[str, str], ...]:
         *found,
         ("python", platform.python_version()),
         ("machine", platform.machine()),
+        # Rounding is another with each, which a long episode shows.
+        ("kinematics", "compiled" if find_spec("robosandbox.robots._descent") else "numpy"),
     )
 
 

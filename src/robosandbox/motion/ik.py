@@ -24,9 +24,6 @@ _JOINT_STEP = 0.06
 _VIA_HEIGHT = 0.12
 # How often the knots of a sampled way are doubled before it is followed with stops; chosen: eight times the knots.
 _SMOOTHINGS = 3
-# Distances between examined configurations of a sampled way, rad, first and where that was too coarse; tried with
-# benchmarks/planning.py.
-_RESOLUTIONS = (0.02, 0.005)
 # Samples of a path that is timed optimally, at least; chosen: with half of them motions of six tasks take 4 % longer, with
 # twice as many 2 % less.
 _SAMPLES = 101
@@ -163,15 +160,14 @@ class DLSMotionPlanner:
         # An end that touches cannot be cured by another way.
         if checker.touch(q_start) or checker.touch(q_goal):
             return None
-        for resolution in _RESOLUTIONS:
-            knots = find_knots(
-                lambda q: checker.touch(q) is None, q_start, q_goal, robot.lower, robot.upper, resolution=resolution
-            )
-            if knots is None:
-                return None
-            if self._collision(knots) is None:
-                return self._smoothed(knots, speed)
-        return None
+        knots = find_knots(
+            lambda q, other: checker.first_touch(np.array([q, other])) is None,
+            q_start,
+            q_goal,
+            robot.lower,
+            robot.upper,
+        )
+        return None if knots is None else self._smoothed(knots, speed)
 
     def _smoothed(self, knots: Array, speed: Speed) -> Trajectory:
         """Return a trajectory along a free polyline, round at the corners where there is room."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
+from robosandbox.world.kept import kept
 from robosandbox.world.relations import (
     BESIDE_GAP,
     bottom,
@@ -230,7 +230,7 @@ def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[De
         yield Spot(xy, max(rim, height), (yaw,))
 
 
-@lru_cache(maxsize=_KEPT)
+@kept(_KEPT)
 def first_spot_in(vessel: DetectedObject, held: DetectedObject, contents: tuple[DetectedObject, ...]) -> Spot | None:
     """Return the first of `spots_in`; None where there is none."""
     return next(spots_in(vessel, held, contents), None)
