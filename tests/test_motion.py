@@ -136,6 +136,25 @@ def test_a_thin_wall_is_not_stepped_over_wherever_the_way_begins() -> None:
             assert motion._collision(path) is not None, away
 
 
+def test_a_walk_along_a_face_that_it_almost_touches_looks_every_millimetre_and_no_more_often(sim, monkeypatch) -> None:
+    planner, eyes = DLSMotionPlanner(clearance=0.0), GroundTruthPerception()
+    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.state())
+    touching, free = 0.0, 0.25
+    while free - touching > 1e-5:
+        middle = (touching + free) / 2.0
+        if planner.touch(planner.ik(down(0.15, -middle, 0.3))):
+            touching = middle
+        else:
+            free = middle
+    start = planner.ik(down(0.15, -free - 0.0001, 0.3))
+    looks, examine = [], CollisionChecker._examine
+    monkeypatch.setattr(CollisionChecker, "_examine", lambda self, q: looks.append(1) or examine(self, q))
+    path = planner.plan_line(start, down(0.15, -free - 0.0001, 0.35)).q
+    # No point of the robot is farther from an axis than it can reach.
+    turned = np.abs(np.diff(path, axis=0)).sum() * 1.2
+    assert len(looks) <= turned / 0.001 + 10
+
+
 def test_what_the_arm_touches_of_itself_is_what_mujoco_finds() -> None:
     with open_session(Scene(objects=())) as session:
         sim, rng, folded = session.sim, np.random.default_rng(0), 0

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robosandbox.errors import GraspError, Phase, PlacementError, PushError
+from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError, PushError
 from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence, TrackingEvidence
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.primitives.gripping import needed_force
 from robosandbox.skills.primitives.guarded import MetError, follow_free
-from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.manipulator import Manipulator, raised
 from robosandbox.tasks.contact_monitor import ContactMonitor
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
@@ -21,6 +21,8 @@ from robosandbox.types import Pose, Scene, SceneObject, SkillCall, Trajectory
 
 CUBE = SceneObject(id="cube", kind="box", size=(0.012, 0.012, 0.03), pose=Pose(xyz=(0.15, 0.0, 0.0705)), mass=0.1)
 OTHER = SceneObject(id="other", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.2, 0.0605)), mass=0.1)
+# Metres of one of the bundled hand's fingers along the way that it closes.
+FINGER = 0.0234
 PILLAR = SceneObject(id="pillar", kind="box", size=(0.03, 0.03, 0.05), pose=Pose(xyz=(0.15, -0.2, 0.0905)), mass=5.0)
 
 
@@ -86,6 +88,57 @@ def test_what_slid_down_between_the_fingers_is_not_lifted() -> None:
         once_risen(session, 0.12, slide)
         pick(session)
         assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+
+
+def test_a_hand_that_is_leant_on_at_the_top_puts_back_what_it_holds_and_takes_it_anew() -> None:
+    plank = SceneObject(id="plank", kind="box", size=(0.01, 0.05, 0.2), pose=Pose(xyz=(0.4, 0.25, 0.2405)), mass=4.0)
+    with world(CUBE, plank) as (session, phases):
+        hand, leant = Intervention(session.sim), []
+
+        def lean() -> None:
+            tilt = 0.25
+            height = 0.0405 + 0.2 * math.cos(tilt) + 0.01 * math.sin(tilt)
+            for x in np.arange(0.3, 0.2, -0.001) if not leant else ():
+                turn = (0.0, -math.sin(tilt / 2), 0.0, math.cos(tilt / 2))
+                hand.set_pose("plank", Pose(xyz=(float(x), 0.0, height), quat_xyzw=turn))
+                if "plank" in session.sim.forces():
+                    break
+            leant.append(True)
+
+        in_phase(session, Phase.SETTLE, lean)
+        in_phase(session, Phase.LOWER, lambda: hand.set_pose("plank", Pose(xyz=(0.4, 0.25, 0.2405))))
+        pick(session)
+        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+
+
+def test_what_slid_down_in_the_hand_after_it_came_up_is_taken_anew() -> None:
+    tall = CUBE.model_copy(update={"size": (0.012, 0.012, 0.08), "pose": Pose(xyz=(0.15, 0.0, 0.1205))})
+    with world(tall) as (session, phases):
+        hand, slid = Intervention(session.sim), []
+
+        def slide() -> None:
+            if not slid and phases[-1:] == [Phase.SETTLE]:
+                slid.append(True)
+                x, y, z = hand.pose("cube").xyz
+                hand.set_pose("cube", Pose(xyz=(x, y, z - 0.1), quat_xyzw=hand.pose("cube").quat_xyzw))
+
+        session.sim.subscribe(slide)
+        pick(session)
+        assert slid and phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+
+
+def test_what_is_held_and_still_stands_is_lifted_by_another_pick() -> None:
+    with world(CUBE) as (session, phases):
+        pick(session)
+        down = raised(session.sim.state().tcp_pose, -0.16)
+        motion = session.ctx.motion
+        motion.allow("table")
+        session.sim.follow(motion.plan_line(session.sim.state().q, down, speed=0.3))
+        session.sim.wait(0.5)
+        before = session.sim.truth().objects["cube"].pose.xyz[2]
+        pick(session)
+        assert session.sim.truth().objects["cube"].pose.xyz[2] - before > 0.1
+        assert phases.count(Phase.GRASP) == 1
 
 
 def test_what_slips_in_the_eased_grip_is_held_as_hard_as_can_be() -> None:
@@ -160,6 +213,70 @@ def test_what_moves_on_after_it_was_let_go_is_not_placed() -> None:
         assert isinstance(caught.value.evidence, PlacementEvidence) and caught.value.evidence.reason == "missed"
 
 
+def test_what_stays_between_fingers_that_do_not_open_is_not_placed() -> None:
+    # So deep that what is carried up again is still in it: nothing but the hold tells.
+    deep = SceneObject(id="bin", kind="bin", size=(0.1, 0.1, 0.14), pose=Pose(xyz=(0.15, -0.22, 0.0405)), mass=2.0)
+    with world(CUBE, deep) as (session, _):
+        pick(session)
+        sim = session.sim
+        in_phase(session, Phase.RELEASE, lambda: sim.subscribe(lambda: sim.set_gripper(1.0)))
+        with pytest.raises(PlacementError, match="stuck") as caught:
+            session.agent.perform(SkillCall(skill="place_in", arguments={"container": "bin"}))
+        assert isinstance(caught.value.evidence, PlacementEvidence) and caught.value.evidence.reason == "stuck"
+
+
+def test_what_stands_on_its_rim_is_watched_until_it_falls() -> None:
+    can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
+    with world(can) as (session, _):
+        hand, fallen = Intervention(session.sim), []
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
+        # On its rim, past its balance by so little that two looks see it stand still.
+        tilt = math.atan2(0.02, 0.05) + 0.01
+        height = 0.04 + 0.05 * math.cos(tilt) + 0.02 * math.sin(tilt)
+
+        def lean() -> None:
+            if not fallen:
+                fallen.append(True)
+                turn = (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2))
+                hand.set_pose("can", Pose(xyz=(0.15, -0.15, height), quat_xyzw=turn))
+
+        in_phase(session, Phase.SETTLE, lean)
+        with pytest.raises(PlacementError, match=r"toppled|missed"):
+            session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.15}))
+
+
+def shaft(room: float) -> list[SceneObject]:
+    """Return eight walls around a place for the closed fingers and the cube between them, and so much more room, metres."""
+    inner, thick = 0.012 + FINGER + 0.0025 + room, 0.004
+    headings = [k * math.pi / 4 for k in range(8)]
+    return [
+        SceneObject(
+            id=f"wall_{k}",
+            kind="box",
+            size=(thick, inner * math.tan(math.pi / 8) - 0.0005, 0.02),
+            pose=Pose(
+                xyz=(0.15 + (inner + thick) * math.cos(yaw), -0.2 + (inner + thick) * math.sin(yaw), 0.0605),
+                quat_xyzw=(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)),
+            ),
+            mass=1.0,
+        )
+        for k, yaw in enumerate(headings)
+    ]
+
+
+def test_nothing_is_lowered_where_the_fingers_could_not_let_go() -> None:
+    # A shaft into which the hand goes closed on the cube, and in which no finger has the room to open.
+    with world(CUBE, *shaft(0.0)) as (session, phases):
+        pick(session)
+        with pytest.raises(CollisionError):
+            session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.2}))
+        assert Phase.LOWER not in phases and session.sim.held() == "cube"
+    with world(CUBE, *shaft(0.012)) as (session, _):
+        pick(session)
+        session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.2}))
+        assert session.sim.held() is None
+
+
 def test_what_stands_askew_is_watched_until_it_falls() -> None:
     can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
     with world(can, PILLAR) as (session, _):
@@ -229,3 +346,34 @@ def test_an_arm_that_is_stopped_stays_where_it_was_stopped() -> None:
             sim.follow(way, guards=(guard,))
         sim.wait(0.5)
         assert np.abs(sim.state().q - stopped[0]).max() < 0.001 and len(stopped) == 1
+
+
+def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
+    with world(CUBE) as (session, _):
+        sim, at = session.sim, list[np.ndarray]()
+        goal = sim.state().q + 0.5
+        way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
+
+        def watch() -> None:
+            if not at and sim.state().q[0] > goal[0] - 0.25:
+                at.append(sim.state().q)
+                raise KeyboardInterrupt
+
+        end = sim.subscribe(watch)
+        with pytest.raises(KeyboardInterrupt):
+            sim.follow(way)
+        end()
+        sim.wait(0.5)
+        assert np.abs(sim.state().q - at[0]).max() < 0.05
+
+
+def test_an_arm_that_is_stopped_while_it_arrives_does_not_go_on_to_its_goal() -> None:
+    with world(CUBE) as (session, _):
+        sim = session.sim
+        begin = sim.state().q
+        # Commanded at once, so that all of the way is left when the command was given.
+        sim.follow(Trajectory(q=np.array([begin, begin + 0.3]), dt=0.01))
+        with pytest.raises(LookupError):
+            sim.wait(0.5, guards=(lambda: LookupError("hold"),))
+        sim.wait(1.0)
+        assert np.abs(sim.state().q - begin).max() < 0.15
