@@ -111,20 +111,21 @@ def test_a_hand_that_is_leant_on_at_the_top_puts_back_what_it_holds_and_takes_it
         assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
 
 
-def test_what_slid_down_in_the_hand_after_it_came_up_is_taken_anew() -> None:
-    tall = CUBE.model_copy(update={"size": (0.012, 0.012, 0.08), "pose": Pose(xyz=(0.15, 0.0, 0.1205))})
-    with world(tall) as (session, phases):
-        hand, slid = Intervention(session.sim), []
+def test_what_tips_in_the_hand_so_that_its_end_hangs_down_is_taken_anew() -> None:
+    bar = CUBE.model_copy(update={"size": (0.14, 0.012, 0.008), "pose": Pose(xyz=(0.15, 0.0, 0.0485))})
+    with world(bar) as (session, phases):
+        hand, tipped = Intervention(session.sim), []
 
-        def slide() -> None:
-            if not slid and phases[-1:] == [Phase.SETTLE]:
-                slid.append(True)
-                x, y, z = hand.pose("cube").xyz
-                hand.set_pose("cube", Pose(xyz=(x, y, z - 0.1), quat_xyzw=hand.pose("cube").quat_xyzw))
+        def tip() -> None:
+            if not tipped:
+                tipped.append(True)
+                turn = math.radians(42.0)
+                pose = Pose(xyz=hand.pose("cube").xyz, quat_xyzw=(0.0, math.sin(turn / 2), 0.0, math.cos(turn / 2)))
+                hand.set_pose("cube", pose)
 
-        session.sim.subscribe(slide)
+        in_phase(session, Phase.SETTLE, tip)
         pick(session)
-        assert slid and phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
 
 
 def test_what_is_held_and_still_stands_is_lifted_by_another_pick() -> None:
@@ -156,17 +157,29 @@ def test_what_slips_in_the_eased_grip_is_held_as_hard_as_can_be() -> None:
 
 def test_what_a_load_has_shown_is_said_where_no_other_grasp_is_left() -> None:
     post = CUBE.model_copy(update={"mass": 200.0})
-    # Fingers fit along y alone.
+    # Where fingers come, once one grasp has failed, walls stand on all sides.
     walls = [
         SceneObject(
-            id=f"wall_{side}", kind="box", size=(0.004, 0.05, 0.03), pose=Pose(xyz=(0.15 + 0.022 * side, 0.0, 0.0705))
+            id=f"wall_{x}_{y}",
+            kind="box",
+            size=(0.004, 0.012, 0.03) if x else (0.012, 0.004, 0.03),
+            pose=Pose(xyz=(0.15 + 0.2 * x, 0.2 * y, 0.0705)),
+            mass=0.1,
         )
-        for side in (-1, 1)
+        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1))
     ]
-    with world(post, *walls) as (session, _), pytest.raises(GraspError, match="it is fixed where it is") as caught:
-        pick(session)
-    assert isinstance(caught.value.evidence, GraspEvidence) and caught.value.evidence.reason == "immovable"
-    assert np.isfinite(caught.value.evidence.pull or np.nan)
+    with world(post, *walls) as (session, phases):
+        hand = Intervention(session.sim)
+
+        def close_in() -> None:
+            for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                hand.set_pose(f"wall_{x}_{y}", Pose(xyz=(0.15 + 0.017 * x, 0.017 * y, 0.0705)))
+
+        in_phase(session, Phase.RETREAT, close_in)
+        with pytest.raises(GraspError, match="it is fixed where it is") as caught:
+            pick(session)
+        assert isinstance(caught.value.evidence, GraspEvidence) and caught.value.evidence.reason == "immovable"
+        assert np.isfinite(caught.value.evidence.pull or np.nan) and phases.count(Phase.GRASP) == 1
 
 
 def test_a_hand_on_its_free_way_stops_at_what_it_meets_long_before_the_limit() -> None:
@@ -215,7 +228,7 @@ def test_what_moves_on_after_it_was_let_go_is_not_placed() -> None:
 
 def test_what_stays_between_fingers_that_do_not_open_is_not_placed() -> None:
     # So deep that what is carried up again is still in it: nothing but the hold tells.
-    deep = SceneObject(id="bin", kind="bin", size=(0.1, 0.1, 0.14), pose=Pose(xyz=(0.15, -0.22, 0.0405)), mass=2.0)
+    deep = SceneObject(id="bin", kind="bin", size=(0.14, 0.14, 0.14), pose=Pose(xyz=(0.15, -0.25, 0.0405)), mass=2.0)
     with world(CUBE, deep) as (session, _):
         pick(session)
         sim = session.sim
@@ -303,6 +316,26 @@ def test_what_stands_askew_is_watched_until_it_falls() -> None:
             session.agent.perform(SkillCall(skill="place_on", arguments={"target": "pillar"}))
 
 
+def test_what_stands_near_an_edge_is_looked_at_again_a_second_later() -> None:
+    can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
+    with world(can, PILLAR) as (session, _):
+        hand = Intervention(session.sim)
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
+        # Upright, its middle 2 mm within the pillar's top; then it goes over all the same.
+        poses = [Pose(xyz=(0.178, -0.2, 0.1905)), Pose(xyz=(0.25, -0.2, 0.0905))]
+        times: list[float] = []
+
+        def change() -> None:
+            if poses:
+                times.append(session.sim.time)
+                hand.set_pose("can", poses.pop(0))
+
+        in_phase(session, Phase.SETTLE, change)
+        with pytest.raises(PlacementError, match="missed") as caught:
+            session.agent.perform(SkillCall(skill="place_on", arguments={"target": "pillar"}))
+        assert caught.value.phase == Phase.VERIFY and session.sim.time - times[0] > 1.0
+
+
 def test_what_slides_on_when_it_was_pushed_has_gone_too_far() -> None:
     with world(OTHER) as (session, _):
         hand = Intervention(session.sim)
@@ -364,7 +397,7 @@ def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
             sim.follow(way)
         end()
         sim.wait(0.5)
-        assert np.abs(sim.state().q - at[0]).max() < 0.05
+        assert np.abs(sim.state().q - at[0]).max() < 0.015
 
 
 def test_an_arm_that_is_stopped_while_it_arrives_does_not_go_on_to_its_goal() -> None:
