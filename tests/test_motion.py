@@ -3,7 +3,7 @@ import itertools
 import mujoco
 import numpy as np
 import pytest
-from support.written_arms import written
+from written_arms import written
 
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.motion.collision import CollisionChecker
