@@ -3,6 +3,7 @@ import itertools
 import mujoco
 import numpy as np
 import pytest
+from written_arms import written
 
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.motion.collision import CollisionChecker
@@ -158,6 +159,25 @@ def test_a_thin_wall_is_not_stepped_over_wherever_the_way_begins() -> None:
             assert motion._collision(path) is not None, away
 
 
+def test_a_walk_along_a_face_that_it_almost_touches_looks_every_millimetre_and_no_more_often(sim, monkeypatch) -> None:
+    planner, eyes = DLSMotionPlanner(clearance=0.0), GroundTruthPerception()
+    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.state())
+    touching, free = 0.0, 0.25
+    while free - touching > 1e-5:
+        middle = (touching + free) / 2.0
+        if planner.touch(planner.ik(down(0.15, -middle, 0.3))):
+            touching = middle
+        else:
+            free = middle
+    start = planner.ik(down(0.15, -free - 0.0001, 0.3))
+    looks, examine = [], CollisionChecker._examine
+    monkeypatch.setattr(CollisionChecker, "_examine", lambda self, q: looks.append(1) or examine(self, q))
+    path = planner.plan_line(start, down(0.15, -free - 0.0001, 0.35)).q
+    # No point of the robot is farther from an axis than it can reach.
+    turned = np.abs(np.diff(path, axis=0)).sum() * 1.2
+    assert len(looks) <= turned / 0.001 + 10
+
+
 def test_what_the_arm_touches_of_itself_is_what_mujoco_finds() -> None:
     with open_session(Scene(objects=())) as session:
         sim, rng, folded = session.sim, np.random.default_rng(0), 0
@@ -179,6 +199,36 @@ def test_what_the_arm_touches_of_itself_is_what_mujoco_finds() -> None:
             assert (found is not None and found.own) is bool(own)
             folded += bool(own)
         assert 10 < folded < 290
+
+
+def test_fingers_that_press_on_each_other_do_not_touch_the_robot(tmp_path) -> None:
+    model, config = written("toy", tmp_path)
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(robot_urdf=str(model), robot_config=str(config)))
+        checker = CollisionChecker(sim.model, sim.robot, sim.body_names)
+        checker.allow([body for body in range(sim.model.nbody) if body not in sim.robot.bodies])
+        # Half a millimetre into one another, as contacts yield.
+        checker.data.qpos[sim.robot.gripper.joint_indices] = sim.robot.gripper.geometry.closed_joint - 0.00025
+        assert checker.touch(sim.robot.home_q) is None
+
+
+def test_no_point_of_the_robot_moves_farther_than_its_joints_turn_times_their_levers(sim) -> None:
+    rng, data = np.random.default_rng(0), mujoco.MjData(sim.model)
+    checker = CollisionChecker(sim.model, sim.robot, sim.body_names)
+    geoms = [g for g in range(sim.model.ngeom) if int(sim.model.geom_bodyid[g]) in sim.robot.bodies]
+
+    def places(q):
+        data.qpos[sim.robot.qpos_indices] = q
+        mujoco.mj_kinematics(sim.model, data)
+        return data.geom_xpos[geoms].copy()
+
+    stretched = np.zeros(sim.robot.n)
+    for start in (stretched, *rng.uniform(sim.robot.lower, sim.robot.upper, (50, sim.robot.n))):
+        for joint in range(sim.robot.n):
+            turn = np.zeros(sim.robot.n)
+            turn[joint] = 0.01
+            moved = np.linalg.norm(places(start + turn) - places(start), axis=1).max()
+            assert moved <= 0.01 * checker._levers[joint]
 
 
 def test_what_is_held_is_carried_along_and_touches_with_it() -> None:

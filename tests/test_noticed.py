@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robosandbox.errors import GraspError, Phase, PlacementError, PushError
+from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError, PushError
 from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence, TrackingEvidence
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.primitives.gripping import needed_force
 from robosandbox.skills.primitives.guarded import MetError, follow_free
-from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.manipulator import Manipulator, raised
 from robosandbox.tasks.contact_monitor import ContactMonitor
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
@@ -21,6 +21,8 @@ from robosandbox.types import Pose, Scene, SceneObject, SkillCall, Trajectory
 
 CUBE = SceneObject(id="cube", kind="box", size=(0.012, 0.012, 0.03), pose=Pose(xyz=(0.15, 0.0, 0.0705)), mass=0.1)
 OTHER = SceneObject(id="other", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.2, 0.0605)), mass=0.1)
+# Metres of one of the bundled hand's fingers along the way that it closes.
+FINGER = 0.0234
 PILLAR = SceneObject(id="pillar", kind="box", size=(0.03, 0.03, 0.05), pose=Pose(xyz=(0.15, -0.2, 0.0905)), mass=5.0)
 
 
@@ -88,6 +90,58 @@ def test_what_slid_down_between_the_fingers_is_not_lifted() -> None:
         assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
 
 
+def test_a_hand_that_is_leant_on_at_the_top_puts_back_what_it_holds_and_takes_it_anew() -> None:
+    plank = SceneObject(id="plank", kind="box", size=(0.01, 0.05, 0.2), pose=Pose(xyz=(0.4, 0.25, 0.2405)), mass=4.0)
+    with world(CUBE, plank) as (session, phases):
+        hand, leant = Intervention(session.sim), []
+
+        def lean() -> None:
+            tilt = 0.25
+            height = 0.0405 + 0.2 * math.cos(tilt) + 0.01 * math.sin(tilt)
+            for x in np.arange(0.3, 0.2, -0.001) if not leant else ():
+                turn = (0.0, -math.sin(tilt / 2), 0.0, math.cos(tilt / 2))
+                hand.set_pose("plank", Pose(xyz=(float(x), 0.0, height), quat_xyzw=turn))
+                if "plank" in session.sim.forces():
+                    break
+            leant.append(True)
+
+        in_phase(session, Phase.SETTLE, lean)
+        in_phase(session, Phase.LOWER, lambda: hand.set_pose("plank", Pose(xyz=(0.4, 0.25, 0.2405))))
+        pick(session)
+        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+
+
+def test_what_tips_in_the_hand_so_that_its_end_hangs_down_is_taken_anew() -> None:
+    bar = CUBE.model_copy(update={"size": (0.14, 0.012, 0.008), "pose": Pose(xyz=(0.15, 0.0, 0.0485))})
+    with world(bar) as (session, phases):
+        hand, tipped = Intervention(session.sim), []
+
+        def tip() -> None:
+            if not tipped:
+                tipped.append(True)
+                turn = math.radians(42.0)
+                pose = Pose(xyz=hand.pose("cube").xyz, quat_xyzw=(0.0, math.sin(turn / 2), 0.0, math.cos(turn / 2)))
+                hand.set_pose("cube", pose)
+
+        in_phase(session, Phase.SETTLE, tip)
+        pick(session)
+        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+
+
+def test_what_is_held_and_still_stands_is_lifted_by_another_pick() -> None:
+    with world(CUBE) as (session, phases):
+        pick(session)
+        down = raised(session.sim.state().tcp_pose, -0.16)
+        motion = session.ctx.motion
+        motion.allow("table")
+        session.sim.follow(motion.plan_line(session.sim.state().q, down, speed=0.3))
+        session.sim.wait(0.5)
+        before = session.sim.truth().objects["cube"].pose.xyz[2]
+        pick(session)
+        assert session.sim.truth().objects["cube"].pose.xyz[2] - before > 0.1
+        assert phases.count(Phase.GRASP) == 1
+
+
 def test_what_slips_out_of_a_grip_by_its_weight_is_taken_again_as_hard_as_can_be() -> None:
     def grip(friction: float, grasps: int) -> float:
         with world(CUBE) as (session, phases):
@@ -103,17 +157,29 @@ def test_what_slips_out_of_a_grip_by_its_weight_is_taken_again_as_hard_as_can_be
 
 def test_what_a_load_has_shown_is_said_where_no_other_grasp_is_left() -> None:
     post = CUBE.model_copy(update={"mass": 200.0})
-    # Fingers fit along y alone.
+    # Where fingers come, once one grasp has failed, walls stand on all sides.
     walls = [
         SceneObject(
-            id=f"wall_{side}", kind="box", size=(0.004, 0.05, 0.03), pose=Pose(xyz=(0.15 + 0.022 * side, 0.0, 0.0705))
+            id=f"wall_{x}_{y}",
+            kind="box",
+            size=(0.004, 0.012, 0.03) if x else (0.012, 0.004, 0.03),
+            pose=Pose(xyz=(0.15 + 0.2 * x, 0.2 * y, 0.0705)),
+            mass=0.1,
         )
-        for side in (-1, 1)
+        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1))
     ]
-    with world(post, *walls) as (session, _), pytest.raises(GraspError, match="it is fixed where it is") as caught:
-        pick(session)
-    assert isinstance(caught.value.evidence, GraspEvidence) and caught.value.evidence.reason == "immovable"
-    assert np.isfinite(caught.value.evidence.pull or np.nan)
+    with world(post, *walls) as (session, phases):
+        hand = Intervention(session.sim)
+
+        def close_in() -> None:
+            for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                hand.set_pose(f"wall_{x}_{y}", Pose(xyz=(0.15 + 0.017 * x, 0.017 * y, 0.0705)))
+
+        in_phase(session, Phase.RETREAT, close_in)
+        with pytest.raises(GraspError, match="it is fixed where it is") as caught:
+            pick(session)
+        assert isinstance(caught.value.evidence, GraspEvidence) and caught.value.evidence.reason == "immovable"
+        assert np.isfinite(caught.value.evidence.pull or np.nan) and phases.count(Phase.GRASP) == 1
 
 
 def test_a_hand_on_its_free_way_stops_at_what_it_meets_long_before_the_limit() -> None:
@@ -160,6 +226,70 @@ def test_what_moves_on_after_it_was_let_go_is_not_placed() -> None:
         assert isinstance(caught.value.evidence, PlacementEvidence) and caught.value.evidence.reason == "missed"
 
 
+def test_what_stays_between_fingers_that_do_not_open_is_not_placed() -> None:
+    # So deep that what is carried up again is still in it: nothing but the hold tells.
+    deep = SceneObject(id="bin", kind="bin", size=(0.14, 0.14, 0.14), pose=Pose(xyz=(0.15, -0.25, 0.0405)), mass=2.0)
+    with world(CUBE, deep) as (session, _):
+        pick(session)
+        sim = session.sim
+        in_phase(session, Phase.RELEASE, lambda: sim.subscribe(lambda: sim.set_gripper(1.0)))
+        with pytest.raises(PlacementError, match="stuck") as caught:
+            session.agent.perform(SkillCall(skill="place_in", arguments={"container": "bin"}))
+        assert isinstance(caught.value.evidence, PlacementEvidence) and caught.value.evidence.reason == "stuck"
+
+
+def test_what_stands_on_its_rim_is_watched_until_it_falls() -> None:
+    can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
+    with world(can) as (session, _):
+        hand, fallen = Intervention(session.sim), []
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
+        # On its rim, past its balance by so little that two looks see it stand still.
+        tilt = math.atan2(0.02, 0.05) + 0.01
+        height = 0.04 + 0.05 * math.cos(tilt) + 0.02 * math.sin(tilt)
+
+        def lean() -> None:
+            if not fallen:
+                fallen.append(True)
+                turn = (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2))
+                hand.set_pose("can", Pose(xyz=(0.15, -0.15, height), quat_xyzw=turn))
+
+        in_phase(session, Phase.SETTLE, lean)
+        with pytest.raises(PlacementError, match=r"toppled|missed"):
+            session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.15}))
+
+
+def shaft(room: float) -> list[SceneObject]:
+    """Return eight walls around a place for the closed fingers and the cube between them, and so much more room, metres."""
+    inner, thick = 0.012 + FINGER + 0.0025 + room, 0.004
+    headings = [k * math.pi / 4 for k in range(8)]
+    return [
+        SceneObject(
+            id=f"wall_{k}",
+            kind="box",
+            size=(thick, inner * math.tan(math.pi / 8) - 0.0005, 0.02),
+            pose=Pose(
+                xyz=(0.15 + (inner + thick) * math.cos(yaw), -0.2 + (inner + thick) * math.sin(yaw), 0.0605),
+                quat_xyzw=(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)),
+            ),
+            mass=1.0,
+        )
+        for k, yaw in enumerate(headings)
+    ]
+
+
+def test_nothing_is_lowered_where_the_fingers_could_not_let_go() -> None:
+    # A shaft into which the hand goes closed on the cube, and in which no finger has the room to open.
+    with world(CUBE, *shaft(0.0)) as (session, phases):
+        pick(session)
+        with pytest.raises(CollisionError):
+            session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.2}))
+        assert Phase.LOWER not in phases and session.sim.held() == "cube"
+    with world(CUBE, *shaft(0.012)) as (session, _):
+        pick(session)
+        session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.2}))
+        assert session.sim.held() is None
+
+
 def test_what_stands_askew_is_watched_until_it_falls() -> None:
     can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
     with world(can, PILLAR) as (session, _):
@@ -184,6 +314,26 @@ def test_what_stands_askew_is_watched_until_it_falls() -> None:
         in_phase(session, Phase.SETTLE, lean)
         with pytest.raises(PlacementError, match=r"toppled|missed"):
             session.agent.perform(SkillCall(skill="place_on", arguments={"target": "pillar"}))
+
+
+def test_what_stands_near_an_edge_is_looked_at_again_a_second_later() -> None:
+    can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
+    with world(can, PILLAR) as (session, _):
+        hand = Intervention(session.sim)
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
+        # Upright, its middle 2 mm within the pillar's top; then it goes over all the same.
+        poses = [Pose(xyz=(0.178, -0.2, 0.1905)), Pose(xyz=(0.25, -0.2, 0.0905))]
+        times: list[float] = []
+
+        def change() -> None:
+            if poses:
+                times.append(session.sim.time)
+                hand.set_pose("can", poses.pop(0))
+
+        in_phase(session, Phase.SETTLE, change)
+        with pytest.raises(PlacementError, match="missed") as caught:
+            session.agent.perform(SkillCall(skill="place_on", arguments={"target": "pillar"}))
+        assert caught.value.phase == Phase.VERIFY and session.sim.time - times[0] > 1.0
 
 
 def test_what_slides_on_when_it_was_pushed_has_gone_too_far() -> None:
@@ -229,3 +379,34 @@ def test_an_arm_that_is_stopped_stays_where_it_was_stopped() -> None:
             sim.follow(way, guards=(guard,))
         sim.wait(0.5)
         assert np.abs(sim.state().q - stopped[0]).max() < 0.001 and len(stopped) == 1
+
+
+def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
+    with world(CUBE) as (session, _):
+        sim, at = session.sim, list[np.ndarray]()
+        goal = sim.state().q + 0.5
+        way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
+
+        def watch() -> None:
+            if not at and sim.state().q[0] > goal[0] - 0.25:
+                at.append(sim.state().q)
+                raise KeyboardInterrupt
+
+        end = sim.subscribe(watch)
+        with pytest.raises(KeyboardInterrupt):
+            sim.follow(way)
+        end()
+        sim.wait(0.5)
+        assert np.abs(sim.state().q - at[0]).max() < 0.015
+
+
+def test_an_arm_that_is_stopped_while_it_arrives_does_not_go_on_to_its_goal() -> None:
+    with world(CUBE) as (session, _):
+        sim = session.sim
+        begin = sim.state().q
+        # Commanded at once, so that all of the way is left when the command was given.
+        sim.follow(Trajectory(q=np.array([begin, begin + 0.3]), dt=0.01))
+        with pytest.raises(LookupError):
+            sim.wait(0.5, guards=(lambda: LookupError("hold"),))
+        sim.wait(1.0)
+        assert np.abs(sim.state().q - begin).max() < 0.15

@@ -21,7 +21,7 @@ _STILL = 0.003  # Speed at rest, rad/s or m/s. Chosen.
 # Half the depth at which fingers are taken to be locked into one another, metres. Chosen above what contacts yield.
 _LOCKED = 0.0005
 IN_STEP = "in_step/"  # In the names of equalities that keep a hand's fingers in step.
-_JAWS = 2  # Number of sides of a gripper up to which each closes on the other.
+JAWS = 2  # Number of sides of a gripper up to which each closes on the other.
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 
 
@@ -122,7 +122,7 @@ def polarities(
     if len(actuator_ids) < 2:
         return [1] * len(actuator_ids)
     groups = moving_groups(model, joint_ids)
-    if len(groups) > _JAWS and (steps := _in_step(model, actuator_ids)) is not None:
+    if len(groups) > JAWS and (steps := _in_step(model, actuator_ids)) is not None:
         return steps
     signs = []
     keep = data.qpos.copy()

@@ -10,7 +10,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.fitting import fit_roles
-from robosandbox.robots.gripper.calibrate import moving_groups, palm_of, place, sweep_gripper
+from robosandbox.robots.gripper.calibrate import JAWS, moving_groups, palm_of, place, sweep_gripper
 from robosandbox.robots.gripper.collision import refine_fingers
 from robosandbox.robots.gripper.geometry import samples_gap, sweep_roles
 from robosandbox.robots.gripper.grasp_frame import grasp_sample, mean_frame, measure_tcp
@@ -100,7 +100,9 @@ def infer_gripper(
     palm = palm_of(model, joints)
     axes = np.vstack([data.xmat[palm].reshape(3, 3).T, data.xaxis[model.joint(arm[-1]).id][None]])
     every = opposed_pads(model, data, travel.groups, travel.pads, travel.closed, travel.opened)
-    frame = mean_frame([measure_tcp(model, data, pair, travel.closed, travel.grasp, axes) for pair in every], axes)
+    # Fingers that curl meet elsewhere, closed, than where they have a thing between them.
+    held = travel.grasp if len(travel.groups) > JAWS else travel.closed
+    frame = mean_frame([measure_tcp(model, data, pair, held, travel.grasp, axes) for pair in every], axes)
     place(model, data, travel.closed)
     position, why, sure = _snap_to_frame(model, data, palm, frame.position, frame.approach, frame.closing)
     R_palm = data.xmat[palm].reshape(3, 3)

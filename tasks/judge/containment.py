@@ -59,7 +59,7 @@ class Vessel:
             return Finding(False, detail)
         over = [high for seen, _, high in self._tops if depth(seen, point) > 0.0]
         walls = [seen for seen, _, high in self._tops if high > low and depth(seen, point) <= 0.0]
-        floored = any(high < low + _GIVE for high in over) and not any(high >= low + _GIVE for high in over)
+        floored = any(high < low + _GIVE for high in over)
         return Finding(floored and surrounded(point, walls), detail)
 
 

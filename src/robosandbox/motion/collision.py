@@ -18,7 +18,7 @@ from robosandbox.types import Array, Pose
 # A contact bit that only this module uses: movers carry it as type, obstacles as affinity, so that MuJoCo looks at
 # robot-obstacle and robot-robot pairs and spends nothing on objects that stand on the table.
 _BIT = 1 << 30
-# How far MuJoCo looks for obstacles, and the longest step of a walk along a path; metres.
+# How far MuJoCo looks for obstacles, and so the longest way of any point of the robot between two checks of a path; metres.
 _SIGHT = 0.02
 # Shapes whose contacts come from the general convex solver, and by what share of the margin they may be off.
 _GENERAL = [
@@ -27,9 +27,8 @@ _GENERAL = [
     mujoco.mjtGeom.mjGEOM_MESH.value,
 ]
 _DOUBT = 0.5
-# Shortest and longest way of any point of the robot between two checks of a path, metres; chosen so that a walk past a near
-# thing comes to an end, and as a finger's length.
-_LEAST_STRIDE, _STRIDE = 0.001, 0.10
+# Shortest such way, metres; chosen so that a walk past a near thing comes to an end where no clearance is kept.
+_LEAST_STRIDE = 0.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +151,7 @@ class CollisionChecker:
                 return index, touch
             if at >= end:
                 return None
-            at = min(end, at + min(max(gap, self.clearance, _LEAST_STRIDE), _STRIDE))
+            at = min(end, at + max(gap, self.clearance, _LEAST_STRIDE))
 
     def _examine(self, q: Array) -> tuple[Touch | None, float]:
         """Return the deepest contact at `q`, and how far it is from the nearest obstacle to the clearance around it."""
