@@ -97,7 +97,7 @@ class Pick(Skill):
                 arm.open(plan.aperture, wait=False)
                 follow_free(arm, plan.approach, Phase.APPROACH)
                 check_open(arm, plan.grasp, plan.aperture)
-                if looks < _LOOKS and changed(scene, arm.look()):
+                if looks < _LOOKS and changed(scene, arm.look(object)):
                     looks, scene = looks + 1, arm.settle(object)
                     continue
                 return self._execute(arm, target, plan)
@@ -248,7 +248,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
     after = _still_held(arm, target, width, rise, load)
     free_of_others(arm, target, scene, width, rise)
     ease(arm, after)
-    if moved(after, arm.find(target.id, arm.look())) > _SLID:
+    if moved(after, arm.find(target.id, arm.look(target.id))) > _SLID:
         # Less friction than was reckoned with: as hard as can be, then.
         arm.close()
     return _still_held(arm, target, width, rise, load)

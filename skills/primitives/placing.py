@@ -263,7 +263,7 @@ def _release(arm: Manipulator, object_id: str, opening: float) -> None:
     arm.ctx.enter(Phase.RELEASE)
     arm.sim.wait(_RELEASE_SECONDS)
     arm.open(opening)
-    arm.use(arm.look())
+    arm.use(arm.feel())
     arm.motion.allow(object_id)
     try:
         arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=arm.tempo.leave)

@@ -1,0 +1,152 @@
+"""Which pictures a look needs: where a fixed camera still sees what it saw, what was found there stays true."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import cv2
+import numpy as np
+
+from robosandbox.perception.change_detection import (
+    Reference,
+    Window,
+    bent,
+    changed,
+    disparity_of,
+    table_disparity,
+)
+from robosandbox.perception.frame import Mask, check_frame
+from robosandbox.perception.frames import FrameSet
+from robosandbox.perception.robot_mask import RobotMask
+from robosandbox.protocols import Driver
+from robosandbox.types import Array, RgbdFrame
+
+_AROUND = 8  # Pixels around a thing that are compared with it. Chosen: what moves by 10 mm moves so far.
+_EDGES = 3  # Pixels around the robot in which edges have no depth. Chosen: the `edge_dropout` of `realsense` and one.
+_HIDDEN = 0.1  # Share of a thing's place that the robot may hide and a camera still sees it. Chosen.
+
+
+class Attention:
+    """Remembers what fixed cameras saw, and tells whether they still see it.
+
+    Attributes:
+        references: By camera.
+    """
+
+    def __init__(self) -> None:
+        self.references: dict[str, Reference] = {}
+
+    def remember(self, frames: FrameSet, fixed: Iterable[str]) -> None:
+        """Take a look that was perceived for what is known; where the robot hides the scene, what was known before stays."""
+        for camera in fixed:
+            segmented = frames.by_camera.get(camera)
+            if segmented is None:
+                self.references.pop(camera, None)
+                continue
+            frame = segmented.frame
+            rgbd, hidden = frame.rgbd, _widened(segmented.robot, frame.rgbd)
+            before = self.references.get(camera)
+            known = ~hidden
+            rgb, disparity = rgbd.rgb.copy(), disparity_of(rgbd.depth)
+            if before is not None and _is_same_view(before.rgbd, rgbd):
+                rgb[hidden], disparity[hidden] = before.rgb[hidden], before.disparity[hidden]
+                known |= before.known
+            else:
+                table = table_disparity(rgbd, frame.rotation, frame.position, frames.table)
+                disparity[hidden] = table[hidden]
+            self.references[camera] = Reference(rgbd, rgb, disparity, known)
+
+    def vacate(self, corners: Array) -> None:
+        """Take it to be unknown what a place looks like, the hull of these points of the world (n, 3)."""
+        for reference in self.references.values():
+            left, top, right, bottom = _box(reference.rgbd, corners)
+            hidden = np.zeros(reference.known.shape, dtype=np.bool_)
+            hidden[top:bottom, left:right] = True
+            reference.forget(hidden)
+
+    def is_unchanged(
+        self, sim: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
+    ) -> bool:
+        """Look with as few cameras as see these places; tell whether they look as before.
+
+        Args:
+            sim: Whose cameras.
+            places: Points of the world (n, 3) around each thing that matters.
+            robot: Where the robot is in a picture.
+            carried: Points around what it holds.
+            everywhere: Compare a whole picture and not only these places.
+
+        Returns:
+            False, too, where no fixed camera sees them all.
+        """
+        if not self.references:
+            return False
+        state = sim.state()
+        fingers = next(iter(self.references.values())).rgbd.gripper_q
+        robot.place(state.q, fingers)
+        masks = {name: robot.masks(one.rgbd, carried)[0] for name, one in self.references.items()}
+        seen = {name: _visible(one.rgbd, masks[name], places) for name, one in self.references.items()}
+        order = sorted(seen, key=lambda name: (-len(seen[name]), float(masks[name].mean())))
+        left, first = set(places), True
+        for name in order:
+            here = left & seen[name]
+            whole = everywhere and first
+            if not here and not whole:
+                continue
+            first = False
+            reference = self.references[name]
+            rgbd = sim.capture(name)
+            if check_frame(rgbd) is not None or not _is_same_view(reference.rgbd, rgbd):
+                return False
+            robot.place(rgbd.q, rgbd.gripper_q)
+            hidden = _widened(robot.masks(rgbd, carried)[0], rgbd)
+            windows = [_window(rgbd, places[place]) for place in sorted(here)]
+            if whole:
+                windows = [(slice(0, hidden.shape[0]), slice(0, hidden.shape[1]))]
+            if any(changed(reference, rgbd, hidden, window) for window in windows):
+                return False
+            if whole:
+                reference.learn(rgbd, hidden)
+            left -= here
+        return everywhere or not left
+
+
+def _is_same_view(before: RgbdFrame, now: RgbdFrame) -> bool:
+    return before.intrinsics == now.intrinsics and before.pose_camera_in_world == now.pose_camera_in_world
+
+
+def _widened(robot: Mask, rgbd: RgbdFrame) -> Mask:
+    """Return where the robot may be in the picture as delivered: the lens moves pixels, and edges have no depth."""
+    size = 2 * (bent(rgbd.intrinsics) + _EDGES) + 1
+    return np.asarray(cv2.dilate(robot.view(np.uint8), np.ones((size, size), np.uint8))).view(np.bool_)
+
+
+def _visible(rgbd: RgbdFrame, robot: Mask, places: Mapping[str, Array]) -> set[str]:
+    """Return which places are in the picture, with nearly nothing of the robot before them."""
+    height, width = robot.shape
+    found = set()
+    for name, corners in places.items():
+        left, top, right, bottom = _box(rgbd, corners)
+        if 0 < left < right < width and 0 < top < bottom < height:
+            if float(robot[top:bottom, left:right].mean()) < _HIDDEN:
+                found.add(name)
+    return found
+
+
+def _window(rgbd: RgbdFrame, corners: Array) -> Window:
+    left, top, right, bottom = _box(rgbd, corners)
+    return slice(top, bottom), slice(left, right)
+
+
+def _box(rgbd: RgbdFrame, corners: Array) -> tuple[int, int, int, int]:
+    """Return the part of the picture as delivered that shows a place, with room around it: left, top, right, bottom."""
+    lens, pose = rgbd.intrinsics, rgbd.pose_camera_in_world
+    local = (corners - pose.position) @ pose.rotation
+    if local[:, 2].min() <= 0.0:
+        return 0, 0, lens.width, lens.height
+    pixels = local[:, :2] / local[:, 2:] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
+    room = _AROUND + bent(lens)
+    low, high = np.floor(pixels.min(axis=0)) - room, np.ceil(pixels.max(axis=0)) + room + 1
+    left, right = np.clip([low[0], high[0]], 0, lens.width).astype(int)
+    top, bottom = np.clip([low[1], high[1]], 0, lens.height).astype(int)
+    return int(left), int(top), int(right), int(bottom)
