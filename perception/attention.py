@@ -9,17 +9,16 @@ import numpy as np
 
 from robosandbox.perception.change_detection import (
     Reference,
-    Window,
     bent,
     changed,
     disparity_of,
     table_disparity,
 )
-from robosandbox.perception.frame import Mask, check_frame
+from robosandbox.perception.frame import Mask
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.protocols import Driver
-from robosandbox.types import Array, RgbdFrame
+from robosandbox.types import Array, PictureWindow, RgbdFrame
 
 _AROUND = 8  # Pixels around a thing that are compared with it. Chosen: what moves by 10 mm moves so far.
 _EDGES = 3  # Pixels around the robot in which edges have no depth. Chosen: the `edge_dropout` of `realsense` and one.
@@ -95,15 +94,14 @@ class Attention:
                 continue
             first = False
             reference = self.references[name]
-            rgbd = sim.capture(name)
-            if check_frame(rgbd) is not None or not _is_same_view(reference.rgbd, rgbd):
+            window = None if whole else _window(reference.rgbd, [places[place] for place in here])
+            asked = window is not None and sim.capabilities.cameras[name].windows
+            rgbd = sim.capture(name, window) if asked else sim.capture(name)
+            if not _is_same_view(reference.rgbd, rgbd):
                 return False
             robot.place(rgbd.q, rgbd.gripper_q)
             hidden = _widened(robot.masks(rgbd, carried)[0], rgbd)
-            windows = [_window(rgbd, places[place]) for place in sorted(here)]
-            if whole:
-                windows = [(slice(0, hidden.shape[0]), slice(0, hidden.shape[1]))]
-            if any(changed(reference, rgbd, hidden, window) for window in windows):
+            if changed(reference, rgbd, hidden, window):
                 return False
             if whole:
                 reference.learn(rgbd, hidden)
@@ -133,9 +131,11 @@ def _visible(rgbd: RgbdFrame, robot: Mask, places: Mapping[str, Array]) -> set[s
     return found
 
 
-def _window(rgbd: RgbdFrame, corners: Array) -> Window:
-    left, top, right, bottom = _box(rgbd, corners)
-    return slice(top, bottom), slice(left, right)
+def _window(rgbd: RgbdFrame, places: Iterable[Array]) -> PictureWindow:
+    """Return the part of the picture that shows all of these places."""
+    low, high = np.array([_box(rgbd, corners) for corners in places]).reshape(-1, 2, 2).swapaxes(0, 1)
+    (left, top), (right, bottom) = low.min(axis=0), high.max(axis=0)
+    return PictureWindow(left=int(left), top=int(top), right=int(right), bottom=int(bottom))
 
 
 def _box(rgbd: RgbdFrame, corners: Array) -> tuple[int, int, int, int]:

@@ -11,10 +11,7 @@ from numpy.typing import NDArray
 
 from robosandbox.perception.frame import LEAST_DEPTH, MOST_DEPTH, Image, Mask, Table, as_image, as_picture
 from robosandbox.perception.quantiles import median
-from robosandbox.types import Array, Intrinsics, RgbdFrame
-
-# A part of a picture: rows and columns.
-Window = tuple[slice, slice]
+from robosandbox.types import Array, Intrinsics, PictureWindow, RgbdFrame
 
 # Standard deviations of the noise beyond which a pixel has changed: of a million normal numbers none is so far off. Chosen.
 _BEYOND = 6.0
@@ -70,20 +67,21 @@ def disparity_of(depth: Image) -> Image:
     return np.divide(1.0, depth, out=np.zeros_like(depth), where=measured)
 
 
-def changed(reference: Reference, rgbd: RgbdFrame, hidden: Mask, window: Window) -> bool:
+def changed(reference: Reference, rgbd: RgbdFrame, hidden: Mask, window: PictureWindow | None) -> bool:
     """Tell whether a frame shows something else than was seen before.
 
     Args:
         reference: Of the same camera.
         rgbd: A frame of it now.
         hidden: Where the robot, or what it holds, stands before the scene, (height, width).
-        window: The part to compare.
+        window: The part to compare; all when left out.
     """
-    visible = ~hidden[window]
-    known = reference.known[window] & visible
-    if _colour_differs(reference.rgb[window], rgbd.rgb[window], known):
+    part = np.s_[:, :] if window is None else np.s_[window.rows, window.columns]
+    visible = ~hidden[part]
+    known = reference.known[part] & visible
+    if _colour_differs(reference.rgb[part], rgbd.rgb[part], known):
         return True
-    return _depth_differs(reference.disparity[window], disparity_of(rgbd.depth[window]), visible)
+    return _depth_differs(reference.disparity[part], disparity_of(rgbd.depth[part]), visible)
 
 
 def _colour_differs(before: NDArray[np.uint8], now: NDArray[np.uint8], known: Mask) -> bool:

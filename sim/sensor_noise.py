@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.types import PictureWindow
+
 _Pixel = TypeVar("_Pixel", np.float32, np.uint8, np.uint16)
 
 # Pixels a side of the tables. Chosen: a picture of 640 x 480 has 200,000 places in them, and they take 11 MB.
@@ -36,20 +38,38 @@ class NoiseTables:
     colour: NDArray[np.uint8]
     uniform: NDArray[np.uint16]
 
-    def lost(self, share: float, shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.bool_]:
-        """Return a mask of this shape with a share of its pixels set, at random."""
-        return np.asarray(_patch(self.uniform, shape, rng) < round(share * 65536))
+    def lost(
+        self, share: float, size: tuple[int, int], window: PictureWindow, rng: np.random.Generator
+    ) -> NDArray[np.bool_]:
+        """Return a mask of a window of a picture of this size with a share of its pixels set, at random."""
+        return np.asarray(_patch(self.uniform, size, window, rng) < round(share * 65536))
 
-    def disparity(self, shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.float32]:
-        """Return errors of disparity of a picture of this shape, in parts of their standard deviation."""
-        return np.asarray(_patch(self.stereo, shape, rng))
+    def disparity(
+        self, size: tuple[int, int], window: PictureWindow, rng: np.random.Generator
+    ) -> NDArray[np.float32]:
+        """Return errors of disparity in a window of a picture of this size, in parts of their standard deviation."""
+        return np.asarray(_patch(self.stereo, size, window, rng))
 
     def coloured(
-        self, rgb: NDArray[np.uint8], gain: float, deviation: float, rng: np.random.Generator
+        self,
+        rgb: NDArray[np.uint8],
+        gain: float,
+        deviation: float,
+        size: tuple[int, int],
+        window: PictureWindow,
+        rng: np.random.Generator,
     ) -> NDArray[np.uint8]:
-        """Return a picture made brighter by a factor, with noise of this standard deviation in each channel, of 255."""
-        height, width = rgb.shape[:2]
-        patch = _patch(self.colour, (height, width), rng)
+        """Return a window of a picture of this size made brighter by a factor, with noise in each channel.
+
+        Args:
+            rgb: The window, (height, width, 3).
+            gain: The factor.
+            deviation: Standard deviation of the noise, of 255.
+            size: (height, width) of the whole picture.
+            window: Where in it.
+            rng: Tells which part of the noise that was drawn.
+        """
+        patch = _patch(self.colour, size, window, rng)
         scale = deviation / _LEVELS
         return np.asarray(cv2.addWeighted(rgb, gain, patch, scale, -128.0 * scale), dtype=np.uint8)
 
@@ -66,10 +86,12 @@ def noise_tables(seed: int) -> NoiseTables:
     return NoiseTables(stereo, colour, rng.integers(0, 65536, (_SIDE, _SIDE), dtype=np.uint16))
 
 
-def _patch(table: NDArray[_Pixel], shape: tuple[int, int], rng: np.random.Generator) -> NDArray[_Pixel]:
-    """Return a part of a table, at a random place; of what is larger than the table, the table again and again."""
-    if max(shape) > _SIDE:
-        repeats = tuple(-(-size // _SIDE) for size in shape)
+def _patch(
+    table: NDArray[_Pixel], size: tuple[int, int], window: PictureWindow, rng: np.random.Generator
+) -> NDArray[_Pixel]:
+    """Return a window of what lies over a picture: a part of a table, at a random place; over a larger one it is repeated."""
+    if max(size) > _SIDE:
+        repeats = tuple(-(-each // _SIDE) for each in size)
         table = np.tile(table, (*repeats, *(1,) * (table.ndim - 2)))
-    top, left = (int(rng.integers(have - size + 1)) for have, size in zip(table.shape, shape, strict=False))
-    return table[top : top + shape[0], left : left + shape[1]]
+    top, left = (int(rng.integers(have - each + 1)) for have, each in zip(table.shape, size, strict=False))
+    return table[top + window.top : top + window.bottom, left + window.left : left + window.right]

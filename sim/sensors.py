@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
-from robosandbox.types import Intrinsics, Pose, RgbdFrame, matrix_from_rotation_vector
+from robosandbox.types import Intrinsics, PictureWindow, Pose, RgbdFrame, matrix_from_rotation_vector
 from robosandbox.validation import did_you_mean
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ _EDGE_STEP = 0.02
 _LOST_AT_EDGES = 0.7
 # Metres between which depth is measured at all; chosen wider than any preset's scene.
 _NEAREST, _FARTHEST = 0.05, 100.0
-_CROSS_AND_CORNERS = np.ones((3, 3), np.uint8)
+_NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,51 +69,84 @@ class Sensor:
     latency: float = 0.0
     seed: int = 0
 
-    def sense(self, frame: RgbdFrame) -> RgbdFrame:
-        """Return a perfect frame as this sensor delivers it; the same frame gets the same noise."""
+    def needs(self, lens: Intrinsics, window: PictureWindow) -> PictureWindow:
+        """Return the part of a pinhole's picture that shows all that a part of this sensor's picture depends on."""
+        padded, size = self._padded(lens, window), (lens.height, lens.width)
+        if not any(self.distortion) or padded == PictureWindow(left=0, top=0, right=lens.width, bottom=lens.height):
+            return padded
+        columns, rows = np.moveaxis(_undistorted(lens, self.distortion)[0][padded.rows, padded.columns], -1, 0)
+        found = PictureWindow(
+            left=int(columns.min()), top=int(rows.min()), right=int(columns.max()) + 1, bottom=int(rows.max()) + 1
+        )
+        return found.widened(1, size)
+
+    def _padded(self, lens: Intrinsics, window: PictureWindow) -> PictureWindow:
+        """Return a part of the picture with those around it whose edges may cost it depth."""
+        return window.widened(self.edge_dropout + 1, (lens.height, lens.width))
+
+    def sense(self, frame: RgbdFrame, window: PictureWindow | None = None) -> RgbdFrame:
+        """Return a perfect frame as this sensor delivers it; the same frame gets the same noise.
+
+        Args:
+            frame: Its picture and depth are those of a pinhole; of a window, of the part that `needs` says.
+            window: The part of the picture that is delivered: as it is in the whole one, the rest black and without depth.
+        """
+        lens = frame.intrinsics
+        size = (lens.height, lens.width)
+        whole = PictureWindow(left=0, top=0, right=lens.width, bottom=lens.height)
+        if window is None:
+            window = whole
         if self.name == "ideal":
-            return frame
-        rng = np.random.default_rng([self.seed, zlib.crc32(frame.camera.encode()), round(1e6 * frame.time)])
+            return _pasted(frame, frame.rgb, frame.depth, self._padded(lens, window), window)
         # OpenCV, which takes half a second to import, is needed only where pictures are taken.
         from robosandbox.sim.sensor_noise import noise_tables
 
-        noise = noise_tables(self.seed)
-        rgb, depth = _distort(frame, self.distortion)
+        noise, rng = noise_tables(self.seed), self._random(frame)
+        padded = self._padded(lens, window)
+        rgb, depth = frame.rgb, frame.depth
+        if any(self.distortion):
+            rgb, depth = _distorted(rgb, depth, _undistorted(lens, self.distortion), self.needs(lens, window), padded)
+        gain = 1.0 + float(rng.uniform(-1.0, 1.0)) * self.exposure
+        rgb = noise.coloured(rgb, gain, self.colour_noise, size, padded, rng)
+        depth = self._depths(depth, noise, size, padded, rng)
+        delivered = _pasted(frame, rgb, depth, padded, window)
         return replace(
-            frame,
-            rgb=self._colours(rgb, noise, rng),
-            depth=self._depths(depth, noise, rng),
-            intrinsics=replace(frame.intrinsics, distortion=self._calibrated_lens(frame.camera)),
+            delivered,
+            intrinsics=replace(lens, distortion=self._calibrated_lens(frame.camera)),
             pose_camera_in_world=self._calibrated_pose(frame.camera, frame.pose_camera_in_world),
         )
 
-    def _depths(self, depth: NDArray[np.float32], noise: NoiseTables, rng: np.random.Generator) -> NDArray[np.float32]:
+    def _random(self, frame: RgbdFrame) -> np.random.Generator:
+        return np.random.default_rng([self.seed, zlib.crc32(frame.camera.encode()), round(1e6 * frame.time)])
+
+    def _depths(
+        self,
+        depth: NDArray[np.float32],
+        noise: NoiseTables,
+        size: tuple[int, int],
+        window: PictureWindow,
+        rng: np.random.Generator,
+    ) -> NDArray[np.float32]:
         import cv2
 
-        shape = (depth.shape[0], depth.shape[1])
         # Stereo measures disparity, 1 / z: its noise and its steps are the same at every distance.
         disparity = np.reciprocal(np.maximum(depth, np.float32(_NEAREST)))
-        disparity = cv2.scaleAdd(noise.disparity(shape, rng), self.depth_noise, disparity)
+        disparity = cv2.scaleAdd(noise.disparity(size, window, rng), self.depth_noise, disparity)
         if self.depth_step > 0.0:
             disparity *= np.float32(1.0 / self.depth_step)
             np.rint(disparity, out=disparity)
             disparity *= np.float32(self.depth_step)
         np.maximum(disparity, np.float32(1.0 / _FARTHEST), out=disparity)
         noisy = np.reciprocal(disparity, out=disparity)
-        lost = noise.lost(self.missing, shape, rng)
+        lost = noise.lost(self.missing, size, window, rng)
         if self.edge_dropout:
-            near = cv2.erode(depth, _CROSS_AND_CORNERS)
-            far = cv2.dilate(depth, _CROSS_AND_CORNERS)
+            near, far = cv2.erode(depth, _NEIGHBOURS), cv2.dilate(depth, _NEIGHBOURS)
             edges = (far - near > _EDGE_STEP).view(np.uint8)
-            size = 2 * self.edge_dropout - 1
-            around = cv2.dilate(edges, np.ones((size, size), np.uint8)).view(np.bool_)
-            lost = lost | (around & noise.lost(_LOST_AT_EDGES, shape, rng))
+            side = 2 * self.edge_dropout - 1
+            around = cv2.dilate(edges, np.ones((side, side), np.uint8)).view(np.bool_)
+            lost = lost | (around & noise.lost(_LOST_AT_EDGES, size, window, rng))
         noisy[lost] = 0.0
         return np.asarray(noisy, dtype=np.float32)
-
-    def _colours(self, rgb: NDArray[np.uint8], noise: NoiseTables, rng: np.random.Generator) -> NDArray[np.uint8]:
-        gain = 1.0 + float(rng.uniform(-1.0, 1.0)) * self.exposure
-        return noise.coloured(rgb, gain, self.colour_noise, rng)
 
     def _calibrated_lens(self, camera: str) -> tuple[float, float, float, float, float]:
         rng = np.random.default_rng([self.seed, zlib.crc32(camera.encode()), 1])
@@ -176,23 +209,53 @@ def find_sensor(name: str) -> Sensor:
     return SENSORS[name]
 
 
-def _distort(
-    frame: RgbdFrame, distortion: tuple[float, float, float, float, float]
+def _pasted(
+    frame: RgbdFrame, rgb: NDArray[np.uint8], depth: NDArray[np.float32], have: PictureWindow, window: PictureWindow
+) -> RgbdFrame:
+    """Return the frame with a window of its picture, cut out of the part that is there, and nothing around it."""
+    lens = frame.intrinsics
+    if (window.right - window.left, window.bottom - window.top) == (lens.width, lens.height):
+        return replace(frame, rgb=rgb, depth=depth)
+    picture = np.zeros((lens.height, lens.width, 3), dtype=np.uint8)
+    metres = np.zeros((lens.height, lens.width), dtype=np.float32)
+    inside = (
+        slice(window.top - have.top, window.bottom - have.top),
+        slice(window.left - have.left, window.right - have.left),
+    )
+    picture[window.rows, window.columns], metres[window.rows, window.columns] = rgb[inside], depth[inside]
+    return replace(frame, rgb=picture, depth=metres)
+
+
+def _distorted(
+    rgb: NDArray[np.uint8],
+    depth: NDArray[np.float32],
+    maps: tuple[NDArray[np.int16], NDArray[np.uint16], NDArray[np.int16]],
+    have: PictureWindow,
+    window: PictureWindow,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-    """Return picture and depth of a pinhole camera as a lens with this distortion shows them."""
-    if not any(distortion):
-        return frame.rgb, frame.depth
+    """Return a window of a pinhole's picture and depth as a lens shows them.
+
+    Args:
+        rgb: A part of the pinhole's picture.
+        depth: The same of its depth.
+        maps: As `_undistorted` returns them.
+        have: Which part.
+        window: Of the picture behind the lens.
+    """
     import cv2
 
-    places, shares, nearest = _undistorted(frame.intrinsics, distortion)
+    places, shares, nearest = (each[window.rows, window.columns] for each in maps)
+    if have.left or have.top:
+        corner = np.array([have.left, have.top], dtype=np.int16)
+        places, nearest = places - corner, nearest - corner
     # Four channels are moved in little more than half of the time that three take.
-    padded = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2RGBA)
+    padded = cv2.cvtColor(rgb, cv2.COLOR_RGB2RGBA)
     padded = cv2.remap(padded, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    rgb = cv2.cvtColor(padded, cv2.COLOR_RGBA2RGB)
+    shown = cv2.cvtColor(padded, cv2.COLOR_RGBA2RGB)
     # Whole pixels are in one array; the stubs know no other way than two.
     nothing: Any = None
-    depth = cv2.remap(frame.depth, nearest, nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(rgb, dtype=np.uint8), np.asarray(depth, dtype=np.float32)
+    metres = cv2.remap(depth, nearest, nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(shown, dtype=np.uint8), np.asarray(metres, dtype=np.float32)
 
 
 @lru_cache(maxsize=8)

@@ -7,6 +7,7 @@ import math
 from robosandbox.errors import CollisionError, GraspError, Phase, UnreachableError
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator, raised
+from robosandbox.skills.primitives.sensing import around
 from robosandbox.types import CAREFUL, DetectedObject, ObservedScene
 from robosandbox.world.relations import contents, on_top
 
@@ -94,7 +95,7 @@ def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: f
     Raises:
         GraspError: Something has.
     """
-    now = arm.look()
+    now = arm.look(*around(held, scene))
     cargo = _cargo(held, scene)
     along = tuple(
         item.id
