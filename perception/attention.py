@@ -14,7 +14,7 @@ from robosandbox.perception.change_detection import (
     disparity_of,
     table_disparity,
 )
-from robosandbox.perception.frame import Mask
+from robosandbox.perception.frame import Mask, Table
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.protocols import Driver
@@ -28,15 +28,28 @@ _HIDDEN = 0.1  # Share of a thing's place that the robot may hide and a camera s
 class Attention:
     """Remembers what fixed cameras saw, and tells whether they still see it.
 
+    Args:
+        table: What is watched.
+
     Attributes:
+        table: Likewise.
         references: By camera.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, table: Table) -> None:
+        self.table = table
         self.references: dict[str, Reference] = {}
 
-    def remember(self, frames: FrameSet, fixed: Iterable[str]) -> None:
-        """Take a look that was perceived for what is known; where the robot hides the scene, what was known before stays."""
+    def remember(self, frames: FrameSet, fixed: Iterable[str], found: Iterable[Array], left: Iterable[Array]) -> None:
+        """Take a look that was perceived for what is known; where the robot hides the scene, what was known before stays.
+
+        Args:
+            frames: The look.
+            fixed: The cameras that stand still.
+            found: Points of the world (n, 3) around each thing that is known now.
+            left: The same around each place that a thing has left.
+        """
+        found, left = tuple(found), tuple(left)
         for camera in fixed:
             segmented = frames.by_camera.get(camera)
             if segmented is None:
@@ -53,15 +66,15 @@ class Attention:
             else:
                 table = table_disparity(rgbd, frame.rotation, frame.position, frames.table)
                 disparity[hidden] = table[hidden]
-            self.references[camera] = Reference(rgbd, rgb, disparity, known)
+            reference = self.references[camera] = Reference(rgbd, rgb, disparity, known)
+            # What a thing looks like behind the robot is not known, and that it is there is no news.
+            reference.forget(hidden & _shown(rgbd, left))
+            reference.forget(hidden & ~known & _shown(rgbd, found))
 
     def vacate(self, corners: Array) -> None:
         """Take it to be unknown what a place looks like, the hull of these points of the world (n, 3)."""
         for reference in self.references.values():
-            left, top, right, bottom = _box(reference.rgbd, corners)
-            hidden = np.zeros(reference.known.shape, dtype=np.bool_)
-            hidden[top:bottom, left:right] = True
-            reference.forget(hidden)
+            reference.forget(_shown(reference.rgbd, [corners]))
 
     def is_unchanged(
         self, sim: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
@@ -73,44 +86,68 @@ class Attention:
             places: Points of the world (n, 3) around each thing that matters.
             robot: Where the robot is in a picture.
             carried: Points around what it holds.
-            everywhere: Compare a whole picture and not only these places.
+            everywhere: Compare what one camera sees of the whole table, too.
 
         Returns:
             False, too, where no fixed camera sees them all.
         """
+        views = self._views(sim, places, robot, carried, everywhere=everywhere)
+        return bool(views) and all(
+            self._is_as_before(sim, name, window, robot, carried) for name, window in views.items()
+        )
+
+    def _views(
+        self, sim: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
+    ) -> dict[str, PictureWindow]:
+        """Return the parts of pictures that tell whether anything has changed, by camera; none where no camera can tell."""
         if not self.references:
-            return False
-        state = sim.state()
+            return {}
         fingers = next(iter(self.references.values())).rgbd.gripper_q
-        robot.place(state.q, fingers)
+        robot.place(sim.state().q, fingers)
         masks = {name: robot.masks(one.rgbd, carried)[0] for name, one in self.references.items()}
         seen = {name: _visible(one.rgbd, masks[name], places) for name, one in self.references.items()}
         order = sorted(seen, key=lambda name: (-len(seen[name]), float(masks[name].mean())))
-        left, first = set(places), True
+        # What stands on the table hides some of it.
+        tables = {name: _window(self.references[name].rgbd, [self.table.corners()]) for name in order}
+        if not set(places) <= set().union(*seen.values()):
+            # What the arm hides may have moved, and show beside the arm.
+            return tables if everywhere else {}
+        views, left = {order[0]: tables[order[0]]} if everywhere else {}, set(places)
         for name in order:
             here = left & seen[name]
-            whole = everywhere and first
-            if not here and not whole:
-                continue
-            first = False
-            reference = self.references[name]
-            window = None if whole else _window(reference.rgbd, [places[place] for place in here])
-            asked = window is not None and sim.capabilities.cameras[name].windows
-            rgbd = sim.capture(name, window) if asked else sim.capture(name)
-            if not _is_same_view(reference.rgbd, rgbd):
-                return False
-            robot.place(rgbd.q, rgbd.gripper_q)
-            hidden = _widened(robot.masks(rgbd, carried)[0], rgbd)
-            if changed(reference, rgbd, hidden, window):
-                return False
-            if whole:
-                reference.learn(rgbd, hidden)
+            if here and name not in views:
+                views[name] = _window(self.references[name].rgbd, [places[place] for place in here])
             left -= here
-        return everywhere or not left
+        return views
+
+    def _is_as_before(
+        self, sim: Driver, name: str, window: PictureWindow, robot: RobotMask, carried: Array | None
+    ) -> bool:
+        """Take a part of a picture; tell whether it shows what it showed before."""
+        reference = self.references[name]
+        rgbd = sim.capture(name, window) if sim.capabilities.cameras[name].windows else sim.capture(name)
+        if not _is_same_view(reference.rgbd, rgbd):
+            return False
+        robot.place(rgbd.q, rgbd.gripper_q)
+        hidden = _widened(robot.masks(rgbd, carried)[0], rgbd)
+        if changed(reference, rgbd, hidden, window):
+            return False
+        reference.learn(rgbd, hidden, window)
+        return True
+
+
+def _shown(rgbd: RgbdFrame, places: Iterable[Array]) -> Mask:
+    """Return where a picture shows these places, or what is close to them."""
+    mask = np.zeros(rgbd.depth.shape, dtype=np.bool_)
+    for corners in places:
+        left, top, right, bottom = _box(rgbd, corners)
+        mask[top:bottom, left:right] = True
+    return mask
 
 
 def _is_same_view(before: RgbdFrame, now: RgbdFrame) -> bool:
-    return before.intrinsics == now.intrinsics and before.pose_camera_in_world == now.pose_camera_in_world
+    same_lens = before.intrinsics == now.intrinsics and before.rgb.shape == now.rgb.shape
+    return same_lens and before.pose_camera_in_world == now.pose_camera_in_world
 
 
 def _widened(robot: Mask, rgbd: RgbdFrame) -> Mask:
@@ -125,9 +162,9 @@ def _visible(rgbd: RgbdFrame, robot: Mask, places: Mapping[str, Array]) -> set[s
     found = set()
     for name, corners in places.items():
         left, top, right, bottom = _box(rgbd, corners)
-        if 0 < left < right < width and 0 < top < bottom < height:
-            if float(robot[top:bottom, left:right].mean()) < _HIDDEN:
-                found.add(name)
+        whole = 0 < left < right < width and 0 < top < bottom < height
+        if whole and float(robot[top:bottom, left:right].mean()) < _HIDDEN:
+            found.add(name)
     return found
 
 

@@ -18,16 +18,22 @@ _BEYOND = 6.0
 # The median of the largest of three normal numbers' magnitudes, in standard deviations: (2 F(x) - 1)^3 = 1/2.
 _MEDIAN_OF_LARGEST = 1.26
 _MAD = 1.4826  # Standard deviation of a normal number over the median of its magnitude.
-_LEAST_COLOUR = 10.0  # Levels of a channel, of 255, by which a pixel has changed at least. Chosen: rounding, compression.
+_LEAST_COLOUR = (
+    10.0  # Levels of a channel, of 255, by which a pixel has changed at least. Chosen: rounding, compression.
+)
 # Difference of disparity, 1/m, by which a pixel has changed at least. Chosen: 3 mm at 1 m, what the fitted table is off.
 _LEAST_DISPARITY = 0.003
-_COLOUR_PATCH = 5  # Pixels a side within which `_COLOUR_COUNT` must have another colour. Chosen: a thing's edge is a line.
+_COLOUR_PATCH = (
+    5  # Pixels a side within which `_COLOUR_COUNT` must have another colour. Chosen: a thing's edge is a line.
+)
 _COLOUR_COUNT = 4  # Number of them; single pixels flicker at edges. Chosen.
 _DEPTH_PATCH = 7  # Pixels a side over which depth is averaged. Chosen: twice the window of stereo matching.
 _DEPTH_COUNT = 12  # Number of pixels whose averaged depth must differ. Chosen: a quarter of what averages share.
 _STRIDE = 5  # Pixels between those of which the noise is measured. Chosen.
 _LEAST_SAMPLES = 40  # Number of pixels from which the noise is told. Chosen.
-_USUAL_DISPARITY_NOISE = 0.002  # Standard deviation, 1/m, where too few tell it. Chosen: twice that of `realsense`, averaged.
+_USUAL_DISPARITY_NOISE = (
+    0.002  # Standard deviation, 1/m, where too few tell it. Chosen: twice that of `realsense`, averaged.
+)
 
 
 @dataclass(slots=True, eq=False)
@@ -51,14 +57,16 @@ class Reference:
         self.known &= ~hidden
         self.disparity[hidden] = 0.0
 
-    def learn(self, rgbd: RgbdFrame, hidden: Mask) -> None:
-        """Take over what this frame shows for the first time."""
-        new = ~(self.known | hidden)
+    def learn(self, rgbd: RgbdFrame, hidden: Mask, window: PictureWindow) -> None:
+        """Take over what this part of a frame shows for the first time."""
+        part = np.s_[window.rows, window.columns]
+        rgb, known = rgbd.rgb[part], self.known[part]
+        new = ~(known | hidden[part])
         if new.any():
-            brightness = 1.0 / _gain(rgbd.rgb, self.rgb, self.known & ~hidden)
-            self.rgb[new] = cv2.convertScaleAbs(rgbd.rgb, alpha=brightness)[new]
-            self.disparity[new] = disparity_of(rgbd.depth)[new]
-            self.known |= new
+            brightness = 1.0 / _gain(self.rgb[part], rgb, known & ~hidden[part])
+            self.rgb[part][new] = cv2.convertScaleAbs(rgb, alpha=brightness)[new]
+            self.disparity[part][new] = disparity_of(rgbd.depth[part])[new]
+            known |= new
 
 
 def disparity_of(depth: Image) -> Image:
@@ -67,16 +75,16 @@ def disparity_of(depth: Image) -> Image:
     return np.divide(1.0, depth, out=np.zeros_like(depth), where=measured)
 
 
-def changed(reference: Reference, rgbd: RgbdFrame, hidden: Mask, window: PictureWindow | None) -> bool:
+def changed(reference: Reference, rgbd: RgbdFrame, hidden: Mask, window: PictureWindow) -> bool:
     """Tell whether a frame shows something else than was seen before.
 
     Args:
         reference: Of the same camera.
         rgbd: A frame of it now.
         hidden: Where the robot, or what it holds, stands before the scene, (height, width).
-        window: The part to compare; all when left out.
+        window: The part to compare.
     """
-    part = np.s_[:, :] if window is None else np.s_[window.rows, window.columns]
+    part = np.s_[window.rows, window.columns]
     visible = ~hidden[part]
     known = reference.known[part] & visible
     if _colour_differs(reference.rgb[part], rgbd.rgb[part], known):
@@ -104,7 +112,9 @@ def _depth_differs(before: Image, now: Image, visible: Mask) -> bool:
     off[~both] = 0.0
     averaged = as_image(cv2.blur(off, (_DEPTH_PATCH, _DEPTH_PATCH)))
     samples = np.abs(averaged[::_STRIDE, ::_STRIDE][both[::_STRIDE, ::_STRIDE]])
-    noise = _MAD * float(median(samples.astype(np.float64))) if len(samples) >= _LEAST_SAMPLES else _USUAL_DISPARITY_NOISE
+    noise = (
+        _MAD * float(median(samples.astype(np.float64))) if len(samples) >= _LEAST_SAMPLES else _USUAL_DISPARITY_NOISE
+    )
     limit = max(_BEYOND * noise, _LEAST_DISPARITY)
     return int(np.count_nonzero(np.abs(averaged) > limit)) >= _DEPTH_COUNT
 

@@ -6,6 +6,8 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from robosandbox.drivers import require
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
@@ -31,6 +33,9 @@ from robosandbox.types import ObservedScene, RgbdFrame
 _log = logging.getLogger(__name__)
 # Confidence, a probability, from which a thing is acted on; what is seen less clearly is only told of. Chosen.
 _CLEAR = 0.3
+_MOVED = (
+    0.002  # Metres from which a thing has left its place. Chosen: the 95th percentile of errors (docs/measured.md).
+)
 _AROUND_HELD = 0.003  # Metres around a held thing that are taken for the hand's. Chosen.
 
 
@@ -68,7 +73,7 @@ class RgbdPerception:
         self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
         self._meshes = KnownMeshes(setup)
         self._hands = Hands(None, 0.0)
-        self._attention = Attention()
+        self._attention = Attention(Table(setup.scene.table_height))
         self._stale = True
         self._complete = True
         self._episode = -1
@@ -136,7 +141,8 @@ class RgbdPerception:
         """Tell whether this is the first look of an episode; nothing that is remembered is true of another."""
         if sim.episode == self._episode:
             return False
-        self._tracker, self._hands, self._attention = Tracker(self._setup.declared), Hands(None, 0.0), Attention()
+        self._tracker, self._hands = Tracker(self._setup.declared), Hands(None, 0.0)
+        self._attention = Attention(Table(self._setup.scene.table_height))
         self._episode, self._stale = sim.episode, True
         return True
 
@@ -157,10 +163,17 @@ class RgbdPerception:
         require(sim, "cameras", "perception from colour and depth looks through them")
         specs = sim.capabilities.cameras
         cameras = self._cameras or tuple(specs)
+        before = {track.id: track.thing.fit for track in self.tracks}
         self.look([sim.capture(camera) for camera in cameras])
         self._update(sim)
+        after = {track.id: track.thing.fit for track in self.tracks}
+        left = [
+            fit.corners()
+            for name, fit in before.items()
+            if name not in after or float(np.abs(after[name].centre - fit.centre).max()) > _MOVED
+        ]
         fixed = [camera for camera in cameras if camera in specs and not specs[camera].on_hand]
-        self._attention.remember(self.frames, fixed)
+        self._attention.remember(self.frames, fixed, [fit.corners() for fit in after.values()], left)
         self._stale = False
 
     def look(self, captures: list[RgbdFrame]) -> list[Thing]:

@@ -44,9 +44,7 @@ class NoiseTables:
         """Return a mask of a window of a picture of this size with a share of its pixels set, at random."""
         return np.asarray(_patch(self.uniform, size, window, rng) < round(share * 65536))
 
-    def disparity(
-        self, size: tuple[int, int], window: PictureWindow, rng: np.random.Generator
-    ) -> NDArray[np.float32]:
+    def disparity(self, size: tuple[int, int], window: PictureWindow, rng: np.random.Generator) -> NDArray[np.float32]:
         """Return errors of disparity in a window of a picture of this size, in parts of their standard deviation."""
         return np.asarray(_patch(self.stereo, size, window, rng))
 
@@ -91,7 +89,7 @@ def _patch(
 ) -> NDArray[_Pixel]:
     """Return a window of what lies over a picture: a part of a table, at a random place; over a larger one it is repeated."""
     if max(size) > _SIDE:
-        repeats = tuple(-(-each // _SIDE) for each in size)
-        table = np.tile(table, (*repeats, *(1,) * (table.ndim - 2)))
-    top, left = (int(rng.integers(have - each + 1)) for have, each in zip(table.shape, size, strict=False))
+        down, across = (-(-each // _SIDE) for each in size)
+        table = np.tile(table, (down, across, 1) if table.ndim == 3 else (down, across))
+    top, left = (int(rng.integers(have - each + 1)) for have, each in zip(table.shape[:2], size, strict=True))
     return table[top + window.top : top + window.bottom, left + window.left : left + window.right]
