@@ -150,7 +150,8 @@ class RgbdPerception:
         """Take few pictures; tell whether they show these things, or all of the table, as they were when all was looked at."""
         tracks, hold = self._tracker.tracks, self._hands.hold
         held = hold.id if hold else None
-        if any(track.confidence < _CLEAR and not track.hidden for track in self.tracks):
+        if any(track.confidence < _CLEAR for track in self.tracks):
+            # What is not clear may be told by another look.
             return False
         places = {
             name: tracks[name].thing.fit.corners() for name in (tracks if names is None else names) if name != held
