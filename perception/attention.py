@@ -64,8 +64,9 @@ class Attention:
                 rgb[hidden], disparity[hidden] = before.rgb[hidden], before.disparity[hidden]
                 known |= before.known
             else:
-                table = table_disparity(rgbd, frame.rotation, frame.position, frames.table)
-                disparity[hidden] = table[hidden]
+                disparity[hidden] = table_disparity(
+                    rgbd.intrinsics, frame.rotation, frame.position, frames.table, hidden
+                )
             reference = self.references[camera] = Reference(rgbd, rgb, disparity, known)
             # What a thing looks like behind the robot is not known, and that it is there is no news.
             reference.forget(hidden & _shown(rgbd, left))

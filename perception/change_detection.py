@@ -126,25 +126,24 @@ def _gain(before: NDArray[np.uint8], now: NDArray[np.uint8], known: Mask) -> flo
     return bright / dark
 
 
-def table_disparity(rgbd: RgbdFrame, rotation: Array, position: Array, table: Table) -> Image:
-    """Return the disparity, 1/m, of the bare table in each pixel as delivered, (height, width); 0 beside it.
+def table_disparity(lens: Intrinsics, rotation: Array, position: Array, table: Table, pixels: Mask) -> Image:
+    """Return the disparity, 1/m, of the bare table in these pixels as a lens delivers them, (n,); 0 beside the table.
 
     Args:
-        rgbd: A frame of the camera.
+        lens: The camera's.
         rotation: Its axes in the world, (3, 3).
         position: Its place in the world, (3,).
         table: Where it is.
+        pixels: Which of its picture, (height, width); n of them.
     """
-    x, y = raw_rays(rgbd.intrinsics)
-    turn = rotation.astype(np.float32)
+    x, y = (rays[pixels] for rays in raw_rays(lens))
+    along = [turn[0] * x + turn[1] * y + turn[2] for turn in rotation.astype(np.float32)]
     # The depth at which a pixel's ray meets the table's plane is (height - z) / slope.
-    disparity = (turn[2, 0] * x + turn[2, 1] * y + turn[2, 2]) / np.float32(table.height - position[2])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        depth = np.where(disparity > 0.0, 1.0 / disparity, np.float32(np.inf))
-        across = [(turn[k, 0] * x + turn[k, 1] * y + turn[k, 2]) * depth + np.float32(position[k]) for k in (0, 1)]
-    beside = ~(np.maximum(np.abs(across[0]), np.abs(across[1])) < table.half_extent)
-    disparity[beside] = 0.0
-    return as_image(disparity)
+    disparity = along[2] / np.float32(table.height - position[2])
+    depth = np.divide(1.0, disparity, out=np.full_like(disparity, np.inf), where=disparity > 1.0 / MOST_DEPTH)
+    with np.errstate(invalid="ignore"):
+        across = np.maximum(*(np.abs(along[k] * depth + np.float32(position[k])) for k in (0, 1)))
+    return as_image(np.where(across < table.half_extent, disparity, np.float32(0.0)))
 
 
 @lru_cache(maxsize=8)
