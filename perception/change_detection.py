@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,8 +16,6 @@ from robosandbox.types import Array, Intrinsics, PictureWindow, RgbdFrame
 
 # Standard deviations of the noise beyond which a pixel has changed: of a million normal numbers none is so far off. Chosen.
 _BEYOND = 6.0
-# The median of the largest of three normal numbers' magnitudes, in standard deviations: (2 F(x) - 1)^3 = 1/2.
-_MEDIAN_OF_LARGEST = 1.26
 _MAD = 1.4826  # Standard deviation of a normal number over the median of its magnitude.
 _LEAST_COLOUR = (
     10.0  # Levels of a channel, of 255, by which a pixel has changed at least. Chosen: rounding, compression.
@@ -31,9 +30,9 @@ _DEPTH_PATCH = 7  # Pixels a side over which depth is averaged. Chosen: twice th
 _DEPTH_COUNT = 12  # Number of pixels whose averaged depth must differ. Chosen: a quarter of what averages share.
 _STRIDE = 5  # Pixels between those of which the noise is measured. Chosen.
 _LEAST_SAMPLES = 40  # Number of pixels from which the noise is told. Chosen.
-_USUAL_DISPARITY_NOISE = (
-    0.002  # Standard deviation, 1/m, where too few tell it. Chosen: twice that of `realsense`, averaged.
-)
+# Standard deviation of averaged disparity, 1/m, where too few pixels tell it. Chosen: twice that of `realsense`.
+_USUAL_DISPARITY_NOISE = 0.002
+_USUAL_COLOUR_NOISE = 4.0  # The same of a channel, of 255 levels. Chosen likewise.
 
 
 @dataclass(slots=True, eq=False)
@@ -98,8 +97,8 @@ def _colour_differs(before: NDArray[np.uint8], now: NDArray[np.uint8], known: Ma
     expected = as_picture(cv2.convertScaleAbs(before, alpha=_gain(before, now, known)))
     first, second, third = cv2.split(cv2.absdiff(now, expected))
     largest = as_picture(cv2.max(cv2.max(first, second), third))
-    samples = largest[::_STRIDE, ::_STRIDE][known[::_STRIDE, ::_STRIDE]]
-    noise = float(median(samples.astype(np.float64))) / _MEDIAN_OF_LARGEST if len(samples) >= _LEAST_SAMPLES else 0.0
+    green = now[..., 1].astype(np.float32) - expected[..., 1]
+    noise = _noise(green, known, 1, _USUAL_COLOUR_NOISE)
     off = as_picture(cv2.threshold(largest, max(_BEYOND * noise, _LEAST_COLOUR), 1.0, cv2.THRESH_BINARY)[1])
     off &= known.view(np.uint8)
     counts = cv2.boxFilter(off, cv2.CV_8U, (_COLOUR_PATCH, _COLOUR_PATCH), normalize=False)
@@ -111,12 +110,21 @@ def _depth_differs(before: Image, now: Image, visible: Mask) -> bool:
     off = now - before
     off[~both] = 0.0
     averaged = as_image(cv2.blur(off, (_DEPTH_PATCH, _DEPTH_PATCH)))
-    samples = np.abs(averaged[::_STRIDE, ::_STRIDE][both[::_STRIDE, ::_STRIDE]])
-    noise = (
-        _MAD * float(median(samples.astype(np.float64))) if len(samples) >= _LEAST_SAMPLES else _USUAL_DISPARITY_NOISE
-    )
+    noise = _noise(averaged, both, _DEPTH_PATCH, _USUAL_DISPARITY_NOISE)
     limit = max(_BEYOND * noise, _LEAST_DISPARITY)
     return int(np.count_nonzero(np.abs(averaged) > limit)) >= _DEPTH_COUNT
+
+
+def _noise(off: Image, valid: Mask, apart: int, usual: float) -> float:
+    """Return the standard deviation of the noise in differences of two pictures, whatever part of them has changed.
+
+    Pixels beside each other change alike; those that are `apart` pixels apart in a row have a noise of their own each.
+    """
+    pairs = valid[::_STRIDE, apart::_STRIDE] & valid[::_STRIDE, :-apart:_STRIDE]
+    steps = (off[::_STRIDE, apart::_STRIDE] - off[::_STRIDE, :-apart:_STRIDE])[pairs]
+    if len(steps) < _LEAST_SAMPLES:
+        return usual
+    return _MAD * float(median(np.abs(steps).astype(np.float64))) / math.sqrt(2.0)
 
 
 def _gain(before: NDArray[np.uint8], now: NDArray[np.uint8], known: Mask) -> float:

@@ -36,6 +36,7 @@ _CLEAR = 0.3
 _MOVED = (
     0.002  # Metres from which a thing has left its place. Chosen: the 95th percentile of errors (docs/measured.md).
 )
+_SLID = 0.001  # Metres from which a drawer that followed the hand is looked at. Chosen: above the noise of a size.
 _AROUND_HELD = 0.003  # Metres around a held thing that are taken for the hand's. Chosen.
 
 
@@ -241,14 +242,16 @@ class RgbdPerception:
             self._hands = Hands(robot.gripper.geometry, limit)
         seen, before = sim.state(), self._hands.hold
         places = {track.id: track.thing.fit.corners() for track in self.tracks}
+        openings = {track.id: track.thing.opening or 0.0 for track in self.tracks}
         self._hands.update(seen, self._tracker.tracks.values())
         self._hands.move_drawers(seen, self.tracks)
         hold = self._hands.hold
-        if hold is not None and before is None:
-            self._attention.vacate(places[hold.id])
-        elif hold is None and before is not None:
-            # Where it went is not felt.
+        slid = any(abs((track.thing.opening or 0.0) - openings[track.id]) > _SLID for track in self.tracks)
+        if slid or (before is not None and hold is not before):
+            # Where it went, and whether the drawer went along, is not felt.
             self._stale = True
+        if hold is not None and hold is not before:
+            self._attention.vacate(places[hold.id])
 
     def _update(self, sim: Driver) -> None:
         """Put together what the last look shows with what is remembered."""
