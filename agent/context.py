@@ -15,7 +15,7 @@ from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Limi
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.protocols import Driver, GraspPlanner, Guard, MotionPlanner, Perception
+from robosandbox.protocols import Driver, Glancing, GraspPlanner, Guard, MotionPlanner, Perception
 from robosandbox.types import DEFAULT_TEMPO, Intent, Limits, ObservedScene, SkillCall, Tempo, force_limits
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure
@@ -113,9 +113,21 @@ class AgentContext(GoalContext):
         """Return the robot's own limits, and this context's."""
         return [limits for limits in (self.sim.spec.limits, self.limits) if limits is not None]
 
-    def look(self) -> ObservedScene:
-        """Return what perception sees now."""
-        self.seen = self.perception.perceive(self.sim)
+    def look(self, *names: str) -> ObservedScene:
+        """Return what perception sees now; of these things alone, where it can look at some alone."""
+        perception = self.perception
+        if names and isinstance(perception, Glancing):
+            self.seen = perception.glance(self.sim, names)
+        else:
+            self.seen = perception.perceive(self.sim)
+        return self.seen
+
+    def feel(self) -> ObservedScene:
+        """Return what is believed now without a look, where perception remembers: what the hand holds is where the hand is."""
+        perception = self.perception
+        if not isinstance(perception, Glancing):
+            return self.look()
+        self.seen = perception.glance(self.sim, ())
         return self.seen
 
     def abilities(self) -> Abilities:

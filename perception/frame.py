@@ -50,6 +50,11 @@ class Table:
     half_extent: float = 0.5
     rgb: tuple[float, float, float] = (0.80, 0.74, 0.66)
 
+    def corners(self) -> Array:
+        """Return the corners of its top in the world, (4, 3), metres."""
+        side = self.half_extent
+        return np.array([[x, y, self.height] for x in (-side, side) for y in (-side, side)])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:

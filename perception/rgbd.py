@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from pathlib import Path
+
+import numpy as np
 
 from robosandbox.drivers import require
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
+from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import Frame, Image, Mask, Table, check_frame, make_frame
@@ -29,6 +33,10 @@ from robosandbox.types import ObservedScene, RgbdFrame
 _log = logging.getLogger(__name__)
 # Confidence, a probability, from which a thing is acted on; what is seen less clearly is only told of. Chosen.
 _CLEAR = 0.3
+_MOVED = (
+    0.002  # Metres from which a thing has left its place. Chosen: the 95th percentile of errors (docs/measured.md).
+)
+_SLID = 0.001  # Metres from which a drawer that followed the hand is looked at. Chosen: above the noise of a size.
 _AROUND_HELD = 0.003  # Metres around a held thing that are taken for the hand's. Chosen.
 
 
@@ -66,6 +74,9 @@ class RgbdPerception:
         self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
         self._meshes = KnownMeshes(setup)
         self._hands = Hands(None, 0.0)
+        self._attention = Attention(Table(setup.scene.table_height))
+        self._stale = True
+        self._complete = True
         self._episode = -1
         self._last: ObservedScene | None = None
         self._scenes: PlanningScenes | None = None
@@ -96,18 +107,76 @@ class RgbdPerception:
             SensorError: No camera delivers a usable frame.
             RenderingError: Nothing renders here.
         """
-        if sim.episode != self._episode:
-            # Nothing that is remembered is true of another episode.
-            self._tracker, self._hands = Tracker(self._setup.declared), Hands(None, 0.0)
-        elif self._last is not None and sim.time == self._last.time:
+        if not self._begins(sim) and self._complete and self._last is not None and sim.time == self._last.time:
             # A second look at the same moment would show the same.
             return self._last
-        self._episode = sim.episode
-        require(sim, "cameras", "perception from colour and depth looks through them")
         self._feel(sim)
-        self.look([sim.capture(camera) for camera in self._cameras or sim.capabilities.cameras])
-        self._last = self._observed(sim)
+        if self._stale or not self._is_unchanged(sim, None):
+            self._look_all_over(sim)
+        self._complete = True
+        self._last = self._believed(sim)
         return self._last
+
+    def glance(self, sim: Driver, names: Sequence[str]) -> ObservedScene:
+        """Return what is believed now, having looked at these things alone; all over where one of them is not as it was.
+
+        Args:
+            sim: As for `perceive`.
+            names: Ids. What the hand holds is felt, not looked at; without any, nothing is looked at.
+        """
+        if self._begins(sim) or any(name not in self._tracker.tracks for name in names):
+            return self.perceive(sim)
+        if self._complete and self._last is not None and sim.time == self._last.time:
+            return self._last
+        self._feel(sim)
+        self._complete = False
+        held = self._hands.hold.id if self._hands.hold else None
+        seen = [name for name in names if name != held]
+        if seen and (self._stale or not self._is_unchanged(sim, seen)):
+            self._look_all_over(sim)
+            self._complete = True
+        self._last = self._believed(sim)
+        return self._last
+
+    def _begins(self, sim: Driver) -> bool:
+        """Tell whether this is the first look of an episode; nothing that is remembered is true of another."""
+        if sim.episode == self._episode:
+            return False
+        self._tracker, self._hands = Tracker(self._setup.declared), Hands(None, 0.0)
+        self._attention = Attention(Table(self._setup.scene.table_height))
+        self._episode, self._stale = sim.episode, True
+        return True
+
+    def _is_unchanged(self, sim: Driver, names: Sequence[str] | None) -> bool:
+        """Take few pictures; tell whether they show these things, or all of the table, as they were when all was looked at."""
+        tracks, hold = self._tracker.tracks, self._hands.hold
+        held = hold.id if hold else None
+        if any(track.confidence < _CLEAR for track in self.tracks):
+            # What is not clear may be told by another look.
+            return False
+        places = {
+            name: tracks[name].thing.fit.corners() for name in (tracks if names is None else names) if name != held
+        }
+        carried = tracks[held].thing.fit.corners(_AROUND_HELD) if held else None
+        return self._attention.is_unchanged(sim, places, self._robot(), carried, everywhere=names is None)
+
+    def _look_all_over(self, sim: Driver) -> None:
+        """Look with all cameras, and put together what they show with what is remembered."""
+        require(sim, "cameras", "perception from colour and depth looks through them")
+        specs = sim.capabilities.cameras
+        cameras = self._cameras or tuple(specs)
+        before = {track.id: track.thing.fit for track in self.tracks}
+        self.look([sim.capture(camera) for camera in cameras])
+        self._update(sim)
+        after = {track.id: track.thing.fit for track in self.tracks}
+        left = [
+            fit.corners()
+            for name, fit in before.items()
+            if name not in after or float(np.abs(after[name].centre - fit.centre).max()) > _MOVED
+        ]
+        fixed = [camera for camera in cameras if camera in specs and not specs[camera].on_hand]
+        self._attention.remember(self.frames, fixed, [fit.corners() for fit in after.values()], left)
+        self._stale = False
 
     def look(self, captures: list[RgbdFrame]) -> list[Thing]:
         """Return what these frames show, by themselves.
@@ -171,12 +240,22 @@ class RgbdPerception:
         if robot.gripper is not None and self._hands.hold is None:
             limit = float(robot.gripper.force_limits.sum())
             self._hands = Hands(robot.gripper.geometry, limit)
-        seen = sim.state()
+        seen, before = sim.state(), self._hands.hold
+        places = {track.id: track.thing.fit.corners() for track in self.tracks}
+        openings = {track.id: track.thing.opening or 0.0 for track in self.tracks}
         self._hands.update(seen, self._tracker.tracks.values())
         self._hands.move_drawers(seen, self.tracks)
+        hold = self._hands.hold
+        slid = any(abs((track.thing.opening or 0.0) - openings[track.id]) > _SLID for track in self.tracks)
+        if slid or (before is not None and hold is not before):
+            # Where it went, and whether the drawer went along, is not felt.
+            self._stale = True
+        if hold is not None and hold is not before:
+            self._attention.vacate(places[hold.id])
 
-    def _observed(self, sim: Driver) -> ObservedScene:
-        seen, robot = sim.state(), sim.spec
+    def _update(self, sim: Driver) -> None:
+        """Put together what the last look shows with what is remembered."""
+        seen = sim.state()
         held = self._hands.hold.id if self._hands.hold else None
         in_hand = self._tracker.tracks[held] if held else None
         self._tracker.update(self._loose(held), self.frames, held, seen.tcp_pose.position)
@@ -186,6 +265,10 @@ class RgbdPerception:
         # The hand that holds a drawer tells its opening better than a look, which the hand itself obstructs.
         self._hands.move_drawers(seen, self.tracks)
         self.assign_ids()
+
+    def _believed(self, sim: Driver) -> ObservedScene:
+        """Return what is remembered as skills and planners are told of it."""
+        robot = sim.spec
         held = self._hands.hold.id if self._hands.hold else None
         base = robot.base_position
         clear = [track for track in self.tracks if track.confidence >= _CLEAR or track.id == held]

@@ -14,6 +14,7 @@ from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import (
     Array,
     Observation,
+    PictureWindow,
     RgbdFrame,
     Trajectory,
 )
@@ -99,9 +100,10 @@ class SensedSim:
         """Return proprioception and pictures."""
         return self._sim.state(cameras)
 
-    def capture(self, camera: str) -> RgbdFrame:
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
         """Return what a camera's sensor delivers."""
-        return self._sim.capture(camera)
+        # A driver whose cameras declare no windows need not know of them.
+        return self._sim.capture(camera) if window is None else self._sim.capture(camera, window)
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory."""

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.errors import RenderingError
+from robosandbox.sim.frustum import leave_out_unseen, narrow
+from robosandbox.types import PictureWindow
 
 _REMEDY = (
     "install one with `apt-get install libegl1` (then MUJOCO_GL=egl) or `apt-get install libosmesa6` (MUJOCO_GL=osmesa)"
@@ -65,12 +67,14 @@ class OffscreenRenderer:
         mujoco.mjr_readPixels(None, raw, self._rect, self._context)
         return self._metres(raw)
 
-    def rgbd(self, data: mujoco.MjData, camera: str) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Return the picture and the depth of one drawing, as `render` and `depth` do."""
-        self._draw(data, camera)
-        picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
-        raw = np.empty((self._rect.height, self._rect.width), dtype=np.float32)
-        mujoco.mjr_readPixels(picture, raw, self._rect, self._context)
+    def rgbd(
+        self, data: mujoco.MjData, camera: str, window: PictureWindow | None = None
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Return the picture and the depth of one drawing, as `render` and `depth` do; of a window of it, that part alone."""
+        rect = self._draw(data, camera, window)
+        picture = np.empty((rect.height, rect.width, 3), dtype=np.uint8)
+        raw = np.empty((rect.height, rect.width), dtype=np.float32)
+        mujoco.mjr_readPixels(picture, raw, rect, self._context)
         return picture[::-1].copy(), self._metres(raw)
 
     def bodies(self, data: mujoco.MjData, camera: str) -> NDArray[np.int32]:
@@ -97,13 +101,19 @@ class OffscreenRenderer:
         metres: NDArray[np.float32] = far * near / (raw[::-1] * (far - near) + near)
         return metres
 
-    def _draw(self, data: mujoco.MjData, camera: str) -> None:
+    def _draw(self, data: mujoco.MjData, camera: str, window: PictureWindow | None = None) -> mujoco.MjrRect:
         self._gl.make_current()
         self._camera.fixedcamid = self._model.camera(camera).id
         mujoco.mjv_updateScene(
             self._model, data, self._options, self._perturb, self._camera, mujoco.mjtCatBit.mjCAT_ALL.value, self._scene
         )
-        mujoco.mjr_render(self._rect, self._scene, self._context)
+        rect = self._rect
+        if window is not None:
+            narrow(self._scene, (rect.height, rect.width), window)
+            rect = mujoco.MjrRect(0, 0, window.right - window.left, window.bottom - window.top)
+        leave_out_unseen(self._scene, self._model, data, rect.width / rect.height)
+        mujoco.mjr_render(rect, self._scene, self._context)
+        return rect
 
     def close(self) -> None:
         """Free the OpenGL context."""

@@ -21,7 +21,7 @@ from robosandbox.sim.sensors import FRAME_SIZE, Sensor, perfect_intrinsics
 from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.sim.suction import seal
 from robosandbox.sim.world import World
-from robosandbox.types import Array, Observation, Pose, RgbdFrame, Truth, frozen_array
+from robosandbox.types import Array, Observation, PictureWindow, Pose, RgbdFrame, Truth, frozen_array
 
 # MuJoCo's cameras look along -z with y up.
 _OPTICAL = np.diag([1.0, -1.0, -1.0])
@@ -110,8 +110,12 @@ class SensedSimulation(ControlledSimulation):
             self._observed = (self._moment, observed)
         return observed
 
-    def capture(self, camera: str) -> RgbdFrame:
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
         """Return what the sensor delivers of a camera now: colour, depth, and how robot and camera stood.
+
+        Args:
+            camera: Its name.
+            window: The part that is asked for; it is as in the whole frame, and the rest is black and without depth.
 
         Raises:
             InputError: No such camera.
@@ -119,7 +123,9 @@ class SensedSimulation(ControlledSimulation):
         """
         name = self.camera_in_model(camera)
         model, robot, data = self.model, self.robot, self._exposed()
-        rgb, depth = self._renderer(FRAME_SIZE).rgbd(data, name)
+        lens = self.camera_specs()[camera].intrinsics
+        drawn = None if window is None else self.sensor.needs(lens, window)
+        rgb, depth = self._renderer(FRAME_SIZE).rgbd(data, name, drawn)
         number = model.camera(name).id
         pose = Pose.from_matrix(data.cam_xpos[number], data.cam_xmat[number].reshape(3, 3) @ _OPTICAL)
         fingers = data.qpos[robot.gripper.joint_indices] if robot.gripper else np.zeros(0)
@@ -128,12 +134,12 @@ class SensedSimulation(ControlledSimulation):
             time=float(data.time),
             rgb=rgb,
             depth=depth,
-            intrinsics=self.camera_specs()[camera].intrinsics,
+            intrinsics=lens,
             pose_camera_in_world=pose,
             q=frozen_array(data.qpos[robot.qpos_indices]),
             gripper_q=frozen_array(fingers),
         )
-        return self.sensor.sense(frame)
+        return self.sensor.sense(frame, window)
 
     def truth(self, *, for_judging: bool = True) -> Truth:
         """Return the simulated state.
@@ -248,4 +254,5 @@ def _camera_spec(world: World, data: mujoco.MjData, name: str) -> CameraSpec:
         intrinsics=perfect_intrinsics(FRAME_SIZE, float(np.radians(model.cam_fovy[number]))),
         pose=Pose.from_matrix(*world.robot.tcp(data)).inverse() @ pose if on_hand else pose,
         on_hand=on_hand,
+        windows=True,
     )

@@ -17,7 +17,7 @@ from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_wi
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.skills.primitives.nudging import nudge_off_walls
-from robosandbox.skills.primitives.sensing import changed, check_closed, check_open, check_sealed
+from robosandbox.skills.primitives.sensing import around, changed, check_closed, check_open, check_sealed
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -99,7 +99,7 @@ class Pick(Skill):
                 arm.open_for(plan.approach, plan.aperture)
                 follow_free(arm, plan.approach, Phase.APPROACH)
                 check_open(arm, plan.grasp, plan.aperture)
-                if looks < _LOOKS and changed(scene, arm.look()):
+                if looks < _LOOKS and changed(scene, arm.look(*around(seen, scene))):
                     looks, scene = looks + 1, arm.settle(object)
                     continue
                 return self._execute(arm, target, plan, firm=tries.slipped)
@@ -122,7 +122,7 @@ class Pick(Skill):
         check_sealed(arm, grasp)
         width, geometry = arm.gripper.width, arm.geometry
         empty = geometry.min_aperture + _CLOSED_ON_NOTHING * (grasp.width - geometry.min_aperture)
-        scene = arm.look()
+        scene = arm.look(*around(target, arm.start))
         if width < empty and scene.held != target.id:
             raise _missed(arm, grasp, width)
         after = _lift(arm, arm.find(target.id, scene), grasp.width, firm=firm)
@@ -224,7 +224,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
         GraspError: It did not come up.
         LimitError: It pulls harder than the robot may, which is too little to tell why.
     """
-    scene = arm.look()
+    scene = arm.look(*around(target, arm.start))
     arm.use(scene, held=target.id)
     # What it stands on, in or against it leaves by going up.
     others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]

@@ -190,7 +190,7 @@ def _stroke(
     follow_free(arm, stroke.approach, Phase.APPROACH)
     follow_free(arm, stroke.descent, Phase.DESCEND)
     pressed = press_along(arm, stroke.push, target.id, most=arm.ctx.max_force_n, before=STAND_OFF)
-    arm.use(arm.look())
+    arm.use(arm.feel())
     # Pressed against the object, a hand of weak servos sinks onto the table.
     arm.motion.allow("table", target.id)
     arm.rise(HOVER_HEIGHT, Phase.RETREAT)

@@ -225,7 +225,7 @@ def test_a_number_that_is_read_late_settles_what_looks_had_guessed():
             )
             eyes = looking.eyes
             eyes.look([other.capture(camera) for camera in other.cameras])
-            eyes._observed(other)
+            eyes._update(other)
         assert {track.id: _at(track.detected(), looking.truth()) for track in eyes.tracks} == wrong
 
 

@@ -8,6 +8,7 @@ from robosandbox.errors import CollisionError, GraspError, Phase, UnreachableErr
 from robosandbox.evidence import GraspEvidence
 from robosandbox.protocols import Guard
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator, raised
+from robosandbox.skills.primitives.sensing import around
 from robosandbox.types import CAREFUL, DetectedObject, ObservedScene
 from robosandbox.world.relations import contents, on_top
 
@@ -96,7 +97,7 @@ def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: f
     Raises:
         GraspError: Something has.
     """
-    now = arm.look()
+    now = arm.look(*around(held, scene))
     cargo = _cargo(held, scene)
     along = tuple(
         item.id

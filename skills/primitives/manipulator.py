@@ -104,9 +104,13 @@ class Manipulator:
 
     # Looking.
 
-    def look(self) -> ObservedScene:
-        """Return what perception sees now."""
-        return self.ctx.look()
+    def look(self, *names: str) -> ObservedScene:
+        """Return what perception sees now; with names, of these things, and what is remembered of the others."""
+        return self.ctx.look(*names)
+
+    def feel(self) -> ObservedScene:
+        """Return what is believed now without a look."""
+        return self.ctx.feel()
 
     def use(self, scene: ObservedScene, *, held: str | None = None) -> None:
         """Plan among these objects from now on."""
@@ -360,10 +364,10 @@ class Manipulator:
         """Let time pass until these objects are seen to be still, and return that look."""
         self.ctx.enter(Phase.SETTLE)
         deadline = self.sim.time + seconds
-        stillness = Stillness(self.look(), names)
+        stillness = Stillness(self.look(*names), names)
         while True:
             self.sim.wait(LOOK_SECONDS)
-            now = self.look()
+            now = self.look(*names)
             if stillness.seen(now) or self.sim.time >= deadline:
                 return now
 

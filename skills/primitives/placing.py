@@ -268,7 +268,7 @@ def _release(arm: Manipulator, object_id: str, opening: float) -> None:
     arm.open(opening, wait=False)
     # The rest of the way the fingers go while the hand begins to rise.
     arm.wait_for_fingers(until=before + _OPENED * (opening - before))
-    arm.use(arm.look())
+    arm.use(arm.feel())
     arm.motion.allow(object_id)
     try:
         arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=arm.tempo.leave)

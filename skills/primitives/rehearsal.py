@@ -171,7 +171,12 @@ class _Imagined:
         """With how many newtons a skill may press what it is to move."""
         return self._ctx.max_force_n
 
-    def look(self) -> ObservedScene:
+    def look(self, *names: str) -> ObservedScene:
+        """Return what is imagined."""
+        del names
+        return self._scene
+
+    def feel(self) -> ObservedScene:
         """Return what is imagined."""
         return self._scene
 

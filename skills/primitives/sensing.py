@@ -5,8 +5,8 @@ from __future__ import annotations
 from robosandbox.errors import GraspError, Phase
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.types import Grasp, ObservedScene
-from robosandbox.world.relations import moved
+from robosandbox.types import DetectedObject, Grasp, ObservedScene
+from robosandbox.world.relations import gap, moved
 
 # Metres between fingers and where they were sent within which they are there; chosen as what weak finger servos stop
 # short of.
@@ -20,6 +20,15 @@ _NEEDED_CLEARANCE = 0.002
 # Metres by which a thing has to have moved to be planned for anew; chosen above perception's 2.2 mm (p95,
 # docs/measured.md).
 _CHANGED = 0.003
+
+# Metres from an object within which things are looked at along with it; chosen as what a hand around it covers.
+_AROUND = 0.06
+
+
+def around(target: DetectedObject, scene: ObservedScene) -> tuple[str, ...]:
+    """Return the ids of an object and of all that a hand which takes it may touch or take along."""
+    others = (item for item in scene.objects if item.id != target.id)
+    return (target.id, *(item.id for item in others if gap(target, item) < _AROUND))
 
 
 def changed(before: ObservedScene, now: ObservedScene) -> bool:

@@ -13,7 +13,7 @@ from robosandbox.drivers import Capabilities, refusal
 if TYPE_CHECKING:
     from robosandbox.protocols import Guard
     from robosandbox.robots.spec import RobotSpec
-    from robosandbox.types import Array, RgbdFrame, Trajectory
+    from robosandbox.types import Array, PictureWindow, RgbdFrame, Trajectory
 
 
 class ControlLoop:
@@ -88,12 +88,13 @@ class BareDriver(ABC):
         """Tell and ask after a control tick; raises what a guard returned, the arm holding."""
         self._loop.ticked(self.stop, guards)
 
-    def capture(self, camera: str) -> RgbdFrame:
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
         """Refuse: there is no camera.
 
         Raises:
             UnsupportedError: Always.
         """
+        del window
         raise refusal(self, "cameras", f"a frame of {camera!r} was asked for")
 
     def strongest_contact(self) -> tuple[float, str, str]:

@@ -41,11 +41,13 @@ class CameraSpec:
         intrinsics: Size and pinhole of its frames.
         pose: Of its optical frame (z forward, y down), in the world, or in the TCP's frame where it rides on the hand.
         on_hand: Whether it rides on the hand.
+        windows: Whether `capture` can be asked for a part of the picture alone, and it costs less.
     """
 
     intrinsics: Intrinsics
     pose: Pose
     on_hand: bool = False
+    windows: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

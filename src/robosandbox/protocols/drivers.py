@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 if TYPE_CHECKING:
     from robosandbox.drivers import Capabilities
     from robosandbox.robots.spec import RobotSpec
-    from robosandbox.types import Array, Observation, RgbdFrame, Scene, Trajectory, Truth
+    from robosandbox.types import Array, Observation, PictureWindow, RgbdFrame, Scene, Trajectory, Truth
 
 
 # Asked in a driver's control loop, after each tick: why the motion has to end with the arm holding, or None to go on. It moves
@@ -53,8 +53,11 @@ class Driver(Protocol):
         ...
 
     def state(self, cameras: Sequence[str] = ()) -> Observation: ...
-    def capture(self, camera: str) -> RgbdFrame:
-        """Return what the RGB-D sensor of a camera delivers now; raises RenderingError where nothing renders."""
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
+        """Return what the RGB-D sensor of a camera delivers now; raises RenderingError where nothing renders.
+
+        A `window` is given only where the camera's `windows` is declared: the rest of the frame is black and without depth.
+        """
         ...
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:

@@ -28,6 +28,15 @@ class Perception(Protocol):
 
 
 @runtime_checkable
+class Glancing(Perception, Protocol):
+    """A perception that need not look at everything each time."""
+
+    def glance(self, sim: Driver, names: Sequence[str]) -> ObservedScene:
+        """Return what is believed now, having looked at these things alone; without any, what is remembered and felt."""
+        ...
+
+
+@runtime_checkable
 class GraspPlanner(Protocol):
     """Ways to hold an object, best first, made as they are asked for; feasibility is the motion planner's to say.
 

@@ -45,8 +45,12 @@ class SkillContext(Protocol):
         """Called with each phase that begins."""
         ...
 
-    def look(self) -> ObservedScene:
-        """Return what perception sees now."""
+    def look(self, *names: str) -> ObservedScene:
+        """Return what perception sees now; with names, of these things, and what is remembered of the others."""
+        ...
+
+    def feel(self) -> ObservedScene:
+        """Return what is believed now without a look: what was seen last, what the hand holds where the hand is."""
         ...
 
     def permit(self, call: SkillCall) -> None:

@@ -17,7 +17,7 @@ from robosandbox.drivers import CAPABILITIES, CameraSpec
 from robosandbox.errors import InputError, UnsupportedError
 from robosandbox.protocols import Driver, Guard, Simulated
 from robosandbox.testing.conformance import demand
-from robosandbox.types import Pose, RgbdFrame, Trajectory
+from robosandbox.types import PictureWindow, Pose, RgbdFrame, Trajectory
 
 # How far two readings of a joint that is held may differ, rad or m; chosen as half of what skills call arrived.
 _STEADY = 0.002
@@ -161,12 +161,29 @@ def _check_cameras(driver: Driver) -> None:
             f"{name}: depth is {frame.depth.shape}, not as its lens says",
         )
         demand(len(frame.q) == driver.spec.n, f"{name}: the frame does not tell how the arm stood")
+        if declared.windows:
+            _check_window(driver, name, frame)
     expected = InputError if driver.capabilities.cameras else UnsupportedError
     try:
         driver.capture("no such camera")
     except expected:
         return
     raise AssertionError(f"a camera that is not there delivers a frame instead of an {expected.__name__}")
+
+
+def _check_window(driver: Driver, name: str, whole: RgbdFrame) -> None:
+    """Check that a part of a picture comes in a frame of the usual size, with nothing around it."""
+    height, width = whole.depth.shape
+    window = PictureWindow(left=width // 4, top=height // 4, right=width // 2, bottom=height // 2)
+    frame = driver.capture(name, window)
+    demand(
+        frame.rgb.shape == whole.rgb.shape and frame.depth.shape == whole.depth.shape, f"{name}: a window is cut out"
+    )
+    inside = frame.depth[window.rows, window.columns]
+    demand(
+        np.count_nonzero(frame.depth) == np.count_nonzero(inside) > 0,
+        f"{name}: what is outside of a window has depth, or nothing in it",
+    )
 
 
 def _check_mount(declared: CameraSpec, frame: RgbdFrame, tcp: Pose) -> None:

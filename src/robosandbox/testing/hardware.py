@@ -22,6 +22,7 @@ from robosandbox.types import (
     GripperState,
     Observation,
     ObservedScene,
+    PictureWindow,
     Pose,
     RgbdFrame,
     Scene,
@@ -196,14 +197,14 @@ class Hardware(BareDriver):
             gripper=self._gripper_state(seen.gripper),
         )
 
-    def capture(self, camera: str) -> RgbdFrame:
-        """Return the next frame of a camera that is not lost."""
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
+        """Return the next frame of a camera that is not lost; of a window of it, that part."""
         while self._random.random() < self._lost_share:
             # Nobody is told of these ticks: a frame may be waited for by what listens to ticks.
             for _ in range(round(_FRAME_SECONDS / self.control_timestep)):
                 self._let_pass()
         self._catch_up()
-        return self._plant.capture(camera)
+        return self._plant.capture(camera, window)
 
     def force_on(self, object_id: str | None) -> Array:
         """Return what the wrist's sensor feels, N in the world, shape (3,); it cannot tell of which object.

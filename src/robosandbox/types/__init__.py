@@ -32,7 +32,15 @@ from robosandbox.types.motion import Grasp, GraspSearch, Intent, Trajectory
 from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomize, SceneObject
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.types.scene import TABLE_HEIGHT, Scene
-from robosandbox.types.sensed import DetectedObject, GripperState, Intrinsics, Observation, ObservedScene, RgbdFrame
+from robosandbox.types.sensed import (
+    DetectedObject,
+    GripperState,
+    Intrinsics,
+    Observation,
+    ObservedScene,
+    PictureWindow,
+    RgbdFrame,
+)
 from robosandbox.types.tempo import CAREFUL, DEFAULT_TEMPO, TEMPOS, Speed, Tempo, Timing, find_tempo, share_of
 from robosandbox.types.truth import Convex, ObjectTruth, Touch, Truth, Verdict
 
@@ -66,6 +74,7 @@ __all__ = [
     "ObjectTruth",
     "Observation",
     "ObservedScene",
+    "PictureWindow",
     "Plan",
     "Pose",
     "Positive",

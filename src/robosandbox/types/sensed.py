@@ -81,8 +81,39 @@ class Intrinsics:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PictureWindow:
+    """A part of a picture, in pixels from its upper left corner; right and bottom are outside."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def rows(self) -> slice:
+        """The rows of a picture that are in it."""
+        return slice(self.top, self.bottom)
+
+    @property
+    def columns(self) -> slice:
+        """The columns of a picture that are in it."""
+        return slice(self.left, self.right)
+
+    def widened(self, room: int, size: tuple[int, int]) -> PictureWindow:
+        """Return it with so many pixels around it, within a picture of this size, (height, width)."""
+        return PictureWindow(
+            left=max(self.left - room, 0),
+            top=max(self.top - room, 0),
+            right=min(self.right + room, size[1]),
+            bottom=min(self.bottom + room, size[0]),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RgbdFrame:
     """A colour picture with a depth for each pixel, and how robot and camera stood when it was taken.
+
+    Of a picture of which only a part was asked for the rest is black and without depth.
 
     Attributes:
         camera: Its name.
