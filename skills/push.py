@@ -30,8 +30,10 @@ from robosandbox.world.changes import PUSH_RELATIVE_TOLERANCE, PUSH_TOLERANCE
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.nearness import nearer
-from robosandbox.world.relations import centre, displacement
+from robosandbox.world.relations import centre, displacement, top
 
+# Share of what an object stands above the fingertips by which the hand may rise; chosen: at the whole of it the hand passes over.
+_PASSES = 0.7
 # Strokes of one push; chosen: most take one, and one passed by the object is turned for the next.
 _STROKES = 4
 # Metres that a stroke has to move the object not to count as missed; chosen as perception's error.
@@ -180,6 +182,13 @@ def _ahead(scene: ObservedScene, target: DetectedObject, axis: Array) -> tuple[s
     )
 
 
+def _room_above(arm: Manipulator, target: DetectedObject) -> float:
+    """Return how far the hand may rise from where it is and still have an object's side before it, metres."""
+    gripper, height = arm.sim.spec.gripper, float(arm.state.tcp_pose.xyz[2])
+    tip = height if gripper is None else height - gripper.geometry.tip_depth
+    return max(0.0, _PASSES * (top(target) - tip))
+
+
 def _stroke(
     arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float, missed: int
 ) -> Pressed:
@@ -189,7 +198,9 @@ def _stroke(
         arm.open_for(stroke.approach, 0.0)
     follow_free(arm, stroke.approach, Phase.APPROACH)
     follow_free(arm, stroke.descent, Phase.DESCEND)
-    pressed = press_along(arm, stroke.push, target.id, most=arm.ctx.max_force_n, before=STAND_OFF)
+    pressed = press_along(
+        arm, stroke.push, target.id, most=arm.ctx.max_force_n, before=STAND_OFF, rise=_room_above(arm, target)
+    )
     arm.use(arm.feel())
     # Pressed against the object, a hand of weak servos sinks onto the table.
     arm.motion.allow("table", target.id)

@@ -8,6 +8,7 @@ holds the height that a loaded arm would lose, and rises where it feels that it 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -67,7 +68,9 @@ class Pressed:
     arrived: bool
 
 
-def press_along(arm: Manipulator, way: Trajectory, target: str, *, most: float, before: float) -> Pressed:
+def press_along(
+    arm: Manipulator, way: Trajectory, target: str, *, most: float, before: float, rise: float = math.inf
+) -> Pressed:
     """Push a thing along a straight way and come off it; without a force sensor, follow the way to its end.
 
     Args:
@@ -76,6 +79,7 @@ def press_along(arm: Manipulator, way: Trajectory, target: str, *, most: float, 
         target: What is pushed.
         most: With how many newtons at most.
         before: How far along the way the thing is met, metres.
+        rise: How far the hand may give way upwards before it would pass over the thing, metres.
 
     Raises:
         LimitError: The robot pressed too hard on something else.
@@ -85,7 +89,7 @@ def press_along(arm: Manipulator, way: Trajectory, target: str, *, most: float, 
         return Pressed(force=None, arrived=True)
     arm.ctx.enter(Phase.PUSH)
     arm.ctx.announce(way)
-    push = _Push(arm, Way.of(arm, way), target, most)
+    push = _Push(arm, Way.of(arm, way), target, most, rise)
     arrived = push.go(before)
     push.come_off()
     return Pressed(force=push.force, arrived=arrived)
@@ -153,6 +157,7 @@ class _Push:
     way: Way
     target: str
     most: float
+    rise: float
     force: float = 0.0
     _felt: float = 0.0
     _place: float = 0.0
@@ -173,7 +178,7 @@ class _Push:
                 if self._is_stuck():
                     return False
                 self._place, self._speed = min(self._place, self._here() - _STEP_BACK), 0.0
-            elif sim.time > deadline:
+            elif sim.time > deadline or self._lift > self.rise:
                 return False
             elif touched:
                 slowed = max(_SLOWEST, 1.0 - self._felt / (_SLOW_FROM * self.most))
