@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import socket
 from collections.abc import Iterable, Iterator
+from itertools import islice
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from robosandbox.errors import ServiceUnavailableError
@@ -17,6 +19,9 @@ _LOOPBACK = "127.0.0.1"
 _RETRIES = 3
 # Seconds that a cluster's address may take to answer; chosen because Ray itself waits for minutes.
 _CONNECT_SECONDS = 5.0
+# Seconds without the end of a task after which the head is asked whether it is there. Chosen: far fewer than the sixty after which
+# Ray ends a process whose head is gone, and it costs one connection.
+_HEAD_SECONDS = 5.0
 # Tasks that wait on each core, so that none runs dry while the next is sent.
 _AHEAD = 2
 
@@ -39,6 +44,8 @@ class RayEngine:
         if address is None or address.startswith(_LOOPBACK):
             # Read when Ray is imported: with it off, nodes meet on the loopback address and on no other.
             os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
+        # Every node has this package. Ray would pack the working folder of `uv run` and install from it for each worker.
+        os.environ.setdefault("RAY_ENABLE_UV_RUN_RUNTIME_ENV", "0")
         try:
             import ray  # pyright: ignore[reportMissingImports]
         except ImportError as error:
@@ -53,25 +60,48 @@ class RayEngine:
         if ours:
             self._connect()
         pending: dict[Any, Chunk] = {}
+        # Each task tells of its end: asking Ray which of all tasks have ended takes the longer the more cores there are.
+        ended: SimpleQueue[Any] = SimpleQueue()
         try:
             task = self._ray.remote(num_cpus=1, max_retries=_RETRIES)(run_chunk)
             left = iter(chunks)
             room = _AHEAD * max(1, int(self._ray.cluster_resources().get("CPU", 1)))
             while True:
                 # Nodes may come and go meanwhile; a million episodes are not queued at once.
-                for chunk in left:
-                    pending[task.remote(chunk)] = chunk
-                    if len(pending) >= room:
-                        break
+                for chunk in islice(left, room - len(pending)):
+                    reference = task.remote(chunk)
+                    pending[reference] = chunk
+                    reference.future().add_done_callback(lambda _, of=reference: ended.put(of))
                 if not pending:
                     return
-                done, _ = self._ray.wait(list(pending), num_returns=1)
-                yield from self._rows(done[0], pending.pop(done[0]))
+                reference = self._ended(ended)
+                yield from self._rows(reference, pending.pop(reference))
         finally:
             for reference in pending:
                 self._ray.cancel(reference, force=True)
             if ours:
                 self._ray.shutdown()
+
+    def _ended(self, ended: SimpleQueue[Any]) -> Any:
+        """Return the next task that has ended.
+
+        Raises:
+            ServiceUnavailableError: The head is gone.
+        """
+        while True:
+            try:
+                return ended.get(timeout=_HEAD_SECONDS)
+            except Empty:
+                self._ask_head()
+
+    def _ask_head(self) -> None:
+        host, _, port = str(self._ray.get_runtime_context().gcs_address).rpartition(":")
+        try:
+            socket.create_connection((host, int(port)), _CONNECT_SECONDS).close()
+        except OSError as error:
+            raise ServiceUnavailableError(
+                f"--engine: the head of the Ray cluster at {host}:{port} is gone: {error}; --resume goes on with the rows"
+            ) from None
 
     def _rows(self, reference: Any, chunk: Chunk) -> list[Row]:
         try:

@@ -144,6 +144,45 @@ def test_episodes_of_a_killed_ray_worker_are_run_again(rows: list[Row], cluster:
     assert killed
 
 
+_LOST_HEAD = """
+import sys
+from pathlib import Path
+from robosandbox.errors import ServiceUnavailableError
+from robosandbox.tasks.bench import BenchSettings, run_bench
+from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.ray_engine import RayEngine
+from robosandbox.tasks.results_file import ResultsFile
+from robosandbox.testing.cluster import kill_head, local_cluster
+
+with local_cluster() as address:
+    kept, killed = ResultsFile.resume(Path(sys.argv[1]), BenchSettings()), []
+    try:
+        for row in run_bench([find_task("home")], 400, jobs=2, kept=kept, engine=RayEngine(2, address)):
+            killed = killed or [kill_head()]
+    except ServiceUnavailableError as error:
+        print(error, flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_a_head_that_dies_is_said_and_the_bench_goes_on_from_its_rows(tmp_path: Path) -> None:
+    if find_spec("ray") is None:
+        pytest.skip("needs the extra `scale`")
+    # In a process of its own: Ray ends, a minute later, the process whose head is gone.
+    file = tmp_path / "rows.jsonl"
+    done = subprocess.run([sys.executable, "-c", _LOST_HEAD, str(file)], capture_output=True, text=True, timeout=180)
+    assert "the head of the Ray cluster" in done.stdout and "--resume" in done.stdout, done.stderr
+    found = file.read_bytes().splitlines(keepends=True)
+    assert 1 <= len(found) < 400
+    kept = ResultsFile.resume(file, BenchSettings())
+    ran: list[Row] = []
+    rows = list(run_bench([find_task("home")], len(found) + 3, kept=kept, on_row=ran.append))
+    kept.close()
+    # Chunks end in any order; what is in the file is not run again.
+    assert len(rows) == len(found) + 3 and not {row.seed for row in ran} & {json.loads(line)["seed"] for line in found}
+    assert [replace(row, secs=0.0) for row in rows[:2]] == untimed(list(run_bench([find_task("home")], 2)))
+
+
 def test_no_cluster_at_an_address_is_said_in_one_line() -> None:
     if find_spec("ray") is None:
         pytest.skip("needs the extra `scale`")

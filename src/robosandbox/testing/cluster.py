@@ -1,4 +1,4 @@
-"""A Ray cluster of two nodes on this machine, and workers of it that die (extra `scale`)."""
+"""A Ray cluster of two nodes on this machine, and workers and heads of it that die (extra `scale`)."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ def local_cluster() -> Iterator[str]:
     """Yield the address of two nodes of one core each on this machine."""
     # Before Ray is imported: nodes then listen on the loopback address only.
     os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
+    os.environ.setdefault("RAY_ENABLE_UV_RUN_RUNTIME_ENV", "0")
     from ray.cluster_utils import Cluster  # pyright: ignore[reportMissingImports]
 
     head: dict[str, Any] = {"num_cpus": 1, "node_ip_address": "127.0.0.1", "include_dashboard": False}
@@ -39,9 +40,11 @@ def dying_worker(after: float = 0.0) -> Iterator[list[int]]:
             for file in Path("/proc").glob("[0-9]*/cmdline"):
                 try:
                     busy = file.read_bytes().startswith(b"ray::run_chunk")
+                    # A node's own process starts its workers, and this process the nodes.
+                    ours = _parent(_parent(int(file.parent.name))) == os.getpid()
                 except OSError:
                     continue
-                if busy:
+                if busy and ours:
                     killed.append(int(file.parent.name))
                     os.kill(killed[0], signal.SIGKILL)
                     return
@@ -54,3 +57,21 @@ def dying_worker(after: float = 0.0) -> Iterator[list[int]]:
     finally:
         stopping.set()
         thread.join()
+
+
+def kill_head() -> int:
+    """Kill the head's control store of the cluster that this process has started; return its process id."""
+    for file in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            program = file.read_bytes().split(b"\0")[0]
+            ours = _parent(int(file.parent.name)) == os.getpid()
+        except OSError:
+            continue
+        if program.endswith(b"/gcs_server") and ours:
+            os.kill(int(file.parent.name), signal.SIGKILL)
+            return int(file.parent.name)
+    raise RuntimeError("this process has started no cluster")
+
+
+def _parent(pid: int) -> int:
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
