@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 
 # Seconds for which a body has to lie still before it sleeps. What stands on an edge leaves it by a factor of e every 0.07 s (a
-# can of 50 mm): by then it moves unless it was within 0.1 um of its balance. After MuJoCo's ten steps it would stay there for
-# ever from 0.25 mm on, and be judged to stand.
+# can of 50 mm): in this time it moves, unless it was within a micrometre of its balance. After MuJoCo's ten steps a can was left
+# hanging up to 2 mrad beyond its balance (tests/test_sleep.py), and would have been judged to stand.
 CALM_SECONDS = 0.5
 # Steps that may pass between two looks: within MuJoCo's own ten (mjMINAWAKE) nothing falls asleep unseen.
 MOST_STEPS = 9
