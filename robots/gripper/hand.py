@@ -9,7 +9,7 @@ import numpy as np
 
 from robosandbox.robots.gripper.calibrate import IN_STEP, joints_below, moving_groups, servo_map
 from robosandbox.robots.gripper.couplings import fit_couplings, hold_stopped
-from robosandbox.robots.gripper.opposition import Opposition, find_opposition
+from robosandbox.robots.gripper.opposition import MOST_SERVOS, Opposition, find_opposition
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.servos import ROTOR_PER_EFFORT, get_armature
 from robosandbox.robots.importers.welding import weld
@@ -43,10 +43,33 @@ def settle_hand(imported: ImportedModel, joints: Iterable[str], listed: Iterable
     return _left(imported, joints)
 
 
+def why_no_gripper(imported: ImportedModel, joints: Iterable[str]) -> str:
+    """Return why a hand is not driven as a gripper, which has one way to close; "" where it is.
+
+    Args:
+        imported: The model.
+        joints: The hand's.
+    """
+    model = compile_spec(imported.spec, imported.path.name)
+    servos = [count for count in _servos(model, tuple(joints)) if count]
+    if len(servos) < LEAST_FINGERS or max(servos) <= MOST_SERVOS:
+        return ""
+    return (
+        f"this hand has {len(servos)} fingers with up to {max(servos)} servos each; a hand is driven as a gripper where no finger "
+        f"has more than {MOST_SERVOS}, one that closes it and one that spreads it"
+    )
+
+
+def _servos(model: mujoco.MjModel, joints: tuple[str, ...]) -> list[int]:
+    """Return how many actuators drive each of a hand's sides."""
+    groups = moving_groups(model, [model.joint(name).id for name in joints])
+    driven = [{int(model.jnt_bodyid[j]) for j in actuator_joints(model, a)} for a in range(model.nu)]
+    return [sum(bool(bodies & group) for bodies in driven) for group in groups]
+
+
 def _driven_fingers(model: mujoco.MjModel, joints: tuple[str, ...]) -> int:
     """Return how many of a hand's sides something drives: the far bars of a jaw's linkage are no fingers."""
-    driven = {int(model.jnt_bodyid[j]) for a in range(model.nu) for j in actuator_joints(model, a)}
-    return sum(bool(driven & group) for group in moving_groups(model, [model.joint(name).id for name in joints]))
+    return sum(count > 0 for count in _servos(model, joints))
 
 
 def _hold_spread(imported: ImportedModel, model: mujoco.MjModel, found: Opposition, listed: tuple[str, ...]) -> None:

@@ -31,7 +31,7 @@ _MEETING = 0.002  # Radius of the probe, metres, on which a hand counts as close
 _SAMPLES = 48  # Number of places from open to closed at which fingers are looked at. Chosen: 2 to 3 mm of a wide hand.
 _SWEEP_SECONDS = 1.5  # Simulated seconds of that. Chosen as what a gripper is swept in.
 # Number of servos of a finger up to which one closes it and the other spreads it. Fingers with more have one at each joint.
-_MOST_SERVOS = 2
+MOST_SERVOS = 2
 _PLACES = 9  # Number of places over the range of what spreads fingers at which the hand is closed. Chosen.
 _MOVED = 1e-3  # Radians or metres that a joint moves at least which a servo moves. Chosen above what settling leaves.
 _TIP_MOVED = 0.005  # Metres that a servo moves a fingertip at least which is its to move. Chosen: half a pad.
@@ -176,7 +176,7 @@ class _Hand:
             body = int(model.jnt_bodyid[model.actuator_trnid[a, 0]])
             side = next(k for k, group in enumerate(self.groups) if body in group)
             mine[side][a] = float((tips[a][0][side] - tips[a][1][side]) @ outward[side])
-        if not all(1 <= len(servos) <= _MOST_SERVOS for servos in mine):
+        if not all(1 <= len(servos) <= MOST_SERVOS for servos in mine):
             return None
         closing: dict[int, tuple[float, float]] = {}
         for servos in mine:
@@ -214,11 +214,11 @@ class _Hand:
             place(self.model, data, qpos)
             clouds.append([_world(data, side) for side in self.points])
         last = self._last_free(samples)
+        tips = {outer: np.array([self.tips(qpos, outer) for qpos in samples[: last + 1]]) for outer in _OUTER}
 
         def probed() -> Iterator[tuple[float, Array]]:
             for weights, outer in product(_shares(len(self.groups)), _OUTER):
-                tips = np.array([self.tips(qpos, outer) for qpos in samples[: last + 1]])
-                gaps = _gaps(clouds[: last + 1], np.einsum("f,kfx->kx", weights, tips))
+                gaps = _gaps(clouds[: last + 1], np.einsum("f,kfx->kx", weights, tips[outer]))
                 met = [_first(column, _PROBE) for column in gaps.T]
                 yield max(0.0, float(gaps.min(axis=0).max()) - _GRAZED) + self._collide(samples, met), gaps
 
@@ -338,7 +338,8 @@ def _gaps(clouds: list[list[Array]], centres: Array) -> Array:
 
 
 def _gap(points: Array, centre: Array) -> float:
-    return float(np.linalg.norm(points - centre, axis=1).min())
+    off = points - centre
+    return float(np.sqrt(np.einsum("kx,kx->k", off, off).min()))
 
 
 def _first(gaps: Array, radius: float) -> int:

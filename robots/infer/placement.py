@@ -142,7 +142,8 @@ def _forward(offsets: Array, approaches: Array) -> float:
     flat = chosen[:, :2]
     length = np.linalg.norm(flat, axis=1)
     units = flat[length > 1e-6] / length[length > 1e-6, None]
-    mean = units.mean(axis=0)
+    # A tool that only turns about the first joint's axis has none either.
+    mean = units.mean(axis=0) if len(units) else np.zeros(2)
     if float(np.linalg.norm(mean)) < _FORWARD:
         return 0.0
     angle = float(np.arctan2(mean[1], mean[0]))

@@ -14,7 +14,7 @@ from robosandbox.progress import doing
 from robosandbox.robots.chains import Tool
 from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.gripper.collision import ensure_solid_tool
-from robosandbox.robots.gripper.hand import settle_hand
+from robosandbox.robots.gripper.hand import settle_hand, why_no_gripper
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
@@ -128,9 +128,10 @@ def infer_imported(
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = chain.name(model)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
-    if gripper_names:
+    why_not = why_no_gripper(imported, gripper_names) if gripper_names else chain.evidence
+    if gripper_names and not why_not:
         gripper_names = settle_hand(imported, gripper_names, listed)
-    hand, findings["gripper"] = _hand(imported, chain, names, gripper_names)
+    hand, findings["gripper"] = _hand(imported, chain, names, gripper_names, why_not)
     model = compile_spec(imported.spec, imported.path.name)
     joints = tuple(model.joint(name).id for name in names)
     palm, position, rotation, start = _tool(hand, model, joints, palm, findings)
@@ -160,15 +161,22 @@ def infer_imported(
 
 
 def _hand(
-    imported: ImportedModel, chain: Chain, names: tuple[str, ...], gripper_names: tuple[str, ...]
+    imported: ImportedModel, chain: Chain, names: tuple[str, ...], gripper_names: tuple[str, ...], why_not: str
 ) -> tuple[InferredGripper | InferredCup | None, Finding]:
-    """Return the gripper or the cup at an arm's end, and the evidence; without either the end is made solid."""
-    if gripper_names:
+    """Return the gripper or the cup at an arm's end, and the evidence; without either the end is made solid.
+
+    Args:
+        imported: The model; it is changed.
+        chain: Where they were found.
+        names: The arm's joints.
+        gripper_names: The gripper's, settled.
+        why_not: Why there is no gripper; "" where there may be one.
+    """
+    finding = Finding(chain.confidence, why_not)
+    if not why_not:
         gripper, finding = infer_gripper(imported, gripper_names, names, chain)
         if gripper is not None:
             return gripper, finding
-    else:
-        finding = Finding(chain.confidence, chain.evidence)
     model = compile_spec(imported.spec, imported.path.name)
     cup = infer_cup(model, tuple(model.joint(name).id for name in names))
     if cup is None:

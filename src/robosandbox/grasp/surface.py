@@ -111,24 +111,33 @@ class Surface:
     def lines(self) -> tuple[Array, Array, Array]:
         """Closing lines: middles (k, 3), unit vectors (k, 3) and widths (k,) of what two points of the surface hold between them.
 
-        Each goes through a point of the surface at a right angle, to where what is under it ends, nearly at one.
+        Each goes through a point of the surface at a right angle, to where what is under it ends, or to where the whole does, over
+        gaps that fingers do not come into; nearly at a right angle there, too.
         """
         points, normals = self.points
-        ends = [self._end(point, -normal) for point, normal in zip(points, normals, strict=True)]
-        widths = np.array([end for end, _ in ends])
-        squarely = np.array([square for _, square in ends]) > _SQUARE
-        middles = points - normals * (widths / 2.0)[:, None]
-        return middles[squarely], normals[squarely], widths[squarely]
+        ends = [self._ends(point, -normal) for point, normal in zip(points, normals, strict=True)]
+        owner = np.array([k for k, found in enumerate(ends) for _ in found], dtype=int)
+        widths = np.array([width for found in ends for width, _ in found])
+        squarely = np.array([square for found in ends for _, square in found]) > _SQUARE
+        owner, widths = owner[squarely], widths[squarely]
+        return points[owner] - normals[owner] * (widths / 2.0)[:, None], normals[owner], widths
 
-    def _end(self, point: Array, inward: Array) -> tuple[float, float]:
-        """Return how far what is under a point of the surface goes on, metres, and the cosine at which the line leaves it."""
+    def _ends(self, point: Array, inward: Array) -> list[tuple[float, float]]:
+        """Return how far what is under a point of the surface goes on, and the whole, metres, each with the cosine at which the line leaves."""
         enters, leaves = self.through(point[None], inward)
         end, piece = 0.0, -1
         for index in np.argsort(enters[0], kind="stable"):
             if enters[0][index] <= end + _SEAM and leaves[0][index] > end:
                 end, piece = float(leaves[0][index]), int(index)
-        if piece < 0:
-            return 0.0, 0.0
+        last = int(leaves[0].argmax())
+        beyond = float(leaves[0][last])
+        found = [] if piece < 0 else [(end, self._squareness(point + end * inward, inward, piece))]
+        return found + (
+            [(beyond, self._squareness(point + beyond * inward, inward, last))] if beyond > end + _SEAM else []
+        )
+
+    def _squareness(self, point: Array, direction: Array, piece: int) -> float:
+        """Return the cosine between a direction and the normal of a piece where it is left."""
         planes = self._hulls[piece].equations
-        left = planes[np.abs(planes[:, :3] @ (point + end * inward) + planes[:, 3]) < _ON]
-        return end, float((left[:, :3] @ inward).max(initial=0.0))
+        left = planes[np.abs(planes[:, :3] @ point + planes[:, 3]) < _ON]
+        return float((left[:, :3] @ direction).max(initial=0.0))

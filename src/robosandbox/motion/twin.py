@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import mujoco
 import numpy as np
 
+from robosandbox.robots.gripper.calibrate import is_in_step
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.opening import simulate
 from robosandbox.sim.saved_state import take_state
@@ -65,10 +66,11 @@ def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], stat
 def closing_stiffness(world: World, closed: float) -> float:
     """Return how much more force the gripper's servos give per closed fraction commanded beyond `closed`.
 
-    In the actuator's unit (N or N m); 0 where an actuator is no servo, or the gripper cannot close further.
+    In the actuator's unit (N or N m); 0 where an actuator is no servo, the gripper cannot close further, or fingers are kept in
+    step: what each of their servos gives depends on the others.
     """
     gripper, model = world.robot.gripper, world.model
-    if gripper is None or closed >= 1.0:
+    if gripper is None or closed >= 1.0 or is_in_step(model):
         return 0.0
     ids = gripper.actuator_ids
     if (model.actuator_biastype[ids] != mujoco.mjtBias.mjBIAS_AFFINE.value).any():
