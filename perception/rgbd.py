@@ -33,9 +33,8 @@ from robosandbox.types import ObservedScene, RgbdFrame
 _log = logging.getLogger(__name__)
 # Confidence, a probability, from which a thing is acted on; what is seen less clearly is only told of. Chosen.
 _CLEAR = 0.3
-_MOVED = (
-    0.002  # Metres from which a thing has left its place. Chosen: the 95th percentile of errors (docs/measured.md).
-)
+# Metres from which a thing has left its place. Chosen: the 95th percentile of errors (docs/measured.md).
+_MOVED = 0.002
 _SLID = 0.001  # Metres from which a drawer that followed the hand is looked at. Chosen: above the noise of a size.
 _AROUND_HELD = 0.003  # Metres around a held thing that are taken for the hand's. Chosen.
 
