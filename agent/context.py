@@ -130,6 +130,11 @@ class AgentContext(GoalContext):
         self.seen = perception.glance(self.sim, ())
         return self.seen
 
+    def doubt(self) -> None:
+        """Have the next look be at everything anew: something went otherwise than it was believed to."""
+        if isinstance(self.perception, Glancing):
+            self.perception.doubt()
+
     def abilities(self) -> Abilities:
         """Return what the robot can do, by its own kinematics and grasps."""
         # It looks, and compiles what it plans in.

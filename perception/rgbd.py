@@ -33,9 +33,11 @@ from robosandbox.types import ObservedScene, RgbdFrame
 _log = logging.getLogger(__name__)
 # Confidence, a probability, from which a thing is acted on; what is seen less clearly is only told of. Chosen.
 _CLEAR = 0.3
-_MOVED = (
-    0.002  # Metres from which a thing has left its place. Chosen: the 95th percentile of errors (docs/measured.md).
+_SURE = (
+    0.9  # Confidence, a probability, from which one look tells a thing well enough. Chosen: what tells a size for good.
 )
+# Metres from which a thing has left its place. Chosen: the 95th percentile of errors (docs/measured.md).
+_MOVED = 0.002
 _SLID = 0.001  # Metres from which a drawer that followed the hand is looked at. Chosen: above the noise of a size.
 _AROUND_HELD = 0.003  # Metres around a held thing that are taken for the hand's. Chosen.
 
@@ -111,7 +113,7 @@ class RgbdPerception:
             # A second look at the same moment would show the same.
             return self._last
         self._feel(sim)
-        if self._stale or not self._is_unchanged(sim, None):
+        if not self._stands(sim, None):
             self._look_all_over(sim)
         self._complete = True
         self._last = self._believed(sim)
@@ -132,11 +134,19 @@ class RgbdPerception:
         self._complete = False
         held = self._hands.hold.id if self._hands.hold else None
         seen = [name for name in names if name != held]
-        if seen and (self._stale or not self._is_unchanged(sim, seen)):
+        if seen and not self._stands(sim, seen):
             self._look_all_over(sim)
             self._complete = True
         self._last = self._believed(sim)
         return self._last
+
+    def doubt(self) -> None:
+        """Look at everything anew next time: something went otherwise than it was believed to."""
+        self._stale, self._complete = True, False
+
+    def _stands(self, sim: Driver, names: Sequence[str] | None) -> bool:
+        """Tell whether what is believed need not be looked at all over; arguments as those of `_is_unchanged`."""
+        return not self._stale and self._is_unchanged(sim, names)
 
     def _begins(self, sim: Driver) -> bool:
         """Tell whether this is the first look of an episode; nothing that is remembered is true of another."""
@@ -151,12 +161,11 @@ class RgbdPerception:
         """Take few pictures; tell whether they show these things, or all of the table, as they were when all was looked at."""
         tracks, hold = self._tracker.tracks, self._hands.hold
         held = hold.id if hold else None
-        if any(track.confidence < _CLEAR for track in self.tracks):
-            # What is not clear may be told by another look.
+        about = [name for name in (tracks if names is None else names) if name != held]
+        if any(tracks[name].confidence < _SURE for name in about):
+            # What one look does not tell for sure several tell better.
             return False
-        places = {
-            name: tracks[name].thing.fit.corners() for name in (tracks if names is None else names) if name != held
-        }
+        places = {name: tracks[name].thing.fit.corners() for name in about}
         carried = tracks[held].thing.fit.corners(_AROUND_HELD) if held else None
         return self._attention.is_unchanged(sim, places, self._robot(), carried, everywhere=names is None)
 

@@ -47,6 +47,7 @@ class SensedSimulation(ControlledSimulation):
         # An OpenGL context belongs to the thread that draws with it.
         self._renderers: dict[tuple[int, tuple[int, int]], OffscreenRenderer] = {}
         self._past: deque[tuple[float, Array]] = deque()
+        self._exposure: tuple[mujoco.MjModel, mujoco.MjData] | None = None
         self._specs: dict[str, CameraSpec] | None = None
         self._objects: ObjectStates | None = None
         self._observed: tuple[int, Observation] | None = None
@@ -236,7 +237,9 @@ class SensedSimulation(ControlledSimulation):
         data = self._live
         moment = float(data.time) - self.sensor.latency
         if self.sensor.latency > 0.0 and self._past and self._past[-1][0] > 0.0:
-            data = mujoco.MjData(self.model)
+            if self._exposure is None or self._exposure[0] is not self.model:
+                self._exposure = self.model, mujoco.MjData(self.model)
+            data = self._exposure[1]
             time, qpos = next((past for past in reversed(self._past) if past[0] <= moment), self._past[0])
             data.qpos, data.time = qpos, time
         mujoco.mj_kinematics(self.model, data)

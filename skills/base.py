@@ -71,6 +71,7 @@ class Skill:
         try:
             return self._kept(ctx, checked, contract, before)
         except SkillError as error:
+            ctx.doubt()
             if not error.repairs and ctx.what_if:
                 error.repairs = ctx.repairs_for(
                     Failure(call=call, error=error, contract=contract, before=before, scene=ctx.look())

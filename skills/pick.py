@@ -104,6 +104,7 @@ class Pick(Skill):
                     continue
                 return self._execute(arm, target, plan, firm=tries.slipped)
             except (GraspError, TrackingError, LimitError) as error:
+                arm.ctx.doubt()
                 tries.failed(plan, seen, error)
                 scene = arm.look()
 

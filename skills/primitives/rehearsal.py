@@ -180,6 +180,9 @@ class _Imagined:
         """Return what is imagined."""
         return self._scene
 
+    def doubt(self) -> None:
+        """Doubt nothing that is imagined."""
+
     def permit(self, call: SkillCall) -> None:
         """Check a call against the limits."""
         self._ctx.permit(call)

@@ -35,6 +35,10 @@ class Glancing(Perception, Protocol):
         """Return what is believed now, having looked at these things alone; without any, what is remembered and felt."""
         ...
 
+    def doubt(self) -> None:
+        """Look at everything anew next time: something went otherwise than it was believed to."""
+        ...
+
 
 @runtime_checkable
 class GraspPlanner(Protocol):

@@ -53,6 +53,10 @@ class SkillContext(Protocol):
         """Return what is believed now without a look: what was seen last, what the hand holds where the hand is."""
         ...
 
+    def doubt(self) -> None:
+        """Have the next look be at everything anew: something went otherwise than it was believed to."""
+        ...
+
     def permit(self, call: SkillCall) -> None:
         """Check a call against the limits before anything moves; raises LimitError."""
         ...
