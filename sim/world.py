@@ -85,8 +85,6 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
     if robot_model.options is not None:
         copy_physics(spec, robot_model.options)
         spec.option.timestep = PHYSICS_TIMESTEP
-    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP.value
-    spec.option.sleep_tolerance = _SLEEP_TOLERANCE
     _add_room(spec, scene.table_height)
     if board is not None:
         board.lay(spec, scene.table_height)
@@ -149,6 +147,8 @@ def _set_options(spec: mujoco.MjSpec) -> None:
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = 10.0
     spec.option.noslip_iterations = 10
+    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP.value
+    spec.option.sleep_tolerance = _SLEEP_TOLERANCE
     spec.compiler.autolimits = True
     quality = spec.visual.quality
     quality.shadowsize = 0
