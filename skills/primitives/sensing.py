@@ -6,7 +6,8 @@ from robosandbox.errors import GraspError, Phase
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import DetectedObject, Grasp, ObservedScene
-from robosandbox.world.relations import gap, moved
+from robosandbox.world.nearness import nearer
+from robosandbox.world.relations import moved
 
 # Metres between fingers and where they were sent within which they are there; chosen as what weak finger servos stop
 # short of.
@@ -28,7 +29,7 @@ _AROUND = 0.06
 def around(target: DetectedObject, scene: ObservedScene) -> tuple[str, ...]:
     """Return the ids of an object and of all that a hand which takes it may touch or take along."""
     others = (item for item in scene.objects if item.id != target.id)
-    return (target.id, *(item.id for item in others if gap(target, item) < _AROUND))
+    return (target.id, *(item.id for item in others if nearer(target, item, _AROUND)))
 
 
 def changed(before: ObservedScene, now: ObservedScene) -> bool:
