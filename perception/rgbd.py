@@ -167,6 +167,9 @@ class RgbdPerception:
         if any(tracks[name].confidence < _SURE for name in about):
             # What one look does not tell for sure several tell better.
             return False
+        if names is None and len(tracks) - len(self._open_to_view()) > 1:
+            # Things in a container hide each other; each look from another posture tells more of them.
+            return False
         places = {name: tracks[name].thing.fit.corners() for name in about}
         carried = tracks[held].thing.fit.corners(_AROUND_HELD) if held else None
         return self._attention.is_unchanged(sim, places, self._robot(), carried, everywhere=names is None)
