@@ -13,11 +13,13 @@ from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
 from robosandbox.perception.factory import Setup
+from robosandbox.perception.fit import Fit
 from robosandbox.perception.frame import Frame, Image, Mask, Table, check_frame, make_frame
 from robosandbox.perception.frames import FrameSet, segment_frame
 from robosandbox.perception.groups import group
 from robosandbox.perception.holding import Hands
 from robosandbox.perception.known_meshes import KnownMeshes
+from robosandbox.perception.occlusion import lies_in
 from robosandbox.perception.recognize import recognize
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.sensed import SensedSim
@@ -165,6 +167,9 @@ class RgbdPerception:
         if any(tracks[name].confidence < _SURE for name in about):
             # What one look does not tell for sure several tell better.
             return False
+        if names is None and len(tracks) - len(self._open_to_view()) > 1:
+            # Things in a container hide each other; each look from another posture tells more of them.
+            return False
         places = {name: tracks[name].thing.fit.corners() for name in about}
         carried = tracks[held].thing.fit.corners(_AROUND_HELD) if held else None
         return self._attention.is_unchanged(sim, places, self._robot(), carried, everywhere=names is None)
@@ -184,8 +189,14 @@ class RgbdPerception:
             if name not in after or float(np.abs(after[name].centre - fit.centre).max()) > _MOVED
         ]
         fixed = [camera for camera in cameras if camera in specs and not specs[camera].on_hand]
-        self._attention.remember(self.frames, fixed, [fit.corners() for fit in after.values()], left)
+        self._attention.remember(self.frames, fixed, [fit.corners() for fit in self._open_to_view()], left)
         self._stale = False
+
+    def _open_to_view(self) -> list[Fit]:
+        """Return what lies in no container: what lies in one may be seen from above alone, and better when the arm is gone."""
+        vessels = [track.thing.fit for track in self.tracks if track.thing.shape.holds_things]
+        fits = [track.thing.fit for track in self.tracks]
+        return [fit for fit in fits if not any(fit is not hull and lies_in(fit.centre, hull) for hull in vessels)]
 
     def look(self, captures: list[RgbdFrame]) -> list[Thing]:
         """Return what these frames show, by themselves.
