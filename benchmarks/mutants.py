@@ -104,7 +104,9 @@ def run(tree: Path, tests: str, seconds: float) -> str | None:
         return f"no end within {seconds:.0f} s"
     if done.returncode == 0:
         return None
-    failed = [line.split()[1] for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+    failed = [
+        line.split()[1] for line in done.stdout.splitlines() if line.startswith(("FAILED tests/", "ERROR tests/"))
+    ]
     if not failed:
         raise RuntimeError(f"{tests}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
     return failed[0].rpartition("::")[2]

@@ -155,6 +155,25 @@ def test_what_slips_out_of_a_grip_by_its_weight_is_taken_again_as_hard_as_can_be
     assert grip(0.02, grasps=2) > 2.0 * grip(1.0, grasps=1)
 
 
+def test_what_slides_in_the_eased_grip_at_rest_is_held_as_hard_as_can_be() -> None:
+    def grip(slide: float) -> float:
+        with world(CUBE) as (session, phases):
+            hand, slid = Intervention(session.sim), []
+
+            def lower() -> None:
+                if not slid:
+                    slid.append(True)
+                    x, y, z = hand.pose("cube").xyz
+                    hand.set_pose("cube", Pose(xyz=(x, y, z - slide), quat_xyzw=hand.pose("cube").quat_xyzw))
+
+            in_phase(session, Phase.SETTLE, lower)
+            pick(session)
+            assert phases.count(Phase.GRASP) == 1 and session.sim.held() == "cube"
+            return session.sim.grip_on("cube")
+
+    assert grip(0.004) > 2.0 * grip(0.0)
+
+
 def test_what_a_load_has_shown_is_said_where_no_other_grasp_is_left() -> None:
     post = CUBE.model_copy(update={"mass": 200.0})
     # Where fingers come, once one grasp has failed, walls stand on all sides.
