@@ -613,7 +613,7 @@ def far_and_near(server: ScriptedServer, **options: Any) -> EmbeddedWorkcell:
         return SceneObject(id=name, kind="box", size=(0.015,) * 3, pose=Pose(xyz=(x, y, 0.056)))
 
     # The corner of the table is out of the Panda's reach.
-    scene = Scene(objects=(cube("far_cube", 0.47, 0.47), cube("near_cube", 0.1, 0.0)))
+    scene = Scene(objects=(cube("far_cube", 0.485, 0.485), cube("near_cube", 0.1, 0.0)))
     return open_session(
         scene, planner="openai", planner_options={"model": "scripted", "base_url": server.url, **options}, what_if=False
     )

@@ -275,3 +275,40 @@ def test_cans_are_seen_as_near_as_they_are() -> None:
             assert (touch is not None) or exact > checker.clearance - 1e-4
             close += exact < 0.02
         assert close > 30
+
+
+def test_what_is_near_without_touching_is_seen_though_both_have_several_geoms():
+    """A bin's walls and a finger's parts, each pair beside each other, against MuJoCo's own distances."""
+    bin_ = SceneObject(id="bin", kind="bin", size=(0.09, 0.09, 0.06), pose=Pose(xyz=(0.15, 0.0, 0.042)), mass=0.6)
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(objects=(bin_,)))
+        eyes = GroundTruthPerception()
+        planning = eyes.planning(sim, eyes.perceive(sim))
+        planner = DLSMotionPlanner()
+        planner.use(planning, sim.state())
+        checker = planning.collisions(0.002)
+        body = planning.body("bin")
+        hand = [g for g in range(checker.model.ngeom) if checker.model.geom_contype[g] & 1 << 30]
+        walls = np.flatnonzero(checker.model.geom_bodyid == body)
+        near = 0
+        for x, height in itertools.product(np.linspace(0.0, 0.3, 13), (0.112, 0.118, 0.124)):
+            q = planner.ik(down(float(x), 0.0, float(height)))
+            touch, gap = checker._examine(q)
+            true = min(
+                mujoco.mj_geomDistance(checker.model, checker.data, int(a), int(b), 0.05, None)
+                for a, b in itertools.product(hand, walls)
+            )
+            if touch is None and true < 0.018:
+                assert gap <= true - checker.clearance + 1e-4
+                near += 1
+        assert near >= 6
+
+
+def test_a_way_with_room_goes_before_one_that_grazes(sim, planner):
+    """Past the post's top: a straight way 4 mm over it is free, and one that leaves more room is taken."""
+    beside = [planner.ik(down(0.15, y, 0.441 + 0.016), planner._robot.home_q) for y in (-0.25, 0.25)]
+    straight = np.linspace(*beside, 60)
+    checker = planner._collisions
+    assert checker.first_touch(straight) is None or checker.is_narrow(straight, 0.008)
+    way = planner.plan_joints(*beside, speed=0.5)
+    assert checker.first_touch(way.q) is None and not checker.is_narrow(way.q, 0.008)

@@ -131,6 +131,21 @@ class CollisionChecker:
         """Return the deepest contact at `q` (n,), or None when it is free."""
         return self._examine(q)[0]
 
+    def is_narrow(self, path: Array, room: float) -> bool:
+        """Tell whether a free path (k, n) passes something nearer than `room` metres between coming away and arriving.
+
+        How near its ends are to things is theirs: what is narrow from the start on, or up to the goal, does not count.
+        """
+        gaps: list[float] = []
+        if self._walk(path, gaps) is not None:
+            return True
+        narrow = [gap < room - self.clearance for gap in gaps]
+        while narrow and narrow[0]:
+            narrow.pop(0)
+        while narrow and narrow[-1]:
+            narrow.pop()
+        return any(narrow)
+
     def first_touch(self, path: Array) -> tuple[int, Touch] | None:
         """Return the index of the first touching stretch of `path` (k, n) and its contact.
 
@@ -138,6 +153,10 @@ class CollisionChecker:
         than the distance to the nearest obstacle, so nothing is stepped over (Schwarzer, Saha and Latombe, 2005, in the
         simple form for one moving chain).
         """
+        return self._walk(path, [])
+
+    def _walk(self, path: Array, gaps: list[float]) -> tuple[int, Touch] | None:
+        """Walk along a path as `first_touch` says; put what is free around the clearance into `gaps`, metres."""
         travel = [0.0, *np.cumsum(np.abs(np.diff(path, axis=0)) @ self._levers).tolist()]
         at, end, last = 0.0, travel[-1], len(path) - 1
         while True:
@@ -149,6 +168,7 @@ class CollisionChecker:
             touch, gap = self._examine(q)
             if touch is not None:
                 return index, touch
+            gaps.append(gap)
             if at >= end:
                 return None
             at = min(end, at + max(gap, self.clearance, _LEAST_STRIDE))
@@ -213,7 +233,11 @@ class CollisionChecker:
         model.geom_contype[movers] |= _BIT
         model.geom_contype[obstacles] = 0
         model.geom_conaffinity[obstacles] = _BIT
-        model.geom_margin[obstacles] = max(self.clearance, _SIGHT)
+        sight = max(self.clearance, _SIGHT)
+        model.geom_margin[obstacles] = sight
+        # Pairs of bodies with several geoms are looked for in trees of boxes, which grow by the margin of the body: with the
+        # compiled one, 0, all that is near without touching would be missed.
+        model.body_margin[:] = sight
         model.geom_conaffinity[self._allowed[bodies] & obstacles] = 0
         if self._held is not None:
             held = (bodies == self._held[0]) & self._solid

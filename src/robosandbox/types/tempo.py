@@ -18,6 +18,8 @@ _FREE = 0.5
 # m/s of the TCP near where it meets or leaves something; chosen as the careful tempo has it there: a thing that is lowered is
 # 4 mm from its support at 0.04 m/s, a hand that comes down to a grasp 4 mm from it at 0.055.
 _TOUCH = 0.05
+# m/s of the TCP where fingers have opened off what they held; chosen twice that, as halved it takes 1 % of an episode more.
+_OFF = 0.1
 # How near that is, metres; chosen as twice the planner's clearance, from where a placement may touch its support.
 _NEAR = 0.004
 # Before where it is believed to be a thing may be met, metres; chosen as three times what pixels err by (2.2 mm p95). From there
@@ -104,7 +106,7 @@ def _optimal(name: str, share: float) -> Tempo:
         carry=Timing(share=share),
         full=_CARRY,
         lower=Timing(share=share, arrival=_TOUCH, most=_REDUCED),
-        leave=Timing(share=share, departure=_TOUCH),
+        leave=Timing(share=share, departure=_OFF),
     )
 
 
