@@ -1,8 +1,7 @@
-"""The moves that skills are made of: look, go, grip, let go, wait."""
+"""The moves that skills are made of: look, go, wait; and those of `fingers.py`."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,19 +13,16 @@ from robosandbox.errors import (
     SkillError,
     TrackingError,
     UnreachableError,
-    UnsupportedError,
 )
 from robosandbox.evidence import ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.motion.planning_scene import PlanningScene
-from robosandbox.protocols import Driver, Guard, MotionPlanner, SkillContext
-from robosandbox.robots.spec import GripperGeometry
+from robosandbox.protocols import Guard, SkillContext
+from robosandbox.skills.primitives.fingers import Fingers
 from robosandbox.skills.primitives.stillness import LOOK_SECONDS, Stillness
 from robosandbox.types import (
     Array,
     DetectedObject,
-    GripperState,
-    Observation,
     ObservedScene,
     Pose,
     Speed,
@@ -63,26 +59,12 @@ _RISES = (
 )
 # Share of its limit at which a servo counts as spent; chosen for what rounding and a joint's friction leave of it.
 _SPENT = 0.95
-# Metres before what they close on from which fingers are gentle, both together, and the share of their motors' force that they are
-# gentle with; chosen: three times perception's error of a size, and a force at which the bundled hand's fingers move half as fast.
-_MEETING, _GENTLE = 0.006, 0.4
-# Rows of a trajectory between two that are looked at; chosen as 50 ms, in which a hand goes by less than a finger's thickness.
-_EVERY = 10
-# Seconds between two readings of fingers; chosen as several ticks, so that standing still shows (halved 1 % shorter
-# episodes, doubled 2 % longer).
-_LAG = 0.05
-# Seconds that fingers get to come to rest; chosen for slow servos of small arms (halved and doubled all ends alike: the
-# bundled gripper takes under one).
-_GRIP_SECONDS = 4.0
-# Metres between two readings below which fingers stand still; chosen far below what a grip creeps (halved or doubled,
-# under 1 % of an episode).
-_GRIP_STILL = 0.0002
 # Seconds for which what stands askew or near an edge is watched; chosen as fourteen times the 0.07 s in which a can of
 # 50 mm that leaves its balance is e times as far from it.
 _WATCH_SECONDS = 1.0
 
 
-class Manipulator:
+class Manipulator(Fingers):
     """One skill call's hands and eyes.
 
     Args:
@@ -94,9 +76,8 @@ class Manipulator:
     """
 
     def __init__(self, ctx: SkillContext) -> None:
+        super().__init__(ctx.sim, ctx.motion)
         self.ctx = ctx
-        self.sim: Driver = ctx.sim
-        self.motion: MotionPlanner = ctx.motion
         self.tempo: Tempo = ctx.tempo
         self._planning: PlanningScene | None = None
         ctx.enter(Phase.PERCEIVE)
@@ -125,42 +106,9 @@ class Manipulator:
         return self._planning
 
     @property
-    def state(self) -> Observation:
-        """How the robot stands."""
-        return self.sim.state()
-
-    @property
     def q(self) -> Array:
         """The configuration that the arm has, shape (n,)."""
         return self.state.q
-
-    @property
-    def geometry(self) -> GripperGeometry:
-        """The gripper's measured figures.
-
-        Raises:
-            UnsupportedError: The robot has no gripper.
-        """
-        gripper = self.sim.spec.gripper
-        if gripper is None:
-            raise UnsupportedError(
-                f"{self.sim.spec.name} has no gripper in its sidecar, so it cannot hold things; it can push, tap and "
-                "go home",
-                phase=Phase.CHECK,
-            )
-        return gripper.geometry
-
-    @property
-    def gripper(self) -> GripperState:
-        """The gripper's own readings.
-
-        Raises:
-            UnsupportedError: The robot has no gripper.
-        """
-        state = self.state.gripper
-        if state is None:
-            raise UnsupportedError(f"{self.sim.spec.name} has no gripper", phase=Phase.CHECK)
-        return state
 
     def find(self, object_id: str, scene: ObservedScene | None = None) -> DetectedObject:
         """Return a seen object.
@@ -286,79 +234,6 @@ class Manipulator:
             return share * height
         assert failure is not None
         raise failure.at(phase) from None
-
-    # Gripping.
-
-    def open(self, aperture: float | None = None, *, wait: bool = True) -> None:
-        """Open the fingers to `aperture` metres, or all the way."""
-        geometry = self.geometry
-        if aperture is None or aperture >= geometry.max_aperture:
-            closed = 0.0
-        else:
-            closed = float(np.clip(geometry.closed_fraction(geometry.joint_for_aperture(aperture)), 0.0, 1.0))
-        self.sim.set_gripper(closed)
-        if wait:
-            self.wait_for_fingers()
-
-    def open_for(self, way: Trajectory, aperture: float) -> None:
-        """Send the fingers to `aperture` metres for a way that was planned with them there.
-
-        Where they have to come nearer to each other for it to be free, they are waited for first; else they go meanwhile.
-        """
-        wide = self.gripper.width
-        self.open(aperture, wait=False)
-        if wide - aperture > _GRIP_STILL:
-            self.motion.open_to(wide)
-            blocked = any(self.motion.touch(q) is not None for q in way.q[::_EVERY])
-            self.motion.open_to(aperture)
-            if blocked:
-                self.wait_for_fingers()
-
-    def close(self) -> float:
-        """Close the fingers until they stop; return the gap between them, metres."""
-        self.sim.set_gripper(1.0)
-        return self.wait_for_fingers()
-
-    @property
-    def feels_grip(self) -> bool:
-        """Whether the fingers' force is measured, with what it carries, and can be limited."""
-        has = self.sim.capabilities
-        return has.gripper_force and has.wrist_wrench and has.grip_limit and self.geometry.cup is None
-
-    def close_on(self, width: float) -> float:
-        """Close the fingers on something of this width, metres: gently where they meet it, as far as their force is felt.
-
-        Returns:
-            The gap between them when they have stopped, metres.
-        """
-        gripper = self.sim.spec.gripper
-        strength = math.inf if gripper is None else float(gripper.force_limits.sum())
-        if not self.feels_grip or not math.isfinite(strength):
-            return self.close()
-        self.sim.set_gripper(1.0)
-        deadline = self.sim.time + _GRIP_SECONDS
-        while self.gripper.width > width + _MEETING and self.sim.time < deadline:
-            before = self.gripper.closed
-            self.sim.wait(self.sim.control_timestep)
-            if self.gripper.closed <= before:
-                break
-        self.sim.set_gripper(1.0, _GENTLE * strength)
-        gap = self.wait_for_fingers()
-        return gap if self.sim.grip_on(None) > 0.0 else self.close()
-
-    def wait_for_fingers(self, until: float = math.inf) -> float:
-        """Wait until the fingers no longer move, or are `until` metres apart; return the gap between them."""
-        deadline = self.sim.time + _GRIP_SECONDS
-        self.sim.wait(_LAG)
-        state = self.gripper
-        while self.sim.time < deadline and state.width < until:
-            self.sim.wait(_LAG)
-            before, state = state, self.gripper
-            # A jaw that has swung far off still moves where its gap no longer grows.
-            travel = abs(state.closed - before.closed) * self.geometry.max_aperture
-            if max(abs(state.width - before.width), travel) < _GRIP_STILL:
-                break
-        return state.width
 
     def settle(self, *names: str, seconds: float = 2.0) -> ObservedScene:
         """Let time pass until these objects are seen to be still, and return that look."""
