@@ -194,7 +194,7 @@ def test_a_heavy_thing_that_slides_is_pushed_within_the_limit(direction: str) ->
 
 
 def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
-    wall = SceneObject(id="wall", kind="box", size=(0.03, 0.08, 0.01), pose=Pose(xyz=(0.22, 0.0, 0.051)), mass=200.0)
+    wall = SceneObject(id="wall", kind="box", size=(0.03, 0.08, 0.01), pose=Pose(xyz=(0.23, 0.0, 0.051)), mass=200.0)
     with open_session(scene(0.1, beside=(wall,)), what_if=False) as session:
         peak, began = Peak(session.sim, "cube"), session.sim.time
         with pytest.raises(

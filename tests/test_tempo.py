@@ -15,7 +15,7 @@ from robosandbox.skills.primitives.carrying import carry_speed
 from robosandbox.skills.primitives.gripping import bearable
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.tasks.loader import find_task
-from robosandbox.types import CAREFUL, TEMPOS, Timing, find_tempo, share_of
+from robosandbox.types import CAREFUL, TEMPOS, Pose, Scene, SceneObject, SkillCall, Timing, find_tempo, share_of
 
 DT = 0.002
 VELOCITY, ACCELERATION = np.array([2.0, 1.0, 0.5]), np.array([10.0, 5.0, 3.0])
@@ -155,6 +155,17 @@ def test_what_is_heavy_for_the_grip_is_carried_slower_and_a_light_thing_is_not()
             arm = Manipulator(session.ctx)
             shares.append(bearable(arm, arm.held, Timing(share=1.0)).share)
     assert shares[0] > shares[1] > shares[2] >= CAREFUL.carry and shares[0] > 0.9
+
+
+def test_what_is_nearly_too_heavy_to_carry_is_put_down_within_the_limit_of_force():
+    box = SceneObject(id="box", kind="box", size=(0.02, 0.03, 0.03), pose=Pose(xyz=(0.1, -0.1, 0.071)), mass=4.6)
+    with open_session(Scene(objects=(box,)), what_if=False) as session:
+        pressed: list[float] = []
+        session.sim.subscribe(lambda: pressed.append(float(np.linalg.norm(session.sim.force_on("box")))))
+        assert session.run("pick up the box").success
+        pressed.clear()
+        session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": 0.1}))
+        assert 0.9 * 4.6 * 9.81 < max(pressed) < 60.0
 
 
 def test_a_full_cup_is_carried_as_carefully_as_ever():

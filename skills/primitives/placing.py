@@ -10,13 +10,14 @@ from typing import Literal
 from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
+from robosandbox.skills.primitives.gripping import bearable
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
     Manipulator,
     most_telling,
     raised,
 )
-from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
+from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Timing, Trajectory
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.relations import Relation
@@ -176,6 +177,8 @@ class _Search:
         self._level = levelled(held.pose.rotation)
         self._load = carried_along(held, scene)
         self._speed = carry_speed(arm, held, scene, arm.tempo.carry)
+        lower = arm.tempo.lower
+        self._lower = bearable(arm, held, lower) if isinstance(lower, Timing) else lower
         self._failures: list[SkillError] = []
         self._blocked = 0
 
@@ -205,16 +208,16 @@ class _Search:
             opening = self._opening(motion.ik(tcp_goal, q_above, restarts=_RESTARTS))
             self._hold()
             hover = self._hover(tcp_goal, q_above)
-            motion.plan_line(hover, above, speed=arm.tempo.lower)
+            motion.plan_line(hover, above, speed=self._lower)
             motion.allow(*self._load, *self._allowed)
-            descent = motion.plan_line(hover, tcp_goal, speed=arm.tempo.lower)
+            descent = motion.plan_line(hover, tcp_goal, speed=self._lower)
             motion.allow(*self._load)
             self._blocked += 1
             way = transfer(arm, hover, level=bool(self._load), speed=self._speed)
             if self._load:
                 # Led along lines it may get there in another posture.
                 motion.allow(*self._load, *self._allowed)
-                descent = motion.plan_line(way.q[-1], tcp_goal, speed=arm.tempo.lower)
+                descent = motion.plan_line(way.q[-1], tcp_goal, speed=self._lower)
         except (UnreachableError, CollisionError) as error:
             self._failures.append(error)
             return None

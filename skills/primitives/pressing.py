@@ -61,7 +61,7 @@ class Pressed:
 
     Attributes:
         force: The most that the hand pressed with, N; None where the driver does not tell.
-        arrived: Whether it came to the end of its way; where not, the thing resisted.
+        arrived: Whether it came to the end of its way, or to where it would pass over the thing; where not, the thing resisted.
     """
 
     force: float | None
@@ -167,7 +167,7 @@ class _Push:
     _yields: list[float] = field(default_factory=list)
 
     def go(self, before: float) -> bool:
-        """Go to the end of the way, `before` metres of it freely; return False where the thing resists."""
+        """Go to the end of the way, `before` metres of it freely, or until it would pass over; return False where the thing resists."""
         sim, share = self.arm.sim, min(1.0, self.most / MAX_FORCE_N)
         deadline = sim.time + _SECONDS_PER_METRE * self.way.length / share
         touched = False
@@ -178,7 +178,9 @@ class _Push:
                 if self._is_stuck():
                     return False
                 self._place, self._speed = min(self._place, self._here() - _STEP_BACK), 0.0
-            elif sim.time > deadline or self._lift > self.rise:
+            elif self._lift > self.rise:
+                return True
+            elif sim.time > deadline:
                 return False
             elif touched:
                 slowed = max(_SLOWEST, 1.0 - self._felt / (_SLOW_FROM * self.most))
