@@ -12,6 +12,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
+from robosandbox.grasp.antipodal import FINGER_CLEARANCE
 from robosandbox.grasp.suction import least_face, widest_face
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes import CONTAINER_WALL
@@ -304,7 +305,7 @@ def why_no_grasp(geometry: GripperGeometry, target: DetectedObject, pieces: Sequ
         has = f"its widest measures {widest * 1000:.0f} mm" if widest else "it has none"
         return f"this cup holds flat faces of at least {least_face(geometry.cup) * 1000:.0f} mm across, and {has}"
     width = narrowest(target, pieces, geometry.min_aperture + _THINNEST)
-    if width >= geometry.max_aperture - 0.006:
+    if width >= geometry.max_aperture - 2.0 * FINGER_CLEARANCE:
         return f"it is {width * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
     if width > geometry.min_aperture + _THINNEST:
         if len(pieces) > 1:
