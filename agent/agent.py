@@ -68,7 +68,6 @@ _FINAL_ERRORS: dict[type[SkillError], FinalReason] = {
 
 WorldT = TypeVar("WorldT", bound=GoalContext)
 
-
 _PLANNER_REASONS = {
     PlannerUnavailableError: FinalReason.PLANNER_UNAVAILABLE,
     PlannerCancelledError: FinalReason.CANCELLED,
@@ -183,7 +182,7 @@ class Agent(Generic[WorldT]):
             if isinstance(answer, Refusal):
                 told.refusal = answer
                 return FinalReason.GAVE_UP if report else FinalReason.REFUSED, answer.message
-            report = self._reported(answer, course, told, monitor)
+            report = self._reported(answer, course, told, monitor, report)
             if report is None:
                 return FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
             failure = report.failure
@@ -206,7 +205,9 @@ class Agent(Generic[WorldT]):
         self._emit(Replanning(told.replans, failure.error.record()))
         return None
 
-    def _reported(self, answer: Plan | Finished, course: Course, told: Progress, monitor: Monitor) -> Report | None:
+    def _reported(
+        self, answer: Plan | Finished, course: Course, told: Progress, monitor: Monitor, last: Report | None
+    ) -> Report | None:
         """Carry out a plan, or look at what is said to be finished; None where the plan was not confirmed."""
         if isinstance(answer, Finished):
             told.claim = answer.summary
@@ -219,7 +220,10 @@ class Agent(Generic[WorldT]):
         if answer.steps and self.approve is not None and not self.approve(answer):
             return None
         begun = len(told.steps)
-        failure = self._execute(answer, told.steps, monitor, ends=not course.goes_on)
+        # Who decides call by call has asked for each of them.
+        failed = None if last is None or course.goes_on else last.failure
+        asked = answer.steps if failed is None else (*failed.completed, failed.failed, *failed.remaining)
+        failure = self._execute(answer, told.steps, monitor, asked, ends=not course.goes_on)
         return Report(steps=tuple(told.steps[begun:]), failure=failure)
 
     def _next(self, course: Course, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
@@ -255,11 +259,13 @@ class Agent(Generic[WorldT]):
         skill = self.skills[call.skill]
         return contract_of(skill, skill.check(call.arguments))
 
-    def _execute(self, plan: Plan, steps: list[Step], monitor: Monitor, *, ends: bool) -> FailedAttempt | None:
+    def _execute(
+        self, plan: Plan, steps: list[Step], monitor: Monitor, asked: Sequence[SkillCall], *, ends: bool
+    ) -> FailedAttempt | None:
         """Run the plan's calls, adding those that succeed to `steps`; return the first failure.
 
         What earlier calls brought about is looked at again on the way: where it was undone meanwhile, that call has failed.
-        `ends` tells whether nothing follows the plan.
+        Other calls than those `asked` for are ways around a failure. `ends` tells whether nothing follows the plan.
         """
         for index, call in enumerate(plan.steps):
             self._emit(SkillStarted(call, index, len(plan.steps)))
@@ -272,7 +278,7 @@ class Agent(Generic[WorldT]):
                 )
             steps.append(Step(call=call, result=result))
             self._emit(SkillEnded(call, result))
-            monitor.add(call, self._contract(call))
+            monitor.add(call, self._contract(call), is_detour=call not in asked)
             left = plan.steps[index + 1 :]
             undone = self._undone(monitor, at_the_end=ends and not left)
             if undone is not None:

@@ -15,7 +15,11 @@ from robosandbox.agent.episode import Episode, FinalReason
 from robosandbox.driver_base import ControlLoop
 from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, SkillError
 from robosandbox.protocols import Attempt, Driver, Skill, SkillContext
+from robosandbox.tasks.session import open_session
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.monitor import Monitor
 
 
 class Clock:
@@ -203,3 +207,22 @@ def test_episode_record_is_json_and_keeps_the_error() -> None:
     record = ep.record()
     assert record["error"]["code"] == "grasp" and record["refusal"]["code"] == "impossible"
     assert isinstance(ep.attempts[0].error, SkillError)
+
+
+@pytest.mark.parametrize("is_detour", [True, False])
+def test_what_a_way_around_a_failure_took_out_again_is_owed_at_the_end(is_detour: bool) -> None:
+    """Without a failure before it, whoever asked for the thing to be taken out has asked for that."""
+    put = SkillCall(skill="place_in", arguments={"container": "grey_bin"})
+    take = SkillCall(skill="pick", arguments={"object": "red_cube"})
+    stand = SkillCall(skill="place_at", arguments={"x": 0.1, "y": -0.2})
+    with open_session("put_in_bin") as session:
+        outside = session.observe()
+    monitor = Monitor()
+    monitor.begin(outside)
+    monitor.add(put, Contract(gives=(fact("inside", "red_cube", "grey_bin"),)))
+    monitor.add(take, Contract(gives=(fact("holding", "red_cube"),)), is_detour=is_detour)
+    monitor.add(stand, Contract(gives=(fact("on", "red_cube", TABLE), fact("hand_empty"))), is_detour=is_detour)
+    assert monitor.undone(lambda: outside, at_the_end=False) is None
+    undone = monitor.undone(lambda: outside, at_the_end=True)
+    assert (undone.call if undone else None) == (put if is_detour else None)
+    assert monitor.undone(lambda: outside, at_the_end=True) is None

@@ -23,10 +23,12 @@ class Effect:
     Attributes:
         call: Which one.
         fact: What it brought about.
+        is_asked: Whether the call was not made because another one had failed.
     """
 
     call: SkillCall
     fact: Fact
+    is_asked: bool = True
 
     @property
     def objects(self) -> list[str]:
@@ -50,10 +52,14 @@ class Undone:
 
 
 class Monitor:
-    """The effects of an episode's calls that nothing done on purpose has changed since."""
+    """The effects of an episode's calls that nothing done on purpose has changed since.
+
+    What a way around a failure has changed, as a thing that was taken out of its bin again to make room, is owed at the end.
+    """
 
     def __init__(self) -> None:
         self._standing: list[Effect] = []
+        self._owed: list[Effect] = []
         self._held: str | None = None
         self._last: SkillCall | None = None
 
@@ -61,22 +67,30 @@ class Monitor:
         """Take what the gripper holds before the first call."""
         self._held = scene.held
 
-    def add(self, call: SkillCall, contract: Contract | None) -> None:
+    def add(self, call: SkillCall, contract: Contract | None, *, is_detour: bool = False) -> None:
         """Take a call that has succeeded: it ends the effects on what it moved.
 
         Args:
             call: Which one.
             contract: What it promised; None where that is not known, and all that it names may have been moved.
+            is_detour: It was made because another one had failed: what it undoes is still wanted at the end.
         """
         self._last = call
         if contract is None:
             self._forget({str(value) for value in call.arguments.values()})
             return
         gives = [gift.resolved({HELD: self._held}) for gift in contract.gives]
-        self._forget({*Contract(gives=tuple(gives)).moves})
+        moved = {*Contract(gives=tuple(gives)).moves}
+        if is_detour:
+            # What was held was held to be put down.
+            wanted = [effect for effect in self._standing if effect.is_asked and effect.fact.relation != "holding"]
+            self._owed += [effect for effect in wanted if moved & {*effect.objects}]
+        else:
+            self._owed = [effect for effect in self._owed if not moved & {*effect.objects}]
+        self._forget(moved)
         for gift in gives:
             if lookup(gift).lasts and HELD not in gift.arguments:
-                self._standing.append(Effect(call, gift))
+                self._standing.append(Effect(call, gift, is_asked=not is_detour))
             if gift.relation == "holding":
                 self._held = str(gift.arguments[0])
             elif gift.relation == "hand_empty":
@@ -88,6 +102,7 @@ class Monitor:
         The last call's own has just been checked. While something is carried nothing is asked: it has to be put down first.
         """
         earlier = [effect for effect in self._standing if effect.call is not self._last]
+        earlier = [*(self._owed if at_the_end else ()), *earlier]
         if not earlier or (self._held and not at_the_end):
             return None
         scene = look()
@@ -99,6 +114,7 @@ class Monitor:
             if finding.is_refuted:
                 later = self._resting_on(effect)
                 self._standing = [other for other in self._standing if other not in (effect, *later)]
+                self._owed = [other for other in self._owed if other is not effect]
                 error = lost(effect.fact, finding, view, by=str(effect.call))
                 return Undone(effect.call, error, tuple(other.call for other in later))
         return None
@@ -108,6 +124,8 @@ class Monitor:
 
     def _resting_on(self, effect: Effect) -> list[Effect]:
         moving, found = {effect.objects[0]}, []
+        if effect not in self._standing:
+            return []
         for later in self._standing[self._standing.index(effect) + 1 :]:
             if {*later.objects[1:]} & moving:
                 moving.add(later.objects[0])
