@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.motion.beliefs import Known, believed_scene
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.robot_shapes import RobotShapes
-from robosandbox.motion.twin import closing_stiffness, make_twin
+from robosandbox.motion.twin import make_twin
 from robosandbox.protocols import Simulated
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.loader import load_robot
@@ -130,13 +130,6 @@ class PlanningScene:
                 if name in {self._world.names[body] for body in bodies}:
                     return sign
         return 0
-
-    def closing_stiffness(self, closed: float) -> float:
-        """Return how much more force the gripper's servos give per closed fraction commanded beyond `closed`.
-
-        In the actuator's unit (N or N m); 0 where an actuator is no servo, or the gripper cannot close further.
-        """
-        return closing_stiffness(self._world, closed)
 
     @cached_property
     def _hand_bodies(self) -> frozenset[int]:
