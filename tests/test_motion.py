@@ -277,8 +277,8 @@ def test_cans_are_seen_as_near_as_they_are() -> None:
         assert close > 30
 
 
-def test_searching_in_trees_of_boxes_leaves_out_nothing_that_is_near():
-    """A bin's walls and a finger's parts beside each other, with MuJoCo's search in trees and without."""
+def test_a_way_close_over_a_wall_is_narrow_though_nothing_is_touched():
+    """A finger's parts pass 5 mm over a bin's wall: MuJoCo's search in trees of boxes left that out."""
     bin_ = SceneObject(id="bin", kind="bin", size=(0.09, 0.09, 0.06), pose=Pose(xyz=(0.15, 0.0, 0.042)), mass=0.6)
     with MuJoCoBackend() as sim:
         sim.load(Scene(objects=(bin_,)))
@@ -286,15 +286,16 @@ def test_searching_in_trees_of_boxes_leaves_out_nothing_that_is_near():
         planning = eyes.planning(sim, eyes.perceive(sim))
         planner = DLSMotionPlanner()
         planner.use(planning, sim.state())
-        searched, every = planning.collisions(0.002), planning.collisions(0.002)
-        every.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE.value
-        near = 0
-        for x, height in itertools.product(np.linspace(0.0, 0.3, 13), (0.108, 0.112, 0.118, 0.124)):
-            q = planner.ik(down(float(x), 0.0, float(height)))
-            touch, gap = every._examine(q)
-            assert searched._examine(q) == (touch, gap)
-            near += touch is None and gap < 0.018
-        assert near >= 6
+        checker = planning.collisions(0.002)
+
+        def over(height):
+            points = ((0.15, 0.2), (0.10, height), (0.06, height), (0.02, height), (-0.05, 0.2))
+            ways = [planner.ik(down(x, 0.0, z), planner._robot.home_q) for x, z in points]
+            return np.concatenate([np.linspace(one, other, 20) for one, other in itertools.pairwise(ways)])
+
+        low, high = over(0.117), over(0.16)
+        assert checker.first_touch(low) is None and checker.is_narrow(low, 0.008)
+        assert checker.first_touch(high) is None and not checker.is_narrow(high, 0.008)
 
 
 def test_a_way_with_room_goes_before_one_that_grazes(sim, planner):

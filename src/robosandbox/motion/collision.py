@@ -137,7 +137,15 @@ class CollisionChecker:
         How near its ends are to things is theirs: what is narrow from the start on, or up to the goal, does not count.
         """
         gaps: list[float] = []
-        if self._walk(path, gaps) is not None:
+        # Pairs of bodies with several geoms are looked for in trees of boxes, which grow by the margin of the body: with the
+        # compiled one, 0, what is near without touching is missed.
+        compiled = self.model.body_margin.copy()
+        self.model.body_margin[:] = max(room, _SIGHT)
+        try:
+            touching = self._walk(path, gaps)
+        finally:
+            self.model.body_margin[:] = compiled
+        if touching is not None:
             return True
         narrow = [gap < room - self.clearance for gap in gaps]
         while narrow and narrow[0]:
@@ -233,11 +241,7 @@ class CollisionChecker:
         model.geom_contype[movers] |= _BIT
         model.geom_contype[obstacles] = 0
         model.geom_conaffinity[obstacles] = _BIT
-        sight = max(self.clearance, _SIGHT)
-        model.geom_margin[obstacles] = sight
-        # Pairs of bodies with several geoms are looked for in trees of boxes, which grow by the margin of the body: with the
-        # compiled one, 0, all that is near without touching would be missed.
-        model.body_margin[:] = sight
+        model.geom_margin[obstacles] = max(self.clearance, _SIGHT)
         model.geom_conaffinity[self._allowed[bodies] & obstacles] = 0
         if self._held is not None:
             held = (bodies == self._held[0]) & self._solid
