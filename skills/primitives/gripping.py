@@ -29,10 +29,9 @@ _DENSITY = 2700.0
 _RISEN = 1.1
 # Readings in a row, one for each control tick, that have to agree: what is pinched less springs back for a tick or two.
 _READINGS = 3
-# Seconds that fingers get to hold as hard as they were told; chosen as what their servos take to settle (halved and doubled,
-# nothing but this time changes).
+# Seconds that fingers get to hold as hard as they were told; chosen as what their servos take to settle.
 _EASING_SECONDS = 0.12
-# Share of the first grip that an eased one keeps at least; chosen for a weight that was measured too small.
+# Share of the hardest grip that a gentle one keeps at least; chosen for a weight that was measured too small.
 _LEAST_SHARE = 0.1
 # Share of the most that the robot may press with up to which weight and inertia of what it carries come; chosen for what a servo
 # overshoots.
