@@ -277,6 +277,26 @@ def test_cans_are_seen_as_near_as_they_are() -> None:
         assert close > 30
 
 
+def test_searching_in_trees_of_boxes_leaves_out_nothing_that_is_near():
+    """A bin's walls and a finger's parts beside each other, with MuJoCo's search in trees and without."""
+    bin_ = SceneObject(id="bin", kind="bin", size=(0.09, 0.09, 0.06), pose=Pose(xyz=(0.15, 0.0, 0.042)), mass=0.6)
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(objects=(bin_,)))
+        eyes = GroundTruthPerception()
+        planning = eyes.planning(sim, eyes.perceive(sim))
+        planner = DLSMotionPlanner()
+        planner.use(planning, sim.state())
+        searched, every = planning.collisions(0.002), planning.collisions(0.002)
+        every.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE.value
+        near = 0
+        for x, height in itertools.product(np.linspace(0.0, 0.3, 13), (0.108, 0.112, 0.118, 0.124)):
+            q = planner.ik(down(float(x), 0.0, float(height)))
+            touch, gap = every._examine(q)
+            assert searched._examine(q) == (touch, gap)
+            near += touch is None and gap < 0.018
+        assert near >= 6
+
+
 def test_a_way_close_over_a_wall_is_narrow_though_nothing_is_touched():
     """A finger's parts pass 5 mm over a bin's wall: MuJoCo's search in trees of boxes left that out."""
     bin_ = SceneObject(id="bin", kind="bin", size=(0.09, 0.09, 0.06), pose=Pose(xyz=(0.15, 0.0, 0.042)), mass=0.6)

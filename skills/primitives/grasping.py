@@ -34,7 +34,7 @@ _STRAIGHT_DOWN = 0.999
 # Metres behind a grasp, tried where HOVER_HEIGHT is out of reach; chosen for arms whose reach ends just over the table
 # (docs/arms.md).
 _LOW_HOVERS = (0.055, 0.035)
-# Metres between the fingertips at a hover and the object; chosen as twice the planner's clearance.
+# Metres between the fingertips at a hover and the object; chosen as four times the planner's clearance.
 _HOVER_CLEARANCE = 0.004
 # Tries out of reach after which grasps of the same kind and lean are passed over; chosen because they differ by a turn
 # alone.

@@ -40,7 +40,7 @@ _ROOM = 0.008
 _PLACES = (0.0, 0.3, 0.6)
 # Turns of the hand that are tried, radians.
 _TURNS = tuple(np.arange(8) * math.pi / 4.0)
-# Metres between two heights at which it is checked what the hand would touch; chosen as the planner's clearance.
+# Metres between two heights at which it is checked what the hand would touch; chosen as twice the planner's clearance.
 _STEP_DOWN = 0.002
 # Places along the way at which that is checked; chosen as a centimetre apart.
 _CHECKED = 5

@@ -23,7 +23,7 @@ from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.relations import Relation
 from robosandbox.world.spots import Spot, about_z, levelled, resting_pose
 
-# Metres above the support from which the last of the way is for it alone; chosen as twice the planner's clearance.
+# Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
 _STAND_OFF = 0.004
 # How far each finger opens to let go, metres, in steps that no wall fits between; chosen as a size's error ten times
 # over where there is room (halved or doubled, 1 % of an episode's time).

@@ -16,7 +16,7 @@ from robosandbox.world.relations import bottom, centre, support, top
 # Metres between fingers and object before a stroke; chosen as ten times perception's error (halved 2 % shorter
 # episodes, doubled 10 % longer).
 STAND_OFF = 0.012
-# Metres between fingertips and table; chosen as twice the planner's clearance.
+# Metres between fingertips and table; chosen as four times the planner's clearance.
 _TIP_CLEARANCE = 0.004
 # How much of an object's height a fingertip has before it at least that pushes it high, metres; chosen as half a pad of
 # small grippers.

@@ -20,13 +20,14 @@ from robosandbox.types import Array, Pose
 _BIT = 1 << 30
 # How far MuJoCo looks for obstacles, and so the longest way of any point of the robot between two checks of a path; metres.
 _SIGHT = 0.02
-# Shapes whose contacts come from the general convex solver, and by what share of the margin they may be off.
+# Shapes whose contacts come from the general convex solver, and by what share of the margin those of all solids may be off.
 _GENERAL = [
     mujoco.mjtGeom.mjGEOM_CYLINDER.value,
     mujoco.mjtGeom.mjGEOM_ELLIPSOID.value,
     mujoco.mjtGeom.mjGEOM_MESH.value,
 ]
 _DOUBT = 0.5
+_BOX = mujoco.mjtGeom.mjGEOM_BOX.value
 # Shortest such way, metres; chosen so that a walk past a near thing comes to an end where no clearance is kept.
 _LEAST_STRIDE = 0.001
 
@@ -65,7 +66,7 @@ class CollisionChecker:
         robot: Robot,
         names: Sequence[str],
         *,
-        clearance: float = 0.002,
+        clearance: float = 0.001,
         movers: Collection[int] | None = None,
     ) -> None:
         self.model: mujoco.MjModel = copy.copy(model)
@@ -91,6 +92,7 @@ class CollisionChecker:
             self.model.geom_contype[unseen] = self.model.geom_conaffinity[unseen] = 0
             self._movers = self._movers & ~unseen
         self._general = np.isin(model.geom_type, _GENERAL)
+        self._boxes = model.geom_type == _BOX
         self._levers = _levers(model, robot)
         self._apply_bits()
 
@@ -137,15 +139,7 @@ class CollisionChecker:
         How near its ends are to things is theirs: what is narrow from the start on, or up to the goal, does not count.
         """
         gaps: list[float] = []
-        # Pairs of bodies with several geoms are looked for in trees of boxes, which grow by the margin of the body: with the
-        # compiled one, 0, what is near without touching is missed.
-        compiled = self.model.body_margin.copy()
-        self.model.body_margin[:] = max(room, _SIGHT)
-        try:
-            touching = self._walk(path, gaps)
-        finally:
-            self.model.body_margin[:] = compiled
-        if touching is not None:
+        if self._walk(path, gaps) is not None:
             return True
         narrow = [gap < room - self.clearance for gap in gaps]
         while narrow and narrow[0]:
@@ -210,11 +204,12 @@ class CollisionChecker:
         ), 0.0
 
     def _sharpened(self, geoms: NDArray[np.int32], distance: Array, own: NDArray[np.bool_]) -> Array:
-        """Return the contacts' distances (k,), those of general convex pairs measured anew where they may be touching.
+        """Return the contacts' distances (k,), those of general convex pairs and of two boxes measured anew where they may touch.
 
         Between such pairs MuJoCo's contacts at a margin may report several millimetres more than there is.
         """
-        doubtful = self._general[geoms].any(axis=1) & ~own & (distance < self.clearance + _DOUBT * _SIGHT)
+        solids = self._general[geoms].any(axis=1) | self._boxes[geoms].all(axis=1)
+        doubtful = solids & ~own & (distance < self.clearance + _DOUBT * _SIGHT)
         if not doubtful.any():
             return distance
         exact = distance.copy()
@@ -241,7 +236,11 @@ class CollisionChecker:
         model.geom_contype[movers] |= _BIT
         model.geom_contype[obstacles] = 0
         model.geom_conaffinity[obstacles] = _BIT
-        model.geom_margin[obstacles] = max(self.clearance, _SIGHT)
+        sight = max(self.clearance, _SIGHT)
+        model.geom_margin[obstacles] = sight
+        # Pairs of bodies with several geoms are looked for in trees of boxes, which grow by the margin of the body: with the
+        # compiled one, 0, all that is near without touching would be missed.
+        model.body_margin[:] = sight
         model.geom_conaffinity[self._allowed[bodies] & obstacles] = 0
         if self._held is not None:
             held = (bodies == self._held[0]) & self._solid

@@ -49,7 +49,7 @@ class DLSMotionPlanner:
         clearance: Distance to keep from obstacles, metres.
     """
 
-    def __init__(self, n_waypoints: int = 160, dt: float = 0.005, *, clearance: float = 0.002) -> None:
+    def __init__(self, n_waypoints: int = 160, dt: float = 0.005, *, clearance: float = 0.001) -> None:
         if n_waypoints < 2 or dt <= 0.0:
             raise ValueError(
                 f"n_waypoints={n_waypoints}, dt={dt}: a path takes two waypoints or more and a positive step"
