@@ -128,7 +128,7 @@ class _Builder:
             for item in robot.materials
             if item.color is not None and item.color.rgba is not None
         }
-        self.meshes: dict[tuple[str, tuple[float, ...], bool], str] = {}
+        self.meshes: dict[tuple[str, tuple[float, ...]], str] = {}
         self.pieces: dict[str, list[tuple[Array, Array]]] = {}
 
     def build(self) -> None:
@@ -316,15 +316,15 @@ class _Builder:
         if float((high - low).max()) < 1e-5 or np.prod(scale) == 0.0:
             self.model.notes.append(f"link {link!r}: mesh {path.name} has no extent; left out")
             return None
-        name = self._mesh(str(path), tuple(float(s) for s in scale), solid, mesh)
+        name = self._mesh(str(path), tuple(float(s) for s in scale), mesh)
         options |= {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name}
         body.add_geom(rgba=rgba or mesh.rgba or _GREY, **options)
         corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
         placed: Array = corners @ origin[:3, :3].T + origin[:3, 3]
         return placed
 
-    def _mesh(self, path: str, scale: tuple[float, ...], solid: bool, mesh: Mesh) -> str:
-        key = (path, scale, solid)
+    def _mesh(self, path: str, scale: tuple[float, ...], mesh: Mesh) -> str:
+        key = (path, scale)
         if key not in self.meshes:
             name = f"{Path(path).stem}_{len(self.meshes)}"
             add_mesh(self.spec, name, mesh.vertices * np.array(scale), mesh.faces, mirrored=bool(np.prod(scale) < 0.0))
