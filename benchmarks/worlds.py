@@ -1,7 +1,7 @@
 """Many episodes on several processes: throughput beside one process, the CPU of an episode in both, idle workers, memory.
 
-    uv run benchmarks/worlds.py [--episodes 400] [--jobs 2] [--tasks pick_cube_franka,...] [--json]
-    uv run benchmarks/worlds.py --episodes 10000          # about an hour and a half of two idle cores
+    uv run benchmarks/worlds.py [--episodes 400] [--alone 400] [--jobs 2] [--tasks pick_cube_franka,...] [--json]
+    uv run benchmarks/worlds.py --episodes 10000 --alone 1000
 
 The bar is 90 % of `jobs` times the episodes a second of one process, which means something on a machine without other work
 only. What a busy machine tells as well: `cpu_over_one`, an episode's CPU on several processes over that on one, without
@@ -130,6 +130,7 @@ def _stat_cpu(pid: int) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--episodes", type=int, default=400)
+    parser.add_argument("--alone", type=int, help="episodes of them in one process; all where it is not given")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--tasks", default="pick_cube_franka,put_in_bin,stack_two,push_left", help="names, by comma")
     parser.add_argument("--json", action="store_true")
@@ -139,9 +140,11 @@ def main() -> None:
         parser.error(f"--tasks: no task {', '.join(sorted(missing))}")
     tasks = [find_task(name) for name in names]
     seeds = -(-options.episodes // len(tasks))
-    one, alone = measure(tasks, seeds, 1)
+    one, alone = measure(tasks, min(seeds, -(-(options.alone or options.episodes) // len(tasks))), 1)
     many, beside = measure(tasks, seeds, options.jobs)
-    report: dict[str, object] = {"episodes": len(one), "jobs": options.jobs, "rows_equal": one == many}
+    both = {(row.task, row.seed) for row in one}
+    equal = one == [row for row in many if (row.task, row.seed) in both]
+    report: dict[str, object] = {"episodes": len(many), "alone": len(one), "jobs": options.jobs, "rows_equal": equal}
     report |= {f"one_{key}": value for key, value in alone.items() if key != "worker_idle"}
     report |= {f"jobs_{key}": value for key, value in beside.items()}
     report["share_of_jobs_times_one"] = round(beside["episodes_per_s"] / (options.jobs * alone["episodes_per_s"]), 3)
