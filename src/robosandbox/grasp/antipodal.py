@@ -11,9 +11,8 @@ from robosandbox.grasp.solid import Solid
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, Grasp, cross
 
-FINGER_CLEARANCE = (
-    0.002  # Metres between each finger and the object on its way down. Chosen as what the way there keeps.
-)
+# Metres between each finger and the object on its way down. Chosen as what the way there keeps.
+FINGER_CLEARANCE = 0.001
 _THINNEST = 0.001  # Metres that an object must be wider than the closed fingers, so that they press. Chosen.
 # Places off the middle, as fractions of the object's length. Chosen short of its ends.
 _SHIFTS = (0.25, -0.25, 0.38, -0.38)
