@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Mapping
 
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
+from robosandbox.grasp.hand import FRICTION
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.protocols import Driver
-from robosandbox.skills.primitives.gripping import FRICTION, GRAVITY
+from robosandbox.skills.primitives.gripping import GRAVITY
 from robosandbox.types import ObservedScene
 
 # Control ticks in a row that make a shove out of a knock; chosen as those of limits of force.

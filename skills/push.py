@@ -26,7 +26,7 @@ from robosandbox.types import (
     SkillResult,
 )
 from robosandbox.world.alternatives import Alternative, Failure
-from robosandbox.world.changes import PUSH_RELATIVE_TOLERANCE, PUSH_TOLERANCE
+from robosandbox.world.changes import push_allowance
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.nearness import nearer
@@ -103,7 +103,7 @@ class Push(Skill):
         """
         arm = Manipulator(ctx)
         start = arm.find(object)
-        allowance = max(PUSH_TOLERANCE, PUSH_RELATIVE_TOLERANCE * distance)
+        allowance = push_allowance(distance)
         axis = np.array([*DIRECTION_AXES[direction], 0.0])
         pressed = _strokes(arm, start, direction, distance, allowance)
         scene = arm.settle(object)

@@ -12,9 +12,10 @@ import pytest
 from robosandbox.errors import CollisionError, GraspError, Phase
 from robosandbox.evidence import GraspEvidence
 from robosandbox.grasp.analytic import AnalyticTopDown
+from robosandbox.grasp.hand import FRICTION
 from robosandbox.skills.primitives.carrying import MOST_TILT
 from robosandbox.skills.primitives.grasping import plan_grasp
-from robosandbox.skills.primitives.gripping import needed_force
+from robosandbox.skills.primitives.gripping import landing, needed_force
 from robosandbox.skills.primitives.lifting import free_of_others
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.nudging import ways_off
@@ -22,7 +23,7 @@ from robosandbox.tasks.bench import run_bench
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import bundled_tasks, find_task
 from robosandbox.tasks.session import open_session
-from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall
+from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall, Timing
 from robosandbox.world.relations import inside, on_top
 
 LYING = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
@@ -140,6 +141,32 @@ def test_the_grip_is_as_firm_as_the_load_asks_for() -> None:
             assert force > 0.8 * needed_force(arm, seen(session, "it"), mass)
             forces.append(force)
     assert forces[1] > 1.5 * forces[0]
+
+
+def test_no_hand_leans_so_far_that_its_pads_slide_off_the_faces() -> None:
+    with world(thing("it", "box", (0.02, 0.011, 0.016), (0.055, 0.125, 0.057))) as session:
+        robot, scene = session.sim.spec, session.observe()
+        found = list(AnalyticTopDown().candidates(seen(session, "it"), scene, robot))
+    # The box stands along the world's axes: the largest component of a closing line is the cosine to a face's normal.
+    askew = [math.acos(min(1.0, float(np.abs(grasp.tcp_pose.rotation[:, 1]).max()))) for grasp in found]
+    tilts = [math.degrees(math.acos(min(1.0, -float(grasp.tcp_pose.rotation[2, 2])))) for grasp in found]
+    assert max(askew) <= math.atan(FRICTION) + 1e-9
+    assert max(askew) > math.radians(14.0), "hands that lean within it are kept"
+    assert max(tilt for grasp, tilt in zip(found, tilts, strict=True) if grasp.how == "angled") > 44.0
+
+
+def test_what_is_held_hard_comes_down_slower_in_proportion() -> None:
+    with world(thing("it", "cylinder", (0.025, 0.035), (0.15, 0.0, 0.077))) as session:
+        do(session, "pick", object="it")
+        arm, lower = Manipulator(session.ctx), session.ctx.tempo.lower
+        assert isinstance(lower, Timing)
+        assert 2.0 * session.sim.grip_on("it") < session.ctx.max_force_n
+        assert landing(arm, seen(session, "it"), lower) == lower
+        arm.close()
+        passed_on = 2.0 * session.sim.grip_on("it")
+        assert passed_on > session.ctx.max_force_n
+        slower = landing(arm, seen(session, "it"), lower)
+    assert slower.arrival == pytest.approx(lower.arrival * session.ctx.max_force_n / passed_on)
 
 
 def test_a_full_bin_is_filled_without_touching_it() -> None:

@@ -34,6 +34,20 @@ def test_an_episode_is_measured_from_raw_contacts(odd: ModuleType) -> None:
     assert figures["done"] == figures["can_be_done"] == 1 and figures["false_claims"] == figures["judges_differ"] == 0
 
 
+@pytest.mark.parametrize(
+    ("family", "seed"),
+    [
+        pytest.param("touching", 61, id="a hand that leans beside neighbours"),
+        pytest.param("push", 94, id="7.6 kg that stick and slide"),
+        pytest.param("push", 113, id="1.9 kg put down by a hard grip"),
+    ],
+)
+def test_the_robot_keeps_its_limit_at_every_moment(odd: ModuleType, family: str, seed: int) -> None:
+    row = odd.run(family, seed, oracle=False)
+    assert row is not None and row.claimed and row.done
+    assert 0.0 < row.named_n <= odd.OVER * odd.LIMIT_N
+
+
 @pytest.mark.slow
 def test_one_of_each_family_runs_and_its_figures_add_up(odd: ModuleType) -> None:
     rows = [row for name in sorted(odd.FAMILIES) if (row := odd.run(name, 0)) is not None]

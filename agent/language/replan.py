@@ -14,6 +14,7 @@ from robosandbox.errors import ErrorCode
 from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
+from robosandbox.world.changes import push_allowance
 
 if TYPE_CHECKING:
     from robosandbox.agent.detours import Detours
@@ -276,13 +277,30 @@ class _Reaction:
         """Push what is left of the way."""
         evidence = self.error.evidence
         pushes = sum(attempt.failed.skill == "push" for attempt in self.history)
-        if pushes > RETRIES or not isinstance(evidence, PushEvidence):
+        if not isinstance(evidence, PushEvidence):
             return None
         left = round(evidence.wanted - evidence.along, 4)
+        allowance = push_allowance(self._whole_push())
+        if -2.0 * allowance <= left <= allowance and abs(evidence.across) < allowance:
+            return self._draft(*self.after)
+        if pushes > RETRIES:
+            return None
         if left < 0.005 or abs(evidence.across) > 0.05:
             return None
         arguments = {**self.failed.call.arguments, "distance": left}
         return self._draft(Step(SkillCall(skill="push", arguments=arguments)), *self.after)
+
+    def _whole_push(self) -> float:
+        """Return the distance of the push of which the failed one was to do the rest, metres; its own where it was the first."""
+        whole = float(self.failed.call.arguments["distance"])
+        for attempt in reversed(self.history[:-1]):
+            longer = float(attempt.failed.arguments.get("distance", 0.0))
+            if {**attempt.failed.arguments, "distance": whole} != {**self.failed.call.arguments, "distance": whole}:
+                break
+            if longer <= whole:
+                break
+            whole = longer
+        return whole
 
     # Ends.
 

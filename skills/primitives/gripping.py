@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
+from robosandbox.grasp.hand import FRICTION
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import CAREFUL, DetectedObject, Timing, share_of
 from robosandbox.world.relations import centre
 
 # m/s^2; the standard acceleration of free fall, rounded.
 GRAVITY = 9.81
-# Coefficient; chosen as what most pairs of materials have at least: friction is not seen. Halved it asks for twice the
-# force.
-FRICTION = 0.5
 # Factor; chosen so that what is held stays when a hand is stopped at once; halved and doubled all of twelve episodes
 # succeed.
 _MARGIN = 2.5
@@ -81,6 +80,24 @@ def bearable(arm: Manipulator, held: DetectedObject, speed: Timing) -> Timing:
     spare = (_OF_LIMIT * arm.ctx.max_force_n - weight) * GRAVITY / weight
     share = min(share, max(spare / (_TOGETHER * _quickest(arm)), _LEAST_SPEED * speed.share))
     return speed * (share / speed.share)
+
+
+def landing(arm: Manipulator, held: DetectedObject, speed: Timing) -> Timing:
+    """Return the timing, arriving slower where the grip passes on more than the robot may press with.
+
+    What comes down on a support is pressed by the hand above it, at an arrival as tempos have it by more than most limits allow
+    for a tick, but by no more than that at which it slides between two pads of a friction of 1. So a light thing, held lightly,
+    arrives at the tempo's speed, and what is held hard in proportion slower.
+
+    Args:
+        arm: Whose hand. A driver that measures no grip leaves the timing as it is.
+        held: What is held, where it is seen.
+        speed: At most.
+    """
+    if not arm.sim.capabilities.gripper_force:
+        return speed
+    passed_on = 2.0 * arm.sim.grip_on(held.id)
+    return replace(speed, arrival=speed.arrival * arm.ctx.max_force_n / max(passed_on, arm.ctx.max_force_n))
 
 
 def _quickest(arm: Manipulator) -> float:

@@ -10,7 +10,7 @@ from typing import Literal
 from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
-from robosandbox.skills.primitives.gripping import bearable
+from robosandbox.skills.primitives.gripping import bearable, landing
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
     Manipulator,
@@ -178,7 +178,7 @@ class _Search:
         self._load = carried_along(held, scene)
         self._speed = carry_speed(arm, held, scene, arm.tempo.carry)
         lower = arm.tempo.lower
-        self._lower = bearable(arm, held, lower) if isinstance(lower, Timing) else lower
+        self._lower = landing(arm, held, bearable(arm, held, lower)) if isinstance(lower, Timing) else lower
         self._failures: list[SkillError] = []
         self._blocked = 0
 

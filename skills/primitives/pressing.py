@@ -163,6 +163,8 @@ class _Push:
     _place: float = 0.0
     _lift: float = 0.0
     _speed: float = 0.0
+    _was: float = math.inf
+    _ran: float = 0.0
     _stopped: bool = False
     _yields: list[float] = field(default_factory=list)
 
@@ -174,7 +176,7 @@ class _Push:
         while self._place < self.way.length:
             grown = self._feel()
             touched = touched or self._felt > 0.0
-            if self._stopped or self._felt + grown > _YIELD * self.most:
+            if self._stopped or self._felt + max(0.0, grown) > _YIELD * self.most:
                 if self._is_stuck():
                     return False
                 self._place, self._speed = min(self._place, self._here() - _STEP_BACK), 0.0
@@ -182,6 +184,16 @@ class _Push:
                 return True
             elif sim.time > deadline:
                 return False
+            elif (
+                grown < 0.0
+                and self._felt > _SLOW_FROM * self.most
+                and self._ran > max(self._speed, share * _SLOWEST * _PUSH_SPEED)
+            ):
+                # What sticks and then slides frees the hand, which leaps after it by all that its servos trail, and knocks
+                # against it in a single tick: the hand lets go of that while it still speeds up, and not at once, as a thing that
+                # it has tipped would fall on it.
+                back = self._place - _OFF_SPEED * sim.control_timestep
+                self._place, self._speed = min(self._place, max(back, self._reached())), 0.0
             elif touched:
                 slowed = max(_SLOWEST, 1.0 - self._felt / (_SLOW_FROM * self.most))
                 self._speed = min(self._speed + _ACCELERATION * sim.control_timestep, slowed * share * _PUSH_SPEED)
@@ -205,14 +217,15 @@ class _Push:
             self._advance(0.0 if free else -_OFF_SPEED)
 
     def _feel(self) -> float:
-        """Read the force, and give way upwards to a press down; return by how much it grew, N."""
+        """Read the force and the hand's speed, and give way upwards to a press down; return by how much the force grew, N."""
+        self._ran, self._was = (self._here() - self._was) / self.arm.sim.control_timestep, self._here()
         force = self.arm.sim.force_on(self.target)
         before, self._felt = self._felt, float(np.linalg.norm(force))
         self.force = max(self.force, self._felt)
         up = float(force[2])
         beyond = np.sign(up) * max(0.0, abs(up) - _LIGHT)
         self._lift = max(0.0, self._lift - _GIVE * beyond * self.arm.sim.control_timestep)
-        return max(0.0, self._felt - before)
+        return self._felt - before
 
     def _advance(self, speed: float) -> None:
         sim = self.arm.sim
@@ -226,6 +239,14 @@ class _Push:
                 raise
             # The limit itself has stopped the arm where this was to give way before it.
             self._stopped = True
+
+    def _reached(self) -> float:
+        """Return the place along the way at which the command has the hand where it is, metres.
+
+        A hand that has risen far is not above its place on the way: the joints rise along a tangent.
+        """
+        commanded, _ = self.arm.planning.kinematics().forward(self.way.at(self._place, self._lift))
+        return self._place + self._here() - self.way.place(commanded)
 
     def _here(self) -> float:
         return self.way.place(self.arm.sim.state().tcp_pose.position)

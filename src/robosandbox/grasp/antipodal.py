@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robosandbox.grasp.hand import UP, hand_pose, lean, turned, unit
+from robosandbox.grasp.hand import FRICTION, UP, hand_pose, lean, turned, unit
 from robosandbox.grasp.solid import Solid
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, Grasp, cross
@@ -86,13 +86,18 @@ class Antipodal:
         return found
 
     def _leaning(self, angle: float) -> list[Grasp]:
-        """Hands leaning away from the robot, as arms with few joints must; the closing line leans along."""
+        """Hands leaning away from the robot, as arms with few joints must; the closing line leans along.
+
+        Left out is what leans it out of the friction cones of the surfaces: there a pad slides along its surface, or comes
+        down on the edge above it, and no force of the other holds against it (Nguyen, Constructing force-closure grasps, 1988).
+        """
         turn = lean(self._solid.middle - self._base, angle)
         found = []
         for flat, width, point in self._closings:
             closing = turn @ flat
-            # Surfaces met askew by more than friction holds slip away.
             askew = float(np.arccos(np.clip(abs(closing @ flat), 0.0, 1.0)))
+            if askew > np.arctan(FRICTION):
+                continue
             found += self._both_ways(closing, turn @ _down(flat), width, point, how="angled", cost=0.02 + 0.2 * askew)
         return found
 

@@ -24,8 +24,15 @@ MOST_SPILLED = 0.02
 # Push: what may be missing of the distance asked for at least, metres; chosen as what a stroke of 10 cm leaves to a
 # second one.
 PUSH_TOLERANCE = 0.012
-# Push: what may be missing, as a share of the distance; chosen as 1 cm of the seeds' 10 cm.
+# Push: what may be missing, as a share of a long way; chosen as 1 cm of the seeds' 10 cm.
 PUSH_RELATIVE_TOLERANCE = 0.1
+# Push: what may be missing at most of a short way, as a share of it; chosen so that most of what is claimed was done.
+PUSH_MOST_MISSING = 0.2
+
+
+def push_allowance(distance: float) -> float:
+    """Return by how much a push may fall short of the distance asked for, metres."""
+    return max(PUSH_RELATIVE_TOLERANCE * distance, min(PUSH_TOLERANCE, PUSH_MOST_MISSING * distance))
 
 
 def _pushed(scene: ObservedScene, a: str, direction: Direction, distance: float) -> ObservedScene:
@@ -55,7 +62,7 @@ def displaced(view: View, a: str, direction: Direction, distance: float) -> Find
     item, before = view.get(a), view.before.find(a)
     if before is None:
         return Finding(holds=False, is_sure=False, cause=f"{a} was not seen before")
-    allowance = max(PUSH_TOLERANCE, PUSH_RELATIVE_TOLERANCE * distance)
+    allowance = push_allowance(distance)
     found = relations.displacement(before, item, direction, distance - allowance)
     return Finding(
         holds=found.holds,
