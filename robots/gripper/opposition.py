@@ -239,7 +239,7 @@ class _Hand:
                     closed=float(samples[closed][address]),
                 )
             )
-        return Opposition(tuple(fingers), self._spread(list(spread), samples[0]), miss)
+        return Opposition(tuple(fingers), self._spread(list(spread), set(closing), samples[0]), miss)
 
     def _collide(self, samples: list[Array], meets: list[int]) -> float:
         """Return how deep fingers go into one another on their way to these samples, one a finger, in step; metres."""
@@ -284,14 +284,18 @@ class _Hand:
                 found[first, second] = max(found.get((first, second), 0.0), -float(distance))
         return found
 
-    def _spread(self, actuators: list[int], qpos: Array) -> dict[int, float]:
-        """Return what joints these actuators move, and their values at a configuration."""
+    def _spread(self, actuators: list[int], closing: set[int], qpos: Array) -> dict[int, float]:
+        """Return what joints these actuators move, and their values at a configuration.
+
+        A joint with a servo that closes it gives way a little to what spreads the fingers; it closes them all the same.
+        """
         model, held = self.model, {}
+        closed = {int(model.actuator_trnid[a, 0]) for a in closing}
         for a in actuators:
             first, second = (self.at([{a: end}])[0] for end in control_range(model, a))
             for j in self.joints:
                 address = int(model.jnt_qposadr[j])
-                if abs(second[address] - first[address]) > _MOVED:
+                if j not in closed and abs(second[address] - first[address]) > _MOVED:
                     held[j] = float(qpos[address])
         return held
 
