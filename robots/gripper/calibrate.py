@@ -17,8 +17,6 @@ _SAMPLES = 64
 _SETTLE_SECONDS = 0.5  # Simulated seconds of one wait for rest. Chosen.
 _SWEEP_SECONDS = 1.5  # Simulated seconds from one end to the other. Chosen: servos of real grippers close in about one.
 _MOST_SETTLES = 8  # Number of waits after which the gripper is taken to rest. Chosen.
-# Inertia, kg m^2 or kg, of the joints of an arm that a gripper's servos do not move. Chosen: 1,000 N m turn it by 1e-6 rad/s in a ms.
-_IMMOVABLE = 1e6
 _STILL = 0.003  # Speed at rest, rad/s or m/s. Chosen.
 # Half the depth at which fingers are taken to be locked into one another, metres. Chosen above what contacts yield.
 _LOCKED = 0.0005
@@ -301,12 +299,9 @@ def place(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array) -> None:
 
 
 def free_hand(model: mujoco.MjModel, joint_ids: list[int]) -> mujoco.MjModel:
-    """Return the model without gravity, in which the gripper touches nothing but itself, on an arm too heavy to give way."""
+    """Return the model without gravity, in which the gripper touches nothing but itself."""
     still = copy.copy(model)
     still.opt.gravity[:] = 0.0
-    arm = np.ones(model.nv, dtype=np.bool_)
-    arm[model.jnt_dofadr[joints_below(model, joint_ids)]] = False
-    still.dof_armature[arm] = _IMMOVABLE
     still.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     palm = int(model.body_weldid[palm_of(model, joint_ids)])
     root = palm_of(model, joint_ids)
