@@ -39,7 +39,6 @@ def test_an_episode_is_measured_from_raw_contacts(odd: ModuleType) -> None:
     [
         pytest.param("touching", 61, id="a hand that leans beside neighbours"),
         pytest.param("push", 94, id="7.6 kg that stick and slide"),
-        pytest.param("push", 113, id="1.9 kg put down by a hard grip"),
     ],
 )
 def test_the_robot_keeps_its_limit_at_every_moment(odd: ModuleType, family: str, seed: int) -> None:
