@@ -155,6 +155,33 @@ def test_push_goes_on_for_what_is_left() -> None:
     ]
 
 
+def short(wanted: float, along: float, across: float = 0.0) -> PushError:
+    return PushError("short", evidence=PushEvidence(object="green", wanted=wanted, along=along, across=across))
+
+
+def test_strokes_that_have_done_a_push_together_are_enough() -> None:
+    """10 cm may fall short by 12 mm; 11 mm of the rest were left, which alone would be too many of 30 mm."""
+    talk = Talk("push the green block 10 cm forward, then go home")
+    assert talk.fail(short(0.10, 0.07)) == ["push(object=green, direction=forward, distance=0.03)", "home()"]
+    assert talk.fail(short(0.03, 0.019)) == ["home()"]
+
+
+def test_what_strokes_leave_together_or_push_past_is_not_enough() -> None:
+    for along, across in ((0.017, 0.0), (0.06, 0.0), (0.019, 0.02)):
+        talk = Talk("push the green block 10 cm forward, then go home")
+        talk.fail(short(0.10, 0.07))
+        answer = talk.fail(short(0.03, along, across))
+        assert isinstance(answer, Refusal) or answer[0].startswith("push"), (along, across)
+
+
+def test_a_longer_push_before_lends_a_shorter_one_no_allowance() -> None:
+    """4 cm may fall short by 8 mm, whatever 20 cm may that were pushed before."""
+    talk = Talk("push the green block 20 cm forward, then push the green block 4 cm forward")
+    assert talk.fail(short(0.20, 0.15))[:1] == ["push(object=green, direction=forward, distance=0.05)"]
+    answer = talk.fail(short(0.04, 0.025), step=1)
+    assert isinstance(answer, Refusal) or answer[0] == "push(object=green, direction=forward, distance=0.015)"
+
+
 def test_free_side_gives_another_side() -> None:
     talk = Talk("put the green block next to the bin")
     assert isinstance(talk.answer, Plan)

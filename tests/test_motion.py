@@ -1,4 +1,6 @@
 import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import mujoco
 import numpy as np
@@ -8,6 +10,7 @@ from written_arms import written
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.timing import spline, time_path
 from robosandbox.perception.ground_truth import GroundTruthPerception
@@ -277,8 +280,8 @@ def test_cans_are_seen_as_near_as_they_are() -> None:
         assert close > 30
 
 
-def test_searching_in_trees_of_boxes_leaves_out_nothing_that_is_near():
-    """A bin's walls and a finger's parts beside each other, with MuJoCo's search in trees and without."""
+@contextmanager
+def beside_a_bin() -> Iterator[tuple[PlanningScene, DLSMotionPlanner]]:
     bin_ = SceneObject(id="bin", kind="bin", size=(0.09, 0.09, 0.06), pose=Pose(xyz=(0.15, 0.0, 0.042)), mass=0.6)
     with MuJoCoBackend() as sim:
         sim.load(Scene(objects=(bin_,)))
@@ -286,6 +289,12 @@ def test_searching_in_trees_of_boxes_leaves_out_nothing_that_is_near():
         planning = eyes.planning(sim, eyes.perceive(sim))
         planner = DLSMotionPlanner()
         planner.use(planning, sim.state())
+        yield planning, planner
+
+
+def test_searching_in_trees_of_boxes_leaves_out_nothing_that_is_near():
+    """A bin's walls and a finger's parts beside each other, with MuJoCo's search in trees and without."""
+    with beside_a_bin() as (planning, planner):
         searched, every = planning.collisions(0.002), planning.collisions(0.002)
         every.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE.value
         near = 0
@@ -299,13 +308,7 @@ def test_searching_in_trees_of_boxes_leaves_out_nothing_that_is_near():
 
 def test_a_way_close_over_a_wall_is_narrow_though_nothing_is_touched():
     """A finger's parts pass 5 mm over a bin's wall: MuJoCo's search in trees of boxes left that out."""
-    bin_ = SceneObject(id="bin", kind="bin", size=(0.09, 0.09, 0.06), pose=Pose(xyz=(0.15, 0.0, 0.042)), mass=0.6)
-    with MuJoCoBackend() as sim:
-        sim.load(Scene(objects=(bin_,)))
-        eyes = GroundTruthPerception()
-        planning = eyes.planning(sim, eyes.perceive(sim))
-        planner = DLSMotionPlanner()
-        planner.use(planning, sim.state())
+    with beside_a_bin() as (planning, planner):
         checker = planning.collisions(0.002)
 
         def over(height):

@@ -274,33 +274,27 @@ class _Reaction:
         return self._pick_again() or self._stop()
 
     def _push_on(self) -> Draft | None:
-        """Push what is left of the way."""
+        """Push what is left of the way; where the strokes have done enough of it together, nothing is."""
         evidence = self.error.evidence
-        pushes = sum(attempt.failed.skill == "push" for attempt in self.history)
         if not isinstance(evidence, PushEvidence):
             return None
-        left = round(evidence.wanted - evidence.along, 4)
-        allowance = push_allowance(self._whole_push())
+        left, allowance = _left(evidence), push_allowance(self._whole_push(evidence))
         if -2.0 * allowance <= left <= allowance and abs(evidence.across) < allowance:
             return self._draft(*self.after)
-        if pushes > RETRIES:
-            return None
-        if left < 0.005 or abs(evidence.across) > 0.05:
+        pushes = sum(attempt.failed.skill == "push" for attempt in self.history)
+        if pushes > RETRIES or left < 0.005 or abs(evidence.across) > 0.05:
             return None
         arguments = {**self.failed.call.arguments, "distance": left}
         return self._draft(Step(SkillCall(skill="push", arguments=arguments)), *self.after)
 
-    def _whole_push(self) -> float:
-        """Return the distance of the push of which the failed one was to do the rest, metres; its own where it was the first."""
-        whole = float(self.failed.call.arguments["distance"])
+    def _whole_push(self, last: PushEvidence) -> float:
+        """Return the distance of the push of which the last one was to do the rest, metres; its own where it was the first."""
         for attempt in reversed(self.history[:-1]):
-            longer = float(attempt.failed.arguments.get("distance", 0.0))
-            if {**attempt.failed.arguments, "distance": whole} != {**self.failed.call.arguments, "distance": whole}:
+            before = attempt.error.evidence
+            if not isinstance(before, PushEvidence) or (before.object, _left(before)) != (last.object, last.wanted):
                 break
-            if longer <= whole:
-                break
-            whole = longer
-        return whole
+            last = before
+        return last.wanted
 
     # Ends.
 
@@ -312,6 +306,11 @@ class _Reaction:
         if why:
             message = f"{why}; {message}"
         return Refusal(code=code, message=message)
+
+
+def _left(evidence: PushEvidence) -> float:
+    """Return what is missing of a push, metres, as it is asked for anew."""
+    return round(evidence.wanted - evidence.along, 4)
 
 
 def _renamed(step: Step, old: str, new: str) -> Step:

@@ -12,7 +12,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
-from robosandbox.grasp.antipodal import FINGER_CLEARANCE
+from robosandbox.grasp.hand import FINGER_CLEARANCE
 from robosandbox.grasp.suction import least_face, widest_face
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes import CONTAINER_WALL

@@ -218,7 +218,8 @@ class _Push:
 
     def _feel(self) -> float:
         """Read the force and the hand's speed, and give way upwards to a press down; return by how much the force grew, N."""
-        self._ran, self._was = (self._here() - self._was) / self.arm.sim.control_timestep, self._here()
+        here = self._here()
+        self._ran, self._was = (here - self._was) / self.arm.sim.control_timestep, here
         force = self.arm.sim.force_on(self.target)
         before, self._felt = self._felt, float(np.linalg.norm(force))
         self.force = max(self.force, self._felt)

@@ -6,13 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robosandbox.grasp.hand import FRICTION, UP, hand_pose, lean, turned, unit
+from robosandbox.grasp.hand import FINGER_CLEARANCE, FRICTION, UP, hand_pose, lean, turned, unit
 from robosandbox.grasp.solid import Solid
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, Grasp, cross
 
-# Metres between each finger and the object on its way down. Chosen as what the way there keeps.
-FINGER_CLEARANCE = 0.001
 _THINNEST = 0.001  # Metres that an object must be wider than the closed fingers, so that they press. Chosen.
 # Places off the middle, as fractions of the object's length. Chosen short of its ends.
 _SHIFTS = (0.25, -0.25, 0.38, -0.38)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosandbox.grasp.hand import UP, hand_pose, turned, unit
+from robosandbox.grasp.hand import FINGER_CLEARANCE, UP, hand_pose, turned, unit
 from robosandbox.grasp.solid import STEEPEST
 from robosandbox.grasp.surface import Surface
 from robosandbox.robots.spec import GripperGeometry
@@ -23,7 +23,7 @@ from robosandbox.types import Array, Grasp, cross
 # `skills/primitives/grasping.py` ends.
 _OPENING = 0.005
 # Metres that what is held must be wider than closed fingers, and narrower than open ones; as for convex shapes.
-_THINNEST, _ROOM = 0.001, 0.004
+_THINNEST, _ROOM = 0.001, 2.0 * FINGER_CLEARANCE
 # Angles of the hand about the closing line, radians, tier by tier: from above, angled, from the side.
 _ANGLES = tuple(np.radians([0.0, 20.0, 40.0, 60.0, 80.0]))
 # Number of lines across a pad and along a finger on which its way is measured. Chosen: 5 mm apart for a pad of 2 cm.

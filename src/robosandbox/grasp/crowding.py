@@ -13,9 +13,8 @@ from robosandbox.world.relations import bottom, bounds, support, top
 
 _NEAR = 0.15  # Metres within which something stands near enough to be touched by fingers. Chosen: about an open hand.
 _STRAIGHT = 0.999  # Cosine of the angle to the vertical up to which a hand points straight down. Chosen: 2.6 degrees.
-_OPENING = (
-    0.006  # Metres that each finger opens beyond the object on its way down. Chosen: six times `FINGER_CLEARANCE`.
-)
+# Metres that each finger opens beyond the object on its way down. Chosen: six times `FINGER_CLEARANCE`.
+_OPENING = 0.006
 
 
 def neighbours(target: DetectedObject, scene: ObservedScene) -> list[DetectedObject]:

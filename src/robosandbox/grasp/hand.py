@@ -11,6 +11,8 @@ UP = np.array([0.0, 0.0, 1.0])
 # Coefficient between pads and what they hold; chosen as what most pairs of materials have at least: friction is not seen.
 # Halved it asks for twice the force of a grip.
 FRICTION = 0.5
+# Metres between each finger and the object on its way down. Chosen as what the way there keeps.
+FINGER_CLEARANCE = 0.001
 FLOOR_CLEARANCE = 0.003  # Metres that fingertips stay over what the object stands on. Chosen.
 _PALM_CLEARANCE = 0.003  # Metres between the palm and the object. Chosen.
 _LEAST_OVERLAP = 0.004  # Metres of fingertip that must reach past the object's near side. Chosen.
