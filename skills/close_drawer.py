@@ -89,8 +89,6 @@ class CloseDrawer(Skill):
         """
         arm = Manipulator(ctx)
         before = find_drawer(arm, drawer)
-        if arm.sim.spec.gripper is not None:
-            arm.open(0.0, wait=False)
         now, force = before, 0.0
         for stroke in range(_STROKES):
             if opening_of(now) <= CLOSED_WITHIN:
@@ -116,6 +114,9 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
     failures: list[SkillError] = []
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
+    gripper = arm.sim.spec.gripper
+    if gripper is not None:
+        arm.motion.open_to(gripper.geometry.min_aperture)
     q, hand = arm.q, arm.sim.state().tcp_pose.rotation
     inwards = -outwards(drawer)
     for rotation in (*hand_rotations(drawer, hand, _PITCHES), *_turned(drawer, hand)):
@@ -130,6 +131,8 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue
+        if gripper is not None:
+            arm.open_for(approach, 0.0)
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
         force = slide(arm, drawer, _STAND_OFF, opening_of(drawer) + _PRESS, inwards, stop=_STOP_WITHIN)

@@ -99,6 +99,17 @@ def test_what_stands_out_of_a_drawer_keeps_it_open_and_is_named() -> None:
         assert failure.value.evidence.blocking == ("tall",)
 
 
+def test_a_drawer_is_pushed_shut_by_closed_fingers_beside_a_can_that_open_ones_would_meet() -> None:
+    can = SceneObject(id="can", kind="cylinder", size=(0.03, 0.05), pose=Pose(xyz=(-0.02, 0.227, 0.09)), mass=0.1)
+    pose = Pose(xyz=(0.246, 0.115, 0.04), quat_xyzw=(0.0, 0.0, -0.0662, 0.9978))
+    with session_of(drawer(pose=pose, open=0.1), can) as session:
+        session.ctx.sim.set_gripper(0.0)
+        CloseDrawer()(session.ctx, {"drawer": "drawer"})
+        assert opening(session.ctx) < CLOSED_WITHIN
+        after = session.sim.truth().objects["can"].pose
+        assert np.linalg.norm(session.start.objects["can"].pose.position - after.position) < 0.001
+
+
 def test_nothing_goes_into_a_closed_drawer(closed: EmbeddedWorkcell) -> None:
     Pick()(closed.ctx, {"object": "cube"})
     with pytest.raises(PlacementError, match=r"closed.*open it first") as failure:

@@ -84,6 +84,21 @@ def test_line_through_an_object_names_the_pair(planner):
     assert caught.value.evidence.other == "post"
 
 
+def test_a_robot_that_stands_nearer_than_the_clearance_may_leave_but_not_come_nearer(planner):
+    checker = planner._planning.collisions(0.02)
+    # Open fingers reach some 10 cm beside the TCP, and the post 3 cm.
+    y = next(y for y in np.arange(0.2, 0.1, -0.002) if checker.touch(planner.ik(down(0.15, y, 0.3))))
+    q, farther, nearer = (planner.ik(down(0.15, y + dy, 0.3)) for dy in (-0.005, 0.1, -0.012))
+    near = checker.touch(q)
+    assert near.other == "post" and -0.02 < near.depth < -0.01
+    checker.stand(q)
+    assert checker.first_touch(np.array([q, farther])) is None
+    met = checker.first_touch(np.array([q, nearer]))
+    assert met is not None and met[1].other == "post" and near.depth < met[1].depth < 0.0
+    checker.stand(farther)
+    assert checker.touch(q) == near
+
+
 def test_joint_move_goes_round_an_object(sim, planner):
     start, goal = planner.ik(down(0.15, 0.25, 0.3)), planner.ik(down(0.15, -0.25, 0.3))
     trajectory = planner.plan_joints(start, goal)

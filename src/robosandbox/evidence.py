@@ -63,12 +63,12 @@ class LimitEvidence(Evidence):
 
 
 class CollisionEvidence(Evidence):
-    """Which pair touches, how deep, and where on the path.
+    """Which pair touches or comes too near, how deep, and where on the path.
 
     Attributes:
         body: The moving body (of the arm, or the held object).
         other: What it would touch.
-        depth: Penetration, metres.
+        depth: Penetration, metres; negative where they would come nearer than the planner's clearance, and not touch there.
         waypoint: Index of the first colliding configuration.
         waypoints: How many the path has.
     """
@@ -82,6 +82,12 @@ class CollisionEvidence(Evidence):
     def met(self) -> tuple[str, ...]:
         """Return what would be touched, and what would touch it."""
         return (self.other, self.body)
+
+    def told(self) -> str:
+        """Return what the pair would come to, in words."""
+        if self.depth < 0.0:
+            return f"{self.body} would come within {-1e3 * self.depth:.1f} mm of {self.other}"
+        return f"{self.body} would touch {self.other} ({1e3 * self.depth:.1f} mm deep)"
 
 
 class GraspEvidence(Evidence):

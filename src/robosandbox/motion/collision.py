@@ -28,6 +28,8 @@ _GENERAL = [
 ]
 _DOUBT = 0.5
 _BOX = mujoco.mjtGeom.mjGEOM_BOX.value
+# Metres by which the robot may come nearer still to what it stands near; the repeatability of the arm in its maker's data sheet.
+_REPEATS = 0.0001
 # Shortest such way, metres; chosen so that a walk past a near thing comes to an end where no clearance is kept.
 _LEAST_STRIDE = 0.001
 
@@ -86,6 +88,8 @@ class CollisionChecker:
         self._robot_body = np.isin(np.arange(model.nbody), list(robot.bodies))
         self._finger = np.isin(np.arange(model.nbody), list(robot.gripper.bodies if robot.gripper else ()))
         self._allowed = np.zeros(model.nbody, dtype=np.bool_)
+        self._stands: Array | None = None
+        self._near: dict[tuple[int, int], float] = {}
         self._movers, self._obstacles = self._robot_geoms & self._solid, ~self._robot_geoms & self._solid
         if movers is not None:
             unseen = self._robot_geoms & ~np.isin(model.geom_bodyid, list(movers))
@@ -128,6 +132,13 @@ class CollisionChecker:
         self._allowed[:] = False
         self._allowed[list(bodies)] = True
         self._apply_bits()
+
+    def stand(self, q: Array) -> None:
+        """Let the robot come as near to things as it is to them at `q` (n,), where that is nearer than the clearance.
+
+        Else one that stands half a clearance from a wall could not leave it.
+        """
+        self._stands, self._near = q, {}
 
     def touch(self, q: Array) -> Touch | None:
         """Return the deepest contact at `q` (n,), or None when it is free."""
@@ -177,6 +188,43 @@ class CollisionChecker:
 
     def _examine(self, q: Array) -> tuple[Touch | None, float]:
         """Return the deepest contact at `q`, and how far it is from the nearest obstacle to the clearance around it."""
+        touch, gap = self._look(q)
+        if self._stands is None or touch is None or touch.own or touch.depth > 0.0:
+            return touch, gap
+        self._near, self._stands = self._near_at(self._stands), None
+        return self._look(q) if self._near else (touch, gap)
+
+    def _near_at(self, q: Array) -> dict[tuple[int, int], float]:
+        """Return which pairs of bodies are apart at `q`, but within the clearance, and how near they may come, metres."""
+        pairs, distance, own = self._distances(q)
+        near: dict[tuple[int, int], float] = {}
+        for (first, second), gap in zip(pairs[~own].tolist(), distance[~own].tolist(), strict=True):
+            if gap < self.clearance:
+                pair = (min(first, second), max(first, second))
+                near[pair] = min(near.get(pair, np.inf), gap)
+        return {pair: max(gap - _REPEATS, 0.0) for pair, gap in near.items() if gap > 0.0}
+
+    def _look(self, q: Array) -> tuple[Touch | None, float]:
+        pairs, distance, own = self._distances(q)
+        if not len(pairs):
+            return None, _SIGHT
+        keep = np.full(len(pairs), self.clearance)
+        if self._near:
+            keep = np.array([self._near.get((min(pair), max(pair)), self.clearance) for pair in pairs.tolist()])
+        # Parts of the robot may come as close as they like; only touching counts.
+        depth = np.where(own, -distance, keep - distance)
+        worst = int(depth.argmax())
+        if depth[worst] <= 0.0:
+            return None, float(min(_SIGHT, (distance - keep)[~own].min(initial=_SIGHT)))
+        first, second = (int(b) for b in pairs[worst])
+        moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
+        body, other = (first, second) if moving else (second, first)
+        return Touch(
+            self.names[body], self.names[other], float(-distance[worst]), bool({body, other} <= self.robot.bodies)
+        ), 0.0
+
+    def _distances(self, q: Array) -> tuple[NDArray[np.int32], Array, NDArray[np.bool_]]:
+        """Return the pairs of bodies in sight of each other at `q` (k, 2), metres between them (k,), and which are the robot's own."""
         model, data = self.model, self.data
         self._qpos[self.robot.qpos_indices] = q
         mujoco.mj_kinematics(model, data)
@@ -184,24 +232,13 @@ class CollisionChecker:
             self._carry()
         mujoco.mj_collision(model, data)
         if data.ncon == 0:
-            return None, _SIGHT
+            return np.empty((0, 2), dtype=np.int32), np.empty(0), np.empty(0, dtype=np.bool_)
         geoms = data.contact.geom
         pairs = model.geom_bodyid[geoms]
         own = np.asarray(self._robot_body[pairs].all(axis=1), dtype=np.bool_)
         distance = self._sharpened(geoms, data.contact.dist, own)
         # Closed fingers touch each other wherever the arm is.
-        distance = np.where(self._finger[pairs].all(axis=1), _SIGHT, distance)
-        # Parts of the robot may come as close as they like; only touching counts.
-        depth = np.where(own, -distance, self.clearance - distance)
-        worst = int(depth.argmax())
-        if depth[worst] <= 0.0:
-            return None, float(min(_SIGHT, distance[~own].min(initial=_SIGHT) - self.clearance))
-        first, second = (int(b) for b in pairs[worst])
-        moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
-        body, other = (first, second) if moving else (second, first)
-        return Touch(
-            self.names[body], self.names[other], float(-distance[worst]), bool({body, other} <= self.robot.bodies)
-        ), 0.0
+        return pairs, np.where(self._finger[pairs].all(axis=1), _SIGHT, distance), own
 
     def _sharpened(self, geoms: NDArray[np.int32], distance: Array, own: NDArray[np.bool_]) -> Array:
         """Return the contacts' distances (k,), those of general convex pairs and of two boxes measured anew where they may touch.

@@ -90,6 +90,7 @@ class DLSMotionPlanner:
         else:
             checker.hold(None)
         checker.allow(())
+        checker.stand(state.q)
 
     def checker_of(self, planning: PlanningScene) -> CollisionChecker:
         """Return a new checker of what the paths of this planner may touch."""
@@ -298,13 +299,11 @@ class DLSMotionPlanner:
         if touch.own:
             here = "the arm touches itself where it stands; start from another configuration, as another home"
             remedy = here if index == 0 else "the arm would touch itself; approach from elsewhere"
+        evidence = CollisionEvidence(
+            body=touch.body, other=touch.other, depth=touch.depth, waypoint=index, waypoints=len(path)
+        )
         return CollisionError(
-            f"{touch.body} would touch {touch.other} ({touch.depth * 1000:.1f} mm deep) at waypoint {index + 1} of "
-            f"{len(path)}; {remedy}",
-            phase=Phase.PLAN,
-            evidence=CollisionEvidence(
-                body=touch.body, other=touch.other, depth=touch.depth, waypoint=index, waypoints=len(path)
-            ),
+            f"{evidence.told()} at waypoint {index + 1} of {len(path)}; {remedy}", phase=Phase.PLAN, evidence=evidence
         )
 
     @property

@@ -72,10 +72,9 @@ class FailureEvidence(Layer):
         match error.evidence:
             case UnreachableEvidence() as found:
                 self._reach(found)
-            case CollisionEvidence(body=body, other=other, depth=depth):
+            case CollisionEvidence(body=body, other=other) as found:
                 self._mark((body, other))
-                where = other if other in self.blueprint.object_bodies else body
-                self._label("pair", where, f"{body} would touch {other}, {1000 * depth:.1f} mm deep")
+                self._label("pair", other if other in self.blueprint.object_bodies else body, found.told())
             case GraspEvidence() as found:
                 self._mark((found.object,))
                 width = "" if found.object_width is None else f"{1000 * found.object_width:.0f} mm wide; "
