@@ -28,7 +28,7 @@ _GENERAL = [
 ]
 _DOUBT = 0.5
 _BOX = mujoco.mjtGeom.mjGEOM_BOX.value
-# Metres by which the robot may come nearer still to what it stands near; the repeatability of the arm in its maker's data sheet.
+# Metres by which the robot may come nearer still to what it stands near; chosen as the Panda's repeatability in its maker's data sheet.
 _REPEATS = 0.0001
 # Shortest such way, metres; chosen so that a walk past a near thing comes to an end where no clearance is kept.
 _LEAST_STRIDE = 0.001
