@@ -1,12 +1,14 @@
 """Hands of three fingers: what only spreads them is held, what follows is firm, and they close together on what is between them."""
 
 import re
+from unittest import mock
 
 import mujoco
 import numpy as np
 import pytest
 
 from robosandbox.errors import InputError
+from robosandbox.robots.gripper import opposition
 from robosandbox.robots.gripper.calibrate import is_in_step
 from robosandbox.robots.gripper.hand import settle_hand, why_no_gripper
 from robosandbox.robots.gripper.opposition import find_opposition
@@ -77,6 +79,26 @@ def test_fingers_oppose_each_other_whatever_the_sign_of_their_joints(trident):
     assert found.miss < 0.002
     assert fingers["a"].closed > fingers["a"].meets > fingers["a"].open == pytest.approx(0.0, abs=0.02)
     assert fingers["thumb"].closed < fingers["thumb"].meets < fingers["thumb"].open
+
+
+def test_hand_with_servos_at_its_tips_is_tried_in_some_postures_and_not_in_all(tmp_path):
+    path = tmp_path / "trident.xml"
+    text = _TRIDENT.replace('<tendon tendon1="tb"/>', "")
+    tip = '<body name="thumb2" pos="0 0 .05"><joint name="thumb_tip" axis="1 0 0" range="-1 0" damping=".05"/>'
+    whole, part = (f'<geom type="capsule" fromto="0 0 0 0 0 {length}" size=".006"/>' for length in (".08", ".05"))
+    text = text.replace(whole, f"{part}{tip}{part.replace('.05', '.03')}</body>")
+    servos = (("b_tip", "0 1"), ("thumb_tip", "-1 0"))
+    tips = "".join(f'<position name="{name}" joint="{name}" kp="5" ctrlrange="{ends}"/>' for name, ends in servos)
+    path.write_text(text.replace("</actuator>", f"{tips}</actuator>"))
+    model = import_model(path).spec.compile()
+    close = opposition._Hand.close
+    with mock.patch.object(opposition._Hand, "close", autospec=True, side_effect=close) as closed:
+        found = find_opposition(model, [model.joint(name).id for name in (*_ALL, "thumb_tip")])
+    assert found is not None
+    assert found.miss < 0.002
+    assert {str(model.joint(j).name) for j in found.held} >= {"a_spread", "b_tip", "thumb_tip"}
+    # All postures of three servos are 729; one after the other they are 27 in a round.
+    assert closed.call_count <= 3 * 27
 
 
 def test_fingers_with_a_servo_each_stay_in_step(trident):

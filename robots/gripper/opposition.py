@@ -94,13 +94,20 @@ def find_opposition(model: mujoco.MjModel, joints: list[int]) -> Opposition | No
     if (roles := hand.roles()) is None:
         return None
     closing, spreading = roles
-    ends = [control_range(model, a) for a in spreading]
-    tried = (
-        hand.close(closing, dict(zip(spreading, places, strict=True)))
-        for places in product(*(np.linspace(low, high, _PLACES) for low, high in ends))
-    )
-    # Of postures in which all fingers meet the probe the first one is as good as any.
-    return _least(tried, lambda one: one.miss)
+    spread = {a: sum(control_range(model, a)) / 2.0 for a in spreading}
+    if not spread:
+        return hand.close(closing, spread)
+    best: Opposition | None = None
+    # One servo after the other, and round again while the fingers get nearer: five servos have 59,049 postures together.
+    while True:
+        before = best
+        for a in spreading:
+            postures = [spread | {a: float(place)} for place in np.linspace(*control_range(model, a), _PLACES)]
+            # Of postures in which all fingers meet the probe the first one is as good as any.
+            spread, best = _least(((each, hand.close(closing, each)) for each in postures), lambda one: one[1].miss)
+        assert best is not None
+        if len(spread) == 1 or (before is not None and _whole(best.miss) >= _whole(before.miss)):
+            return best
 
 
 class _Hand:
@@ -151,12 +158,8 @@ class _Hand:
         """Return the middle of each finger's outer half, or another outer share, shape (fingers, 3)."""
         data = mujoco.MjData(self.model)
         place(self.model, data, qpos)
-        found = []
-        for side in self.points:
-            there = _world(data, side)
-            far = np.linalg.norm(there - data.xpos[self.palm], axis=1)
-            found.append(there[far > np.quantile(far, 1.0 - outer)].mean(axis=0))
-        return np.array(found)
+        found: Array = _tips([_world(data, side) for side in self.points], data.xpos[self.palm], (outer,))[0]
+        return found
 
     def roles(self) -> tuple[dict[int, tuple[float, float]], list[int]] | None:
         """Return what closes the fingers, with its open and closed control, and what spreads them.
@@ -209,16 +212,18 @@ class _Hand:
             steps,
         )
         data = mujoco.MjData(self.model)
-        clouds = []
+        clouds, ends = [], []
         for qpos in samples:
             place(self.model, data, qpos)
             clouds.append([_world(data, side) for side in self.points])
+            ends.append(_tips(clouds[-1], data.xpos[self.palm], _OUTER))
         last = self._last_free(samples)
-        tips = {outer: np.array([self.tips(qpos, outer) for qpos in samples[: last + 1]]) for outer in _OUTER}
+        tips = dict(zip(_OUTER, np.swapaxes(ends[: last + 1], 0, 1), strict=True))
 
         def probed() -> Iterator[tuple[float, Array]]:
-            for weights, outer in product(_shares(len(self.groups)), _OUTER):
-                gaps = _gaps(clouds[: last + 1], np.einsum("f,kfx->kx", weights, tips[outer]))
+            places = product(_shares(len(self.groups)), _OUTER)
+            centres = np.array([np.einsum("f,kfx->kx", weights, tips[outer]) for weights, outer in places])
+            for gaps in _gaps(clouds[: last + 1], centres):
                 met = [_first(column, _PROBE) for column in gaps.T]
                 yield max(0.0, float(gaps.min(axis=0).max()) - _GRAZED) + self._collide(samples, met), gaps
 
@@ -304,7 +309,7 @@ def _least(tried: Iterable[_T], miss: Callable[[_T], float]) -> _T:
     """Return the first that misses by the least, to a millimetre; none is tried after one that misses by nothing."""
     best: tuple[float, _T] | None = None
     for one in tried:
-        off = round(miss(one), 3)
+        off = _whole(miss(one))
         if best is None or off < best[0]:
             best = off, one
         if off <= 0.0:
@@ -313,9 +318,30 @@ def _least(tried: Iterable[_T], miss: Callable[[_T], float]) -> _T:
     return best[1]
 
 
+def _whole(metres: float) -> float:
+    """Return a length to a millimetre: what is nearer by less is not nearer."""
+    return round(metres, 3)
+
+
 def _world(data: mujoco.MjData, side: dict[int, Array]) -> Array:
     """Return a side's points in the world, shape (k, 3)."""
     return np.concatenate([data.geom_xpos[g] + local @ data.geom_xmat[g].reshape(3, 3).T for g, local in side.items()])
+
+
+def _tips(cloud: list[Array], palm: Array, outer: tuple[float, ...]) -> Array:
+    """Return the middle of these outer shares of each finger, shape (shares, fingers, 3).
+
+    Args:
+        cloud: The fingers' points, in the world.
+        palm: The place from which what is far is a fingertip's.
+        outer: The shares.
+    """
+    found = np.empty((len(outer), len(cloud), 3))
+    for f, side in enumerate(cloud):
+        far = np.linalg.norm(side - palm, axis=1)
+        for k, least in enumerate(np.quantile(far, [1.0 - share for share in outer])):
+            found[k, f] = side[far > least].mean(axis=0)
+    return found
 
 
 def _shares(fingers: int) -> list[Array]:
@@ -330,20 +356,30 @@ def _shares(fingers: int) -> list[Array]:
 
 
 def _gaps(clouds: list[list[Array]], centres: Array) -> Array:
-    """Return the fingers' gaps to the centre of a probe, shape (k, fingers), metres.
+    """Return the fingers' gaps to the centre of each probe, shape (p, k, fingers), metres.
 
     Args:
         clouds: The fingers' points at each sample.
-        centres: A place for each sample, shape (k, 3); the probe lies at that where it fits best between them.
+        centres: Of each probe a place for each sample, shape (p, k, 3); it lies at that where it fits best between them.
     """
-    there = np.array([[_gap(side, c) for side in cloud] for cloud, c in zip(clouds, centres, strict=True)])
-    around = centres[int(np.abs(there.mean(axis=1) - _PROBE).argmin())]
-    return np.array([[_gap(side, around) for side in cloud] for cloud in clouds])
+    there = np.array([_nearest(cloud, centres[:, k]) for k, cloud in enumerate(clouds)])
+    fits = np.abs(there.mean(axis=2) - _PROBE).argmin(axis=0)
+    around = centres[np.arange(len(centres)), fits]
+    return np.array([_nearest(cloud, around) for cloud in clouds]).swapaxes(0, 1)
 
 
-def _gap(points: Array, centre: Array) -> float:
-    off = points - centre
-    return float(np.sqrt(np.einsum("kx,kx->k", off, off).min()))
+def _nearest(cloud: list[Array], centres: Array) -> Array:
+    """Return how far each finger's nearest point is from each of these centres, shape (p, fingers), metres."""
+    middle = centres.mean(axis=0)
+    off = centres - middle
+    square = np.einsum("px,px->p", off, off)
+    found = []
+    for side in cloud:
+        there = side - middle
+        # The square of a difference, so that one product of matrices takes all centres.
+        less = (np.einsum("kx,kx->k", there, there)[:, None] - 2.0 * there @ off.T).min(axis=0)
+        found.append(np.sqrt(np.maximum(less + square, 0.0)))
+    return np.column_stack(found)
 
 
 def _first(gaps: Array, radius: float) -> int:
