@@ -136,9 +136,23 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
         force = slide(arm, drawer, _STAND_OFF, opening_of(drawer) + _PRESS, inwards, stop=_STOP_WITHIN)
+        _step_back(arm, drawer)
         withdraw(arm, drawer)
         return force
     raise most_telling(failures)
+
+
+def _step_back(arm: Manipulator, drawer: DetectedObject) -> None:
+    """Take the hand off the grip the way that it came, if it can: one that rises while it presses pulls the drawer up."""
+    arm.use(arm.look())
+    arm.motion.allow(box_of(drawer))
+    state = arm.sim.state()
+    goal = moved_by(state.tcp_pose, _STAND_OFF * outwards(drawer))
+    try:
+        back = arm.motion.plan_line(state.q, goal, speed=SLIDE_SPEED)
+    except (UnreachableError, CollisionError):
+        return
+    arm.follow(back, Phase.RETREAT)
 
 
 def _turned(drawer: DetectedObject, hand: Array) -> list[Array]:

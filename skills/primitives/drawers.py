@@ -26,7 +26,7 @@ from robosandbox.skills.primitives.manipulator import (
     most_telling,
     withdrawn,
 )
-from robosandbox.types import CAREFUL, Array, DetectedObject, Pose, Trajectory
+from robosandbox.types import Array, DetectedObject, Pose, Trajectory
 from robosandbox.world.nearness import nearer
 from robosandbox.world.relations import bottom, contents, top
 
@@ -263,8 +263,7 @@ def withdraw(arm: Manipulator, drawer: DetectedObject) -> None:
     observation = arm.sim.state()
     for distance in _HOVERS:
         try:
-            # As carefully at every tempo: fingers leave the grip with a knock of up to 62 N, and of 100 N at full speed.
-            back = arm.motion.plan_line(observation.q, withdrawn(observation.tcp_pose, distance), speed=CAREFUL.free)
+            back = arm.motion.plan_line(observation.q, withdrawn(observation.tcp_pose, distance), speed=arm.tempo.free)
         except (UnreachableError, CollisionError):
             continue
         arm.follow(back, Phase.RETREAT)
