@@ -3,7 +3,7 @@
     python benchmarks/odd.py [--episodes 300] [--first-seed 0] [--families sizes corner ...] [--jobs 2] [--json] [--misses]
 
 Things of 8 to 90 mm and 5 g to 12 kg, smooth and rough, at edges, in corners, touching, on, under and against one another, on
-pillars and on the floor: `benchmarks/odd_scenes.py` draws each from a seed. The arm is told in a sentence what to do. Its judge,
+pillars and on the floor, and drawers: `benchmarks/odd_scenes.py` draws each from a seed. The arm is told in a sentence what to do. Its judge,
 `odd_judge.py`, reads raw contacts; of a refusal the oracle, `odd_oracle.py`, finds out by trying grasps on copies of the true world
 whether it was right; the cause of what cannot be done is known by construction. A claim is false where the raw contacts say that
 what was asked is not so, or not two seconds later. "Stuck" is an arm that can neither go home nor let go at the end.
@@ -169,6 +169,8 @@ def _task(odd: Odd) -> Task:
             "direction": "forward",
             "min_mm": max(1.0, 800.0 * odd.along),
         },
+        "opened": {"kind": "opened", "object": odd.subject, "min_mm": max(1.0, 1e3 * odd.along)},
+        "shut": {"kind": "closed", "object": odd.subject},
     }[odd.goal]
     if odd.goal == "held" and odd.still:
         # What is lifted together with the bin that it lies in hangs in one grip with it.
@@ -212,6 +214,8 @@ _SAID: tuple[tuple[str, Cause], ...] = (
     ("collision", "blocked"),
     ("in the way", "blocked"),
     ("against", "blocked"),
+    (":blocked", "blocked"),
+    (":locked", "locked"),
     ("wedged", "blocked"),
 )
 

@@ -20,6 +20,8 @@ RAISED, DRIFT = 0.02, 0.004
 STAYS = 0.010
 # Share of the way that a push has to go.
 PUSHED = 0.8
+# Metres of a drawer's way within which it is shut.
+SHUT = 0.003
 
 
 def raw_state(sim: Modelled, data: mujoco.MjData) -> mujoco.MjData:
@@ -133,8 +135,19 @@ def _now(sim: Modelled, odd: Odd, data: mujoco.MjData, start: dict[str, np.ndarr
         return on_it == {"robot"} and raised > RAISED
     if odd.goal == "on":
         return on_it == {odd.target} and raised > RAISED
+    if odd.goal in ("opened", "shut"):
+        slid = _slid(sim, data, odd.subject)
+        return slid < SHUT if odd.goal == "shut" else slid > odd.along
     where = data.xpos[sim.object_bodies[odd.subject]]
     return (
         bool("robot" not in on_it or odd.goal == "pushed")
         and float(where[0] - start[odd.subject][0]) > PUSHED * odd.along
     )
+
+
+def _slid(sim: Modelled, data: mujoco.MjData, name: str) -> float:
+    """Return how far the one sliding joint of an object is from where it is shut, metres."""
+    model = sim.model
+    slides = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
+    (joint,) = (j for j in slides if sim.world.owners.get(int(model.jnt_bodyid[j])) == name)
+    return abs(float(data.qpos[model.jnt_qposadr[joint]]))

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import Pose, Scene, SceneObject
 
 TABLE = 0.04
@@ -19,7 +20,7 @@ RED, BLUE, GREEN, GREY = (0.85, 0.1, 0.1, 1.0), (0.1, 0.2, 0.85, 1.0), (0.1, 0.6
 _NOUNS = {"box": "box", "cylinder": "can", "sphere": "ball"}
 
 # Why a thing cannot be done, as the family knows it by construction.
-Cause = Literal["too_wide", "too_heavy", "slippery", "blocked", "out_of_reach"]
+Cause = Literal["too_wide", "too_heavy", "slippery", "blocked", "locked", "out_of_reach"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,9 +33,9 @@ class Odd:
         prompt: What the agent is told.
         objects: What is there.
         subject: Id of what is to be moved.
-        goal: "held", "on" or "in" (the target), "pushed" (so many metres along x).
-        target: Id of where to, for "on" and "in".
-        along: For "pushed".
+        goal: "held", "on" (the target), "pushed" (so many metres along x), "opened" (so far, metres), "shut".
+        target: Id of where to, for "on".
+        along: For "pushed" and "opened".
         friction: Coefficients of sliding friction by id; others have the table's, 1.
         possible: Whether it can be done, where that is known; None leaves it to the oracle.
         causes: What may rightly be named as the cause where it is not done; empty where nothing is known.
@@ -47,7 +48,7 @@ class Odd:
     prompt: str
     objects: tuple[SceneObject, ...]
     subject: str
-    goal: Literal["held", "on", "in", "pushed"]
+    goal: Literal["held", "on", "pushed", "opened", "shut"]
     target: str | None = None
     along: float = 0.0
     friction: dict[str, float] = field(default_factory=dict)
@@ -72,19 +73,24 @@ class Odd:
 
 
 Draw = Callable[[int, np.random.Generator], Odd]
-FAMILIES: dict[str, Draw] = {}
+# Name -> the number that its draws are seeded with, and how it draws.
+FAMILIES: dict[str, tuple[int, Draw]] = {}
 
 
-def family(draw: Draw) -> Draw:
-    """Register a family by its function's name."""
-    FAMILIES[draw.__name__] = draw
-    return draw
+def family(number: int) -> Callable[[Draw], Draw]:
+    """Register a family by its function's name; a number of its own keeps its scenes whatever families come besides."""
+
+    def register(draw: Draw) -> Draw:
+        FAMILIES[draw.__name__] = number, draw
+        return draw
+
+    return register
 
 
 def drawn(name: str, seed: int) -> Odd:
     """Return a family's scene of a seed: the same, whatever is drawn besides."""
-    number = sorted(FAMILIES).index(name)
-    return FAMILIES[name](seed, np.random.default_rng([number, seed]))
+    number, draw = FAMILIES[name]
+    return draw(seed, np.random.default_rng([number, seed]))
 
 
 def thing(
@@ -125,7 +131,7 @@ def _picked(name: str, seed: int, red: SceneObject, *others: SceneObject, **more
     return Odd(family=name, seed=seed, prompt=prompt, objects=(red, *others), subject=red.id, goal="held", **more)  # type: ignore[arg-type]
 
 
-@family
+@family(6)
 def sizes(seed: int, rng: np.random.Generator) -> Odd:
     """Things of 8 to 90 mm, alone."""
     kind, size = _solid(rng, 0.008, 0.09)
@@ -138,7 +144,7 @@ def sizes(seed: int, rng: np.random.Generator) -> Odd:
     )
 
 
-@family
+@family(11)
 def weights(seed: int, rng: np.random.Generator) -> Odd:
     """Boxes of 5 g to 3 kg, smooth and rough."""
     a, b, c = (float(rng.uniform(0.03, 0.06)) / 2.0 for _ in range(3))
@@ -147,7 +153,7 @@ def weights(seed: int, rng: np.random.Generator) -> Odd:
     return _picked("weights", seed, red, friction={red.id: slip}, causes=frozenset({"too_heavy", "slippery"}))
 
 
-@family
+@family(1)
 def edge(seed: int, rng: np.random.Generator) -> Odd:
     """Things at the table's edge, up to a third of them over it."""
     kind, size = _solid(rng, 0.02, 0.06)
@@ -160,7 +166,7 @@ def edge(seed: int, rng: np.random.Generator) -> Odd:
     return _picked("edge", seed, thing(f"red_{_NOUNS[kind]}", kind, size, xy, mass=_mass(rng, 0.01, 0.3)))
 
 
-@family
+@family(8)
 def touching(seed: int, rng: np.random.Generator) -> Odd:
     """A box that touches one to three others."""
     a, b, c = (float(rng.uniform(0.02, 0.05)) / 2.0 for _ in range(3))
@@ -174,7 +180,7 @@ def touching(seed: int, rng: np.random.Generator) -> Odd:
     return _picked("touching", seed, thing("red_box", "box", (a, b, c), (x, y), mass=_mass(rng, 0.02, 0.3)), *others)
 
 
-@family
+@family(7)
 def stacked(seed: int, rng: np.random.Generator) -> Odd:
     """One thing on another; the upper or the lower one is asked for."""
     x, y = _middle(rng)
@@ -190,7 +196,7 @@ def stacked(seed: int, rng: np.random.Generator) -> Odd:
     return _picked("stacked", seed, red, blue)
 
 
-@family
+@family(0)
 def corner(seed: int, rng: np.random.Generator) -> Odd:
     """A thing in the corner of a bin of a usual size."""
     kind, size = _solid(rng, 0.02, 0.05)
@@ -206,7 +212,7 @@ def corner(seed: int, rng: np.random.Generator) -> Odd:
     return _picked("corner", seed, red, bin_, corner=True, still=("grey_bin",))
 
 
-@family
+@family(3)
 def leaning(seed: int, rng: np.random.Generator) -> Odd:
     """A plate of wood that leans on a block."""
     x, y = _middle(rng)
@@ -223,7 +229,7 @@ def leaning(seed: int, rng: np.random.Generator) -> Odd:
     return _picked("leaning", seed, red, block)
 
 
-@family
+@family(9)
 def under(seed: int, rng: np.random.Generator) -> Odd:
     """A thing under a bridge of a plank on two blocks."""
     x, y = _middle(rng)
@@ -239,7 +245,7 @@ def under(seed: int, rng: np.random.Generator) -> Odd:
     return _picked("under", seed, thing("red_box", "box", size, (x, y), mass=0.05), *blocks, plank)
 
 
-@family
+@family(2)
 def floor(seed: int, rng: np.random.Generator) -> Odd:
     """A thing on the floor beside the table."""
     kind, size = _solid(rng, 0.02, 0.06)
@@ -253,7 +259,7 @@ def _pillar(rng: np.random.Generator, xy: tuple[float, float]) -> SceneObject:
     return thing("blue_box", "box", (half, half, float(rng.uniform(0.03, 0.07))), xy, mass=2.0, rgba=BLUE)
 
 
-@family
+@family(4)
 def pillar(seed: int, rng: np.random.Generator) -> Odd:
     """A can that is to stand on a pillar, which may be narrower than it."""
     x, y = _middle(rng)
@@ -282,7 +288,7 @@ def _push(
     )  # type: ignore[arg-type] # fmt: skip
 
 
-@family
+@family(5)
 def push(seed: int, rng: np.random.Generator) -> Odd:
     """Things of up to 12 kg that are to be pushed; what slides under half of 60 N can be, what takes twice of it cannot."""
     mass, slip = _mass(rng, 0.05, 12.0), float(rng.uniform(0.2, 2.0))
@@ -291,7 +297,7 @@ def push(seed: int, rng: np.random.Generator) -> Odd:
     return _push("push", seed, rng, mass, slip, possible=possible, causes=frozenset({"too_heavy"}))
 
 
-@family
+@family(10)
 def wall(seed: int, rng: np.random.Generator) -> Odd:
     """A thing that is to be pushed against one of 60 kg."""
     odd = _push(
@@ -314,3 +320,31 @@ def wall(seed: int, rng: np.random.Generator) -> Odd:
             "still": ("blue_box",),
         }
     )
+
+
+@family(12)
+def drawers(seed: int, rng: np.random.Generator) -> Odd:
+    """A drawer of 1 to 6 kg that is to be opened or shut: some are locked, some have a box before them that lets them open by a third."""
+    case = str(rng.choice(["opened", "shut", "locked", "before"], p=[0.35, 0.35, 0.15, 0.15]))
+    width, depth, height = (float(rng.uniform(*ends)) for ends in ((0.12, 0.25), (0.12, 0.2), (0.06, 0.12)))
+    travel = float(rng.uniform(0.4, 0.7)) * depth
+    x, y, yaw = float(rng.uniform(0.22, 0.32)), float(rng.uniform(-0.12, 0.12)), float(rng.uniform(-0.5, 0.5))
+    drawer = SceneObject(
+        id="drawer", kind="drawer", size=(width, depth, height, travel), mass=float(rng.uniform(1.0, 6.0)), rgba=GREY,
+        pose=Pose(xyz=(x, y, TABLE), quat_xyzw=(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))),
+        open=float(rng.uniform(0.4, 1.0)) * travel if case == "shut" else 0.0, locked=case == "locked",
+    )  # fmt: skip
+    others = []
+    if case == "before":
+        gap = float(rng.uniform(0.1, 0.33)) * travel
+        parts = DrawerParts.of(drawer.size)
+        far = float(parts.grip[0] - parts.grip_centre[0]) + gap + 0.03
+        front = x - far * math.cos(yaw), y - far * math.sin(yaw)
+        half = (0.03, float(rng.uniform(0.02, 0.06)), float(rng.uniform(0.02, 0.05)))
+        others.append(thing("blue_box", "box", half, front, yaw=yaw, mass=_mass(rng, 0.05, 1.0), rgba=BLUE))
+    return Odd(
+        family="drawers", seed=seed, prompt="close the drawer" if case == "shut" else "open the drawer",
+        objects=(drawer, *others), subject="drawer", goal="shut" if case == "shut" else "opened", along=travel * 2.0 / 3.0,
+        friction={"drawer": float(rng.uniform(0.4, 1.5))}, possible=False if case == "locked" else None,
+        causes=frozenset({"locked"} if case == "locked" else ()), still=("drawer",),
+    )  # fmt: skip

@@ -39,12 +39,19 @@ def test_an_episode_is_measured_from_raw_contacts(odd: ModuleType) -> None:
     [
         pytest.param("touching", 61, id="a hand that leans beside neighbours"),
         pytest.param("push", 94, id="7.6 kg that stick and slide"),
+        pytest.param("drawers", 167, id="a grip between two fingers"),
     ],
 )
 def test_the_robot_keeps_its_limit_at_every_moment(odd: ModuleType, family: str, seed: int) -> None:
     row = odd.run(family, seed, oracle=False)
     assert row is not None and row.claimed and row.done
     assert 0.0 < row.named_n <= odd.OVER * odd.LIMIT_N
+
+
+def test_no_grasp_is_tried_whose_fingers_reach_into_what_they_are_to_hold(odd: ModuleType) -> None:
+    # The box before the drawer can be held at a slant alone, where it is wider than the hand opens.
+    row = odd.run("drawers", 236, oracle=False)
+    assert row is not None and row.unnamed_n < odd.UNNAMED_N
 
 
 @pytest.mark.slow

@@ -171,7 +171,7 @@ def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
     follow_free(arm, way.approach, Phase.APPROACH)
     follow_free(arm, way.descent, Phase.DESCEND)
     arm.ctx.enter(Phase.GRASP)
-    closed = arm.close()
+    closed = arm.close_on(width)
     if closed < geometry.min_aperture + _CLOSED_ON_NOTHING * (width - geometry.min_aperture):
         raise _missed(arm, drawer, "missed", closed, Phase.GRASP)
 

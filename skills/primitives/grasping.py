@@ -136,7 +136,7 @@ class _Search:
     Attributes:
         tried: Candidates, in order.
         failures: Each candidate's.
-        touching: Candidates whose hand would touch the target itself.
+        touching: Candidates whose hand would touch the target itself by no more than the fingers' clearance.
     """
 
     def __init__(self, arm: Manipulator, target: DetectedObject, least_aperture: float) -> None:
@@ -186,7 +186,8 @@ class _Search:
             if not self._is_of_fingers(failure):
                 break
         assert failure is not None
-        if isinstance(failure.evidence, CollisionEvidence) and failure.evidence.other == self._target.id:
+        met = failure.evidence
+        if isinstance(met, CollisionEvidence) and met.other == self._target.id and met.depth <= FINGER_CLEARANCE:
             self.touching.append(grasp)
         self.failures.append((grasp, failure))
         return None
