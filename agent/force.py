@@ -14,7 +14,7 @@ from robosandbox.world.contracts import contract_of
 from robosandbox.world.facts import HELD
 
 # Control ticks in a row over the limit that make pressing out of a knock, and so many ticks ahead are looked; the knocks of
-# the bundled tasks last one (measured: 36 to 62 N in close_drawer and put_in_drawer).
+# the bundled tasks last one (measured: up to 43 N in close_drawer and put_in_drawer).
 _TICKS = 2
 # Factor by which a force that has been told of may pass its limit, and no more, while what cleans up moves away: the arm that
 # stops still runs on for a tick or two (measured: by 5 % of the limit at the speed of a push).
