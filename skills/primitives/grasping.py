@@ -136,7 +136,7 @@ class _Search:
     Attributes:
         tried: Candidates, in order.
         failures: Each candidate's.
-        touching: Candidates whose hand would touch the target itself by no more than the fingers' clearance.
+        touching: Candidates whose hand would touch the target itself, fingers by no more than their clearance.
     """
 
     def __init__(self, arm: Manipulator, target: DetectedObject, least_aperture: float) -> None:
@@ -186,11 +186,20 @@ class _Search:
             if not self._is_of_fingers(failure):
                 break
         assert failure is not None
-        met = failure.evidence
-        if isinstance(met, CollisionEvidence) and met.other == self._target.id and met.depth <= FINGER_CLEARANCE:
+        if self._may_only_seem(failure):
             self.touching.append(grasp)
         self.failures.append((grasp, failure))
         return None
+
+    def _may_only_seem(self, failure: SkillError) -> bool:
+        """Tell whether the hand may hold the target all the same, though it would touch it.
+
+        A palm that comes down on what is taller than it seems has the fingers beside it; fingers that come down on it do not.
+        """
+        met = failure.evidence
+        if not isinstance(met, CollisionEvidence) or met.other != self._target.id:
+            return False
+        return met.depth <= FINGER_CLEARANCE or self._arm.planning.finger_side(met.body) == 0
 
     def _check_closing(self, grasp: Grasp, aperture: float, q_grasp: Array, *allowed: str) -> None:
         """Check that the fingers meet nothing else on their way from `aperture` to the object, as a wall between them.
