@@ -49,7 +49,7 @@ def test_the_robot_keeps_its_limit_at_every_moment(odd: ModuleType, family: str,
 
 
 def test_no_grasp_is_tried_whose_fingers_reach_into_what_they_are_to_hold(odd: ModuleType) -> None:
-    # The box before the drawer can be held at a slant alone, where it is wider than the hand opens.
+    # Straight down the drawer is in the hand's way; at a slant the open fingers would come down on the box.
     row = odd.run("drawers", 236, oracle=False)
     assert row is not None and row.unnamed_n < odd.UNNAMED_N
 
