@@ -83,7 +83,7 @@ def _told(row: Row) -> str:
 
 
 def _wrong(row: Row) -> bool:
-    return not (row.done and row.claimed)
+    return not (row.done and row.claimed and row.judged)
 
 
 if __name__ == "__main__":
