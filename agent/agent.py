@@ -29,6 +29,7 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.goal_planner import GoalPlanner, is_goal
 from robosandbox.agent.overheard import overheard
 from robosandbox.agent.progress import Progress, summary
+from robosandbox.agent.protocols import Planner
 from robosandbox.agent.usage import metered
 from robosandbox.errors import (
     CancelledError,
@@ -42,7 +43,7 @@ from robosandbox.errors import (
     RoboSandboxError,
     SkillError,
 )
-from robosandbox.protocols import Planner, Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import (
     MAX_PROMPT_LENGTH,
     Intent,

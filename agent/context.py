@@ -10,12 +10,14 @@ from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.sliding import SlideGuard, slides_under
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
-from robosandbox.drivers import require
+from robosandbox.driver import Driver, Guard, require
 from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, LimitError, Phase, Repair, SkillError
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
+from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.planning_scene import PlanningScene
+from robosandbox.motion.protocols import MotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.protocols import Driver, Glancing, GraspPlanner, Guard, MotionPlanner, Perception
+from robosandbox.perception.protocols import Glancing, Perception
 from robosandbox.types import DEFAULT_TEMPO, Intent, Limits, ObservedScene, SkillCall, Tempo, force_limits
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure

@@ -13,7 +13,8 @@ from typing import Any, Protocol, runtime_checkable
 
 from robosandbox.agent.episode import Episode, FailedAttempt, Listener, Step
 from robosandbox.agent.goal import GoalContext
-from robosandbox.protocols import Attempt, Planner, Skill
+from robosandbox.agent.protocols import Attempt, Planner
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
 
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.candidates import Calls, Candidates
+from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import SkillError
-from robosandbox.protocols import Attempt, Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, SkillCall
 from robosandbox.world.alternatives import Failure
 from robosandbox.world.contracts import Contract, contract_of, error_for, first_refuted

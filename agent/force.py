@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from robosandbox.driver import Driver
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
-from robosandbox.protocols import Driver, Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import Array, SkillCall
 from robosandbox.world.contracts import contract_of
 from robosandbox.world.facts import HELD

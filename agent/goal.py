@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robosandbox.errors import UnsupportedError
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import Intent, ObservedScene, Plan
 from robosandbox.world.abilities import Abilities
 

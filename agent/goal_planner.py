@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
-from robosandbox.protocols import Attempt, Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.contracts import contract_of, imagined, lookup

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from robosandbox.protocols import Driver
+from robosandbox.driver import Driver
 
 
 class Pace:

@@ -15,7 +15,8 @@ from typing import Any
 from robosandbox.agent.language.bounds import bounds_of
 from robosandbox.agent.language.interpret import is_corrected
 from robosandbox.agent.language.wordlist import word_set
-from robosandbox.protocols import Planner, Skill
+from robosandbox.agent.protocols import Planner
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode
 from robosandbox.world.contracts import contract_of
 from robosandbox.world.verifier import Constraints

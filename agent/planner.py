@@ -13,7 +13,8 @@ from robosandbox.agent.language.interpret import forget_readings, interpret, res
 from robosandbox.agent.language.questions import Answer, answered
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.worded import learn
-from robosandbox.protocols import Attempt, Skill
+from robosandbox.agent.protocols import Attempt
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from robosandbox.agent.protocols import Planner
 from robosandbox.plugins import make_plugin
-from robosandbox.protocols import Planner, Skill
+from robosandbox.skills.protocols import Skill
 
 
 def make_planner(

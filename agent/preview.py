@@ -9,8 +9,9 @@ from typing import Any
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.goal_planner import GoalPlanner
+from robosandbox.driver import Driver
 from robosandbox.errors import ErrorRecord, SkillError
-from robosandbox.protocols import Driver, Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, SkillCall, SkillResult
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 
 BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
 """How the range of a number is written, by the keyword of JSON schema."""

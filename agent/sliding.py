@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 
+from robosandbox.driver import Driver
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.grasp.hand import FRICTION
 from robosandbox.motion.planning_scene import PlanningScene
-from robosandbox.protocols import Driver
 from robosandbox.skills.primitives.gripping import GRAVITY
 from robosandbox.types import ObservedScene
 

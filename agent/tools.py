@@ -18,7 +18,7 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.preview import preview
 from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, SkillError
 from robosandbox.printable import printable
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.achieve import achieve
 from robosandbox.world.alternatives import Failure

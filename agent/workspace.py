@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from robosandbox.driver import Driver
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
-from robosandbox.protocols import Driver
 from robosandbox.types import DIRECTION_AXES, ObservedScene, SkillCall, Workspace
 from robosandbox.world.relations import centre
 

@@ -22,9 +22,9 @@ import numpy as np
 from achieve_problems import FAMILIES, SPOTS, Place, Problem, Replay, drawn, objects_of, scene_of
 
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Plan, Refusal
+from robosandbox.workcell.session import open_session
 from robosandbox.world.achieve import achieve
 from robosandbox.world.facts import fact
 

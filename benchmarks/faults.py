@@ -25,14 +25,14 @@ from typing import Any
 
 import zenoh
 from pydantic import TypeAdapter
+from support.processes import SimProcess
 
 from robosandbox.errors import BusyError, GoalTimeoutError, SkillError, UnknownGoalError
 from robosandbox.evidence import PlacementEvidence
-from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.tasks.loader import find_task
-from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Truth
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 
 TASKS = ("pick_cube_franka", "put_in_bin", "place_on_block", "stack_two", "push_left", "place_beside")
 STILL = 0.01
@@ -132,7 +132,7 @@ def _length(session: RemoteWorkcell) -> float:
     return took
 
 
-_AGENT = "from robosandbox.cli import main; main()"
+_AGENT = "from robosandbox.apps.cli import main; main()"
 
 
 def agent_killed(times: int) -> dict[str, Any]:

@@ -22,10 +22,10 @@ from itertools import groupby
 from pathlib import Path
 
 import zenoh
+from support.kits import KITS, OPEN, Kit, running_kit
+from support.processes import free_port
 
-from robosandbox.service.transport import open_connector
-from robosandbox.testing.kits import KITS, OPEN, Kit, running_kit
-from robosandbox.testing.processes import free_port
+from robosandbox.workcell.zenoh.transport import open_connector
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples" / "zenoh"

@@ -16,12 +16,23 @@ from typing import Any
 
 import zenoh
 from pydantic import TypeAdapter
+from support.processes import SimProcess
 
 from robosandbox.errors import ErrorCode, InvalidMessageError
-from robosandbox.service.client import connect
-from robosandbox.service.messages import PROTOCOL, Ask, Clock, GoalRef, Load, Message, Reset, SendGoal, Simulate, decode
-from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Truth
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.messages import (
+    PROTOCOL,
+    Ask,
+    Clock,
+    GoalRef,
+    Load,
+    Message,
+    Reset,
+    SendGoal,
+    Simulate,
+    decode,
+)
 
 CODES = frozenset(code.value for code in ErrorCode)
 QUERYABLES: dict[str, type[Message]] = {

@@ -24,15 +24,15 @@ from pathlib import Path
 import mujoco
 import trimesh
 from rows import measured
+from support.processes import SimProcess
 
 from robosandbox import open_session
-from robosandbox.protocols import Driver
-from robosandbox.recording.settings import RecordSettings, open_recorder
-from robosandbox.service.client import connect
+from robosandbox.driver import Driver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.saved_state import continue_from
-from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Plan, Pose, Scene, SceneObject, SkillCall
+from robosandbox.workcell.recording.settings import RecordSettings, open_recorder
+from robosandbox.workcell.zenoh.client import connect
 from robosandbox.world.verifier import verify
 
 # Things stand in rows of ten, metres apart: 60 fit on the table.

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic_ai.messages import ModelResponse, TextPart
+from support.hostile import HOSTILE, picture_of
 
 from robosandbox.agent.episode import FailedAttempt
 from robosandbox.agent.llm.endpoint import correction
@@ -28,14 +29,13 @@ from robosandbox.agent.llm.prompt import data_text, question
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
 from robosandbox.agent.usage import metered
+from robosandbox.apps.conformance.openai_server import ScriptedServer, fails, plan, tool_calls
+from robosandbox.apps.mcp.tools import skill_failed
 from robosandbox.errors import InvalidArgumentError, Phase
-from robosandbox.mcp.tools import skill_failed
-from robosandbox.protocols import Perception
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.hostile import HOSTILE, picture_of
-from robosandbox.testing.openai_server import ScriptedServer, fails, plan, tool_calls
+from robosandbox.perception.protocols import Perception
 from robosandbox.types import ObservedScene, Plan, Pose, SkillCall
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 PROMPT = "pick up the red cube, but do not touch the blue cube"
 # A thing that lies keeps its place to less, metres.

@@ -2,6 +2,7 @@
 
 uv run benchmarks/house.py --json house.json
 uv run benchmarks/house.py --list constants_without_source
+uv run benchmarks/house.py --rooms
 uv run benchmarks/house.py --picture docs/house.svg
 
 Read are the Python files of `src/robosandbox` and of the six folders beside it; tests, examples, benchmarks and documents are
@@ -19,6 +20,7 @@ from pathlib import Path
 from house_constants import constants
 from house_counts import COUNTS, import_circles
 from house_picture import house, picture
+from house_rooms import ROOMS, arrows, floors
 from house_sources import Source, sources
 
 # What the figures are to be at most, without the grammar.
@@ -60,6 +62,27 @@ def figures(files: list[Source], found: dict[str, dict[str, list[str]]]) -> dict
     return counted | {name: dict(size) for name, size in sizes.items()}
 
 
+def rooms(files: list[Source]) -> str:
+    """Return a table of the rooms, highest first, and the arrows between them."""
+    drawn, found = house(files), arrows(files)
+    level = floors(found)
+    rows = [
+        f"{room:12}{level[room]:6}{drawn.files[room]:7}{drawn.lines[room]:9,}  {ROOMS[room]}"
+        for room in reversed(ROOMS)
+    ]
+    pairs = {(arrow.at, arrow.to) for arrow in found}
+    up = [f"  {arrow.where} -> {arrow.to}, {arrow.when}" for arrow in found if arrow.upwards]
+    return "\n".join(
+        [
+            f"{'room':12}{'floor':>6}{'files':>7}{'lines':>9}",
+            *rows,
+            f"{len(ROOMS)} rooms on {max(level.values()) + 1} floors, {len(pairs)} arrows, {len(up)} imports upwards, "
+            f"{len(import_circles(files))} circles at run time",
+            *up,
+        ]
+    )
+
+
 def main() -> None:
     """Print the counts, or what one of them found."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -70,8 +93,12 @@ def main() -> None:
         "--list", choices=[*COUNTS, "import_circles"], metavar="COUNT", help="what a count found: %(choices)s"
     )
     parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the rooms and who imports whom, as SVG")
+    parser.add_argument("--rooms", action="store_true", help="the rooms with their lines, floors and arrows")
     given = parser.parse_args()
     files = sources()
+    if given.rooms:
+        print(rooms(files))
+        return
     if given.picture:
         given.picture.write_text(picture(house(files)), encoding="utf-8")
         return

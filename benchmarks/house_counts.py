@@ -34,9 +34,9 @@ MUJOCO_HOMES = {
     "robots/": "reads models of robots",
     f"{PACKAGE}/motion/": "the planning model",
     f"{PACKAGE}/shapes/": "bodies of objects",
-    f"{PACKAGE}/viewer/": "draws a model in the browser",
-    f"{PACKAGE}/export/": "writes a model's bodies and frames to other formats",
-    f"{PACKAGE}/recording/drawing.py": "draws a recorded episode's frames with a renderer",
+    f"{PACKAGE}/apps/viewer/": "draws a model in the browser",
+    f"{PACKAGE}/apps/export/": "writes a model's bodies and frames to other formats",
+    f"{PACKAGE}/workcell/recording/drawing.py": "draws a recorded episode's frames with a renderer",
 }
 MOST_LINES = 350
 MOST_FUNCTION_LINES = 60

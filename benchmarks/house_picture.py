@@ -2,40 +2,16 @@
 
 from __future__ import annotations
 
-import ast
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 
+from house_rooms import ROOMS, arrows, room_of
 from house_sources import Source
 
-# The single files, `types/` and `protocols/`, which every room imports and which import no room but `shapes`.
-VALUES = "types, errors, protocols"
-# Where a single file is not one of these.
-ROOM_OF_FILE = {"cli": "commands"}
-# What is in a room, for people.
-CONTENTS = {
-    VALUES: "values, errors, contracts",
-    "shapes": "what a thing is",
-    "world": "relations, beliefs, verifier",
-    "robots": "model and sidecar → robot",
-    "sim": "the MuJoCo driver",
-    "motion": "planning scene, IK, paths",
-    "grasp": "where to hold",
-    "perception": "pixels → objects",
-    "skills": "one verb a file",
-    "agent": "prompt → plan → result",
-    "tasks": "scenes, judge, bench",
-    "service": "a workcell over Zenoh",
-    "recording": "episodes on disk",
-    "export": "logs and datasets",
-    "envs": "Gymnasium",
-    "mcp": "tools for models",
-    "testing": "conformance checks",
-    "viewer": "in the browser",
-    "commands": "the command line",
-}
+VALUES = "core"
+
 # Fewer importing files than these are not drawn, but for a room that has no stronger arrow.
 FEWEST = 3
 # Pixels.
@@ -70,37 +46,14 @@ class House:
 
 def house(files: list[Source]) -> House:
     """Return the rooms of the package's files; imports for type checkers alone do not count."""
-    folders = {source.module.split(".")[1] for source in files if source.module.count(".") > 1} - {"types", "protocols"}
     counts, lines, imports = Counter[str](), Counter[str](), Counter[tuple[str, str]]()
     for source in files:
-        if source.module.count(".") == 0:
-            continue
-        room = _room(source.module, folders)
+        room = room_of(source.module)
         counts[room] += 1
         lines[room] += source.lines
-        others = {_room(module, folders) for module in _imported(source.tree)}
-        if room != VALUES:
-            imports.update((room, other) for other in others - {room})
+    drawn = {(arrow.at, arrow.to, arrow.where.split(":")[0]) for arrow in arrows(files) if arrow.when != "for types"}
+    imports.update((at, to) for at, to, _ in drawn)
     return House(counts, lines, imports)
-
-
-def _room(module: str, folders: set[str]) -> str:
-    name = module.split(".")[1]
-    return name if name in folders else ROOM_OF_FILE.get(name, VALUES)
-
-
-def _imported(tree: ast.Module) -> Iterator[str]:
-    waiting: list[ast.AST] = [tree]
-    while waiting:
-        match waiting.pop():
-            case ast.If(test=ast.Name(id="TYPE_CHECKING"), orelse=rest):
-                waiting += rest
-            case ast.Import(names=names):
-                yield from (alias.name for alias in names if alias.name.startswith("robosandbox."))
-            case ast.ImportFrom(module=str(module), level=0) if module.startswith("robosandbox."):
-                yield module
-            case node:
-                waiting += ast.iter_child_nodes(node)
 
 
 def _reached(below: Mapping[str, set[str]], room: str) -> set[str]:
@@ -202,7 +155,7 @@ def _box(drawn: House, room: str, x: float, y: float) -> str:
     return (
         f'<rect x="{left:.0f}" y="{top:.0f}" width="{width}" height="{height}" rx="6" fill="#e8f1f5" stroke="#2b6777"/>'
         f'<text x="{left + 8:.0f}" y="{top + 18:.0f}" font-weight="bold" fill="#12333c">{escape(room)}</text>'
-        f'<text x="{left + 8:.0f}" y="{top + 34:.0f}" font-size="11" fill="#22303c">{escape(CONTENTS.get(room, ""))}</text>'
+        f'<text x="{left + 8:.0f}" y="{top + 34:.0f}" font-size="11" fill="#22303c">{escape(ROOMS[room])}</text>'
         f'<text x="{left + 8:.0f}" y="{top + 50:.0f}" font-size="11" fill="#5b7083">'
         f"{drawn.files[room]} files, {drawn.lines[room]:,} lines</text>" + (corner if values else "")
     )

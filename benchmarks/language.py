@@ -28,11 +28,12 @@ from typing import Any
 from sentences import KINDS, LEARNED, PARAMETERS, SEALED, Prompt, accepts, load_prompts, load_scene
 
 from robosandbox.agent.planners import make_planner
+from robosandbox.agent.protocols import Planner
+from robosandbox.apps.bench.interval import wilson_interval
 from robosandbox.errors import InputError, PlannerError, UnsupportedError
-from robosandbox.protocols import Planner, Skill, SkillContext
 from robosandbox.skills.base import Skill as BaseSkill
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.interval import wilson_interval
+from robosandbox.skills.protocols import Skill, SkillContext
 from robosandbox.types import Plan, Refusal, SkillResult
 
 VERDICTS = ("right", "refused_right", "wrong_motion", "missed")

@@ -19,7 +19,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from robosandbox.testing.processes import mcp_command, mcp_over_http
+from support.processes import mcp_command, mcp_over_http
 
 VISITORS = Path(__file__).resolve().parents[1] / "tests" / "support"
 CLIENTS = ("python", "javascript")

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 from odd_scenes import TABLE, Odd
+from support.models import wheel_files
 
 from robosandbox.shapes.body import Piece
 from robosandbox.shapes.mesh_file import mesh_pieces
-from robosandbox.testing.models import wheel_files
 from robosandbox.types import Pose, SceneObject
 
 PYBULLET, ROBOSUITE = "pybullet==3.2.7", "robosuite==1.5.1"

@@ -35,10 +35,10 @@ from robosandbox.errors import InputError, SkillError
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.sim.intervention import Intervention
 from robosandbox.sim.modelled import Modelled
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import SkillCall
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 # N: the most on what was named (the default limit of a driver), by how much it may be passed, and the most on anything else.
 LIMIT_N, OVER, UNNAMED_N = 60.0, 1.1, 60.0

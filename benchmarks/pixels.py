@@ -17,8 +17,8 @@ from typing import Any
 
 from robosandbox import open_session
 from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
-from robosandbox.tasks.workcell import Workcell
 from robosandbox.types import PictureWindow, RgbdFrame
+from robosandbox.workcell.workcell import Workcell
 
 
 @dataclass

@@ -26,8 +26,8 @@ from robosandbox.errors import CollisionError
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.motion.sampling import find_knots
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Array, Trajectory
+from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 _MM, _RAD = 0.001, np.radians(0.5)
 _SCENES_OF = 10

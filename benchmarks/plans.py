@@ -20,9 +20,9 @@ from typing import Any
 import yaml
 
 from robosandbox.skills.primitives.abilities import RobotAbilities
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Plan, SkillCall
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 from robosandbox.world.verifier import Verdict, verify
 
 UNSEEN = tuple(sorted((Path(__file__).parents[1] / "tests" / "plans").glob("*.yaml")))

@@ -17,13 +17,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from robosandbox.recording.episode import RecordedEpisode
-from robosandbox.recording.files import find_episodes
-from robosandbox.recording.settings import RecordSettings, open_recorder
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import bundled_tasks
-from robosandbox.tasks.replay import Replay
-from robosandbox.tasks.session import open_session
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.recording.episode import RecordedEpisode
+from robosandbox.workcell.recording.files import find_episodes
+from robosandbox.workcell.recording.replay import Replay
+from robosandbox.workcell.recording.settings import RecordSettings, open_recorder
+from robosandbox.workcell.session import open_session
 
 COST_TASKS = ("pick_cube_franka", "pick_from_three", "push_left", "put_in_bin", "stack_three")
 COST_SEEDS = 10

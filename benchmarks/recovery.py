@@ -2,7 +2,7 @@
 
     python benchmarks/recovery.py [--seeds 20] [--no-what-if] [--compare] [--perception rgbd] [--cases nudged slipped ...] [--jobs 2] [--json]
 
-A fault strikes at a random moment of a bundled task: robosandbox.testing.cases draws it, the moment and the layout from
+A fault strikes at a random moment of a bundled task: support.cases draws it, the moment and the layout from
 the seed. Where the task can still be done, the share of episodes that end with it done, judged on the simulated state, is
 the recovery rate. Where it cannot, a correct refusal ends the episode after the first failed skill call, with an error
 whose evidence names the cause. A false claim is an agent's "done" that the simulated state contradicts. The largest force
@@ -26,19 +26,20 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from support.cases import CASES, draw_perturbation, lost
+from support.causes import out_of_reach
+from support.faults import ContactMeter
+from support.sampling import Perturbation
+
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import SkillStarted
 from robosandbox.agent.repairs import find_repairs
+from robosandbox.apps.bench.interval import wilson_interval
+from robosandbox.driver import Simulated
 from robosandbox.errors import Repair
-from robosandbox.protocols import Simulated
 from robosandbox.sim.intervention import Intervention
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.interval import wilson_interval
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.cases import CASES, draw_perturbation, lost
-from robosandbox.testing.causes import out_of_reach
-from robosandbox.testing.faults import ContactMeter
-from robosandbox.testing.sampling import Perturbation
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 from robosandbox.world.alternatives import Failure
 
 # Cases of an object that ground truth is made to see elsewhere or in another size.

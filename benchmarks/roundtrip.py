@@ -24,7 +24,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from arms import _MENAGERIE, _ROBOTS, ARMS, ENVIRONMENTS, EXAMPLES, MANISKILL, PYBULLET, SSCBIRRT, SUITE
+from support.models import wheel_files
 
+from robosandbox.apps.conformance.robot_check import check_robot
 from robosandbox.errors import InputError
 from robosandbox.robots.check.compare import compare
 from robosandbox.robots.check.diagnosis import infer_beside, refuse_unsound
@@ -34,8 +36,6 @@ from robosandbox.robots.infer.sidecar import Inference, infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.locate import SIDECAR_SUFFIX
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.testing.models import wheel_files
-from robosandbox.testing.robot_check import check_robot
 from robosandbox.validation import load_yaml_model
 
 # Beside the arms' own wheels: grippers and arms as files of their own.

@@ -19,8 +19,8 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from robosandbox.tasks.engines import Chunk
-from robosandbox.tasks.results import BenchSettings, Row
+from robosandbox.apps.bench.engines import Chunk
+from robosandbox.apps.bench.results import BenchSettings, Row
 from robosandbox.versions import versions
 
 _TASK = "home"
@@ -93,7 +93,7 @@ def measured(rows: int, order: str, *, resume: bool) -> dict[str, float]:
         report = Path(folder) / "report.jsonl"
         document = Path(folder) / "rows.json"
         path = os.pathsep.join([folder, str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
-        command = [sys.executable, "-c", "from robosandbox.cli import bench_main; bench_main()", "--json", "-"]
+        command = [sys.executable, "-c", "from robosandbox.apps.cli import bench_main; bench_main()", "--json", "-"]
         command += ["--tasks", _TASK, "--engine", "synthetic", "--seeds", str(rows)]
         command += ["--resume", str(Path(folder) / "rows.jsonl")] if resume else []
         with document.open("wb") as stdout:

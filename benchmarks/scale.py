@@ -13,12 +13,13 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 
-from robosandbox.tasks.bench import Row, run_bench
-from robosandbox.tasks.engines import Engine
+from support.cluster import dying_worker, local_cluster
+
+from robosandbox.apps.bench.bench import Row, run_bench
+from robosandbox.apps.bench.engines import Engine
+from robosandbox.apps.bench.ray_engine import RayEngine
 from robosandbox.tasks.loader import bundled_tasks, find_task
-from robosandbox.tasks.ray_engine import RayEngine
 from robosandbox.tasks.task import Task
-from robosandbox.testing.cluster import dying_worker, local_cluster
 
 
 def main() -> None:

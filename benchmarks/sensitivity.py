@@ -31,8 +31,8 @@ from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import find_sensor
 from robosandbox.tasks.bundled import bundled_tasks
-from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, RgbdFrame
+from robosandbox.workcell.session import open_session
 
 _LEAST_VISIBLE = 0.4
 

@@ -25,9 +25,9 @@ from house_sources import Source
 # The benchmark of perception's numbers, beside this file.
 from sensitivity import changed
 
-from robosandbox.tasks.episodes import Chunk, EpisodeRunner
+from robosandbox.apps.bench.episodes import Chunk, EpisodeRunner
+from robosandbox.apps.bench.results import BenchSettings, Row
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.results import BenchSettings, Row
 from robosandbox.tasks.task import Task
 
 

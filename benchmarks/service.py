@@ -22,14 +22,14 @@ from typing import Any
 
 import numpy as np
 import zenoh
+from support.processes import SimProcess, free_port
 
 from robosandbox.errors import ServiceError, UnsupportedError
-from robosandbox.service.client import RemoteRobot, connect
-from robosandbox.service.messages import SendGoal
-from robosandbox.service.server.loader import TaskLoader
-from robosandbox.service.server.server import SimServer
-from robosandbox.service.transport import open_connector, open_listener
-from robosandbox.testing.processes import SimProcess, free_port
+from robosandbox.workcell.zenoh.client import RemoteRobot, connect
+from robosandbox.workcell.zenoh.messages import SendGoal
+from robosandbox.workcell.zenoh.server.loader import TaskLoader
+from robosandbox.workcell.zenoh.server.server import SimServer
+from robosandbox.workcell.zenoh.transport import open_connector, open_listener
 
 _BARE = """
 import json

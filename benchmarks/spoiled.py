@@ -22,11 +22,11 @@ from typing import Any
 
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
-from robosandbox.protocols import Skill
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.openai_server import ScriptedServer, fails, plan as whole, refuse, tool_calls
+from robosandbox.apps.conformance.openai_server import ScriptedServer, fails, plan as whole, refuse, tool_calls
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import Plan, SkillCall, Truth
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 TASKS = (
     "put_in_bin",

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from robosandbox.tasks.interval import beta_interval
-from robosandbox.tasks.session import open_session
+from robosandbox.apps.bench.interval import beta_interval
 from robosandbox.tasks.task import Task
+from robosandbox.workcell.session import open_session
 
 _EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "08_suction.py"
 _TABLE = 0.04

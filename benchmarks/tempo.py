@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from robosandbox import open_session
+from robosandbox.apps.bench.contact_monitor import ContactMonitor
 from robosandbox.motion.timing import spline
 from robosandbox.sim.modelled import Modelled
-from robosandbox.tasks.contact_monitor import ContactMonitor
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import TEMPOS, Array, Trajectory
+from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 _TASKS = ("pick_cube_franka", "put_in_bin", "stack_three", "clear_to_bin")
 # Joint way between the knots of a trajectory's path, rad, and the points at which it is timed: what 5 ms of motion turn at most,

@@ -22,8 +22,7 @@ from typing import Any
 
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
-
-from robosandbox.testing.processes import SimProcess
+from support.processes import SimProcess
 
 TASK = "stack_two"
 IDLE_SECONDS = 10.0
@@ -83,7 +82,7 @@ def main() -> int:
 @contextmanager
 def viewer(given: list[str]) -> Iterator[tuple[str, int]]:
     """Start `robo-sandbox viewer`; yield its address and process id."""
-    command = [sys.executable, "-c", "from robosandbox.cli import main; main()", "viewer", "--port", "0", *given]
+    command = [sys.executable, "-c", "from robosandbox.apps.cli import main; main()", "viewer", "--port", "0", *given]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         line = process.stdout.readline() if process.stdout else ""

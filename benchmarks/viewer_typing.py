@@ -113,7 +113,7 @@ def viewer() -> Iterator[tuple[str, queue.Queue[str]]]:
     command = [
         sys.executable,
         "-c",
-        "from robosandbox.cli import main; main()",
+        "from robosandbox.apps.cli import main; main()",
         "viewer",
         "--port",
         "0",

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from robosandbox.tasks.bench import Row, run_bench
+from robosandbox.apps.bench.bench import Row, run_bench
 from robosandbox.tasks.loader import bundled_tasks, find_task
 from robosandbox.tasks.task import Task
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from robosandbox.tasks.interval import beta_interval
+from robosandbox.apps.bench.interval import beta_interval
 
 TARGET = Path(__file__).with_name("bench.md")
 HEAD = """# Tasks

@@ -11,8 +11,8 @@ from typing import Any
 
 import typer
 
-from robosandbox import cli
-from robosandbox.commands import bench
+from robosandbox.apps import cli
+from robosandbox.apps.commands import bench
 
 TARGET = Path(__file__).with_name("cli.md")
 INTRO = """<!-- Written by docs/make_cli.py; change the commands. -->

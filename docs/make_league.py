@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from robosandbox.tasks.interval import wilson_interval
+from robosandbox.apps.bench.interval import wilson_interval
 from robosandbox.versions import versions
 
 TARGET = Path(__file__).with_name("league.md")

@@ -1,4 +1,4 @@
-"""Write protocol.md from the models in service/messages/, errors.py and evidence.py: `python docs/make_protocol.py`."""
+"""Write protocol.md from the models in workcell/zenoh/messages/, errors.py and evidence.py: `python docs/make_protocol.py`."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from robosandbox import errors
-from robosandbox.service import messages as wire
-from robosandbox.service.server.loader import MOST_BODIES, MOST_GEOMS
+from robosandbox.workcell.zenoh import messages as wire
+from robosandbox.workcell.zenoh.server.loader import MOST_BODIES, MOST_GEOMS
 
 PAGE = Path(__file__).with_name("protocol.md")
 PROSE = Path(__file__).with_name("protocol.in.md")

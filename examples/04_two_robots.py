@@ -10,8 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteWorkcell
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 
 PROMPTS = {"left_arm": "pick up the red cube", "right_arm": "put the green cube on the blue cube"}
 

@@ -8,7 +8,7 @@ Without a key a scripted server on this machine stands in for the model. With on
 import sys
 
 from robosandbox import open_session
-from robosandbox.testing.openai_server import ScriptedServer, plan
+from robosandbox.apps.conformance.openai_server import ScriptedServer, plan
 
 SCRIPT = (
     plan(("pick", {"object": "crimson_cube"})),

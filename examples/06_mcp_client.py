@@ -8,7 +8,7 @@ from mcp.client.stdio import StdioServerParameters
 
 SERVER = StdioServerParameters(
     command=sys.executable,
-    args=["-c", "from robosandbox.cli import main; main()", "mcp", "--task", "pick_cube_franka"],
+    args=["-c", "from robosandbox.apps.cli import main; main()", "mcp", "--task", "pick_cube_franka"],
 )
 
 

@@ -6,7 +6,7 @@ Needs the extra `gym`. The same policy runs as `robo-sandbox run --task pick_cub
 import gymnasium
 import numpy as np
 
-import robosandbox.envs  # registers the environments
+import robosandbox.apps.envs  # registers the environments
 
 
 def grasp(env=None):
@@ -30,7 +30,7 @@ def grasp(env=None):
 
 
 if __name__ == "__main__":
-    env = gymnasium.make(robosandbox.envs.env_id("pick_cube_franka"))
+    env = gymnasium.make(robosandbox.apps.envs.env_id("pick_cube_franka"))
     for layout in range(3):
         policy = grasp()
         seen, info = env.reset(options={"layout": layout})

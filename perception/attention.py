@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 import cv2
 import numpy as np
 
+from robosandbox.driver import Driver
 from robosandbox.perception.change_detection import (
     Reference,
     bent,
@@ -17,7 +18,6 @@ from robosandbox.perception.change_detection import (
 from robosandbox.perception.frame import Mask, Table
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.robot_mask import RobotMask
-from robosandbox.protocols import Driver
 from robosandbox.types import Array, PictureWindow, RgbdFrame
 
 _AROUND = 8  # Pixels around a thing that are compared with it. Chosen: what moves by 10 mm moves so far.

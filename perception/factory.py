@@ -8,8 +8,8 @@ from typing import Any
 
 from robosandbox.motion.beliefs import Known
 from robosandbox.perception.naming import Declared
+from robosandbox.perception.protocols import Perception
 from robosandbox.plugins import make_plugin
-from robosandbox.protocols import Perception
 from robosandbox.types import Scene
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robosandbox.drivers import simulated
+from robosandbox.driver import Driver, Simulated, simulated
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.colour import colour_name
-from robosandbox.protocols import Driver, Simulated
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.world import World
 from robosandbox.types import DetectedObject, ObjectTruth, ObservedScene, Scene

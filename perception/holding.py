@@ -10,10 +10,10 @@ import numpy as np
 from robosandbox.perception.drawers import grip_of
 from robosandbox.perception.track import Track, carry
 from robosandbox.perception.tracker import slide_contents
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import Array, GripperState, Observation, Pose
+from robosandbox.types.robot import GripperGeometry
 from robosandbox.world.relations import support
 
 # Metres that the fingers stay open beyond closed, if something is between them. Chosen: no bundled object is thinner.
@@ -25,7 +25,7 @@ _SPARE = 0.5
 _CLOSED = 0.6  # Share of the width at which a thing was gripped below which it has slipped out. Chosen.
 _PRESSING = 0.25  # Share of the gripper's largest force from which it presses on something. Chosen.
 # Share of the fingers' travel by which they stop short of their command when something is between them. Chosen: a few times
-# what encoder noise and the servos' sag make up for on the bundled arms (testing.Hardware draws 0.2 % of it).
+# what encoder noise and the servos' sag make up for on the bundled arms (the driver `hardware` draws 0.2 % of it).
 _SHORT_OF_COMMAND = 0.02
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robosandbox.drivers import require
+from robosandbox.driver import Driver, require
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
@@ -29,7 +29,6 @@ from robosandbox.perception.thing import Thing
 from robosandbox.perception.told_mesh import as_told
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
-from robosandbox.protocols import Driver
 from robosandbox.types import ObservedScene, RgbdFrame
 
 _log = logging.getLogger(__name__)

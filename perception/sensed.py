@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from robosandbox.drivers import Capabilities
+from robosandbox.driver import Capabilities, Driver, Guard
 from robosandbox.errors import UnsupportedError
-from robosandbox.protocols import Driver, Guard
-from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import (
     Array,
     Observation,
@@ -18,6 +16,7 @@ from robosandbox.types import (
     RgbdFrame,
     Trajectory,
 )
+from robosandbox.types.robot import RobotSpec
 
 
 class SensedSim:

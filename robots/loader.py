@@ -27,8 +27,8 @@ from robosandbox.robots.measurements import home_by_address, measurements
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar, SuctionRoles
-from robosandbox.robots.spec import RobotFiles
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, frozen_array
+from robosandbox.types.robot import RobotFiles
 from robosandbox.validation import load_yaml_model
 
 WRIST_CAMERA = "robosandbox_wrist"

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.robots.spec import GripperSpec, RobotSpec
 from robosandbox.types import Array, GripperState
+from robosandbox.types.robot import GripperSpec, RobotSpec
 
 Indices = NDArray[np.integer[Any]]
 

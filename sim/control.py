@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from robosandbox.driver_base import per_tick
-from robosandbox.protocols import Guard
+from robosandbox.driver import Guard, per_tick
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.simulation import Simulation
 from robosandbox.sim.world import World

@@ -7,8 +7,8 @@ from typing import Protocol, runtime_checkable
 
 import mujoco
 
+from robosandbox.driver import Driver, Simulated
 from robosandbox.errors import UnsupportedError
-from robosandbox.protocols import Driver, Simulated
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.step_recorder import StepRecorder

@@ -8,7 +8,7 @@ from typing import Self
 
 import mujoco
 
-from robosandbox.drivers import Capabilities
+from robosandbox.driver import Capabilities
 from robosandbox.robots.loader import load_robot
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.objects import can_rewrite, place, rewrite

@@ -10,9 +10,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from robosandbox.drivers import CameraSpec
+from robosandbox.driver import CameraSpec, Guard
 from robosandbox.errors import InputError
-from robosandbox.protocols import Guard
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.control import ControlledSimulation
 from robosandbox.sim.object_states import ObjectStates

@@ -8,12 +8,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import mujoco
 import numpy as np
 
-from robosandbox.driver_base import ControlLoop
+from robosandbox.driver import ControlLoop, Guard
 from robosandbox.errors import InputError
-from robosandbox.protocols import Guard
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.robots.spec import RobotSpec
 from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.sim.pressing import Pressing
 from robosandbox.sim.saved_state import continue_from, take_state
@@ -21,6 +19,7 @@ from robosandbox.sim.sleep_timer import MOST_STEPS, SleepTimer
 from robosandbox.sim.sleepers import Sleepers
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Scene, frozen_array
+from robosandbox.types.robot import RobotSpec
 
 # Seconds that settling may take: a cube that falls by a centimetre moves for 0.14 s, as measured; a ball may roll on after.
 _SETTLE_SECONDS = 3.0

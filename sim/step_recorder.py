@@ -34,7 +34,7 @@ class Ragged:
 
 @dataclass(frozen=True, slots=True)
 class StepColumns:
-    """Rows of a log by column; what each is, `COLUMNS` in `recording/columns.py` says.
+    """Rows of a log by column; what each is, `COLUMNS` in `workcell/recording/columns.py` says.
 
     Attributes:
         fixed: Arrays (rows, width), float64 for what a replay needs and float32 else; columns of width 0 are left out.

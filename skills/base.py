@@ -11,8 +11,8 @@ from typing import Any, ClassVar, get_type_hints
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from robosandbox.errors import InvalidArgumentError, Phase, SkillError
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.primitives.abilities import GripperAbilities
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Words
 from robosandbox.types import ObservedScene, SkillCall, SkillResult
 from robosandbox.world.alternatives import Failure

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robosandbox.plugins import plugins
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 
 
 def load_skills() -> list[Skill]:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
-from robosandbox.protocols import SkillContext
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.drawers import (
@@ -32,6 +31,7 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
 )
 from robosandbox.skills.primitives.strokes import flange_depth
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, UnreachableError
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact

@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.errors import AlreadyHoldingError, CollisionError, Phase, UnreachableError
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed
 from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, Pose, SkillResult
 
 _DOWN = np.array([0.0, 0.0, -1.0])

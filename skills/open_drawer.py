@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from robosandbox.errors import CollisionError, DrawerError, GraspError, SkillError, UnreachableError
 from robosandbox.evidence import DrawerEvidence
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.drawers import (
     OPEN_SHARE,
@@ -20,6 +19,7 @@ from robosandbox.skills.primitives.drawers import (
     take_grip,
 )
 from robosandbox.skills.primitives.manipulator import Manipulator, most_telling
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract

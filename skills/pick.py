@@ -8,7 +8,6 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, GraspError, LimitError, Phase, SkillError, TrackingError
 from robosandbox.evidence import GraspEvidence
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.primitives.gripping import Grip
@@ -18,6 +17,7 @@ from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.skills.primitives.nudging import nudge_off_walls
 from robosandbox.skills.primitives.sensing import around, changed, check_closed, check_open, check_sealed
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place, taken_anew
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import DetectedObject, ObservedScene, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract

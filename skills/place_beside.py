@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place, taken_anew
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Side, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract

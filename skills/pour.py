@@ -9,10 +9,10 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, PourError, SkillError, UnreachableError
 from robosandbox.evidence import PourEvidence
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator, most_telling, raised
 from robosandbox.skills.primitives.placing import taken_anew
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import (
     Array,
     DetectedObject,

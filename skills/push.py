@@ -10,12 +10,12 @@ from pydantic import Field
 
 from robosandbox.errors import Phase, PushError
 from robosandbox.evidence import PushEvidence
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.skills.primitives.pressing import Pressed, press_along
 from robosandbox.skills.primitives.strokes import STAND_OFF, plan_stroke
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import (
     DIRECTION_AXES,
     Array,

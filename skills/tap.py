@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robosandbox.drivers import require
+from robosandbox.driver import require
 from robosandbox.errors import CollisionError, Phase, SkillError, TapError, UnreachableError
 from robosandbox.evidence import TapEvidence
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import follow_free, follow_until
 from robosandbox.skills.primitives.manipulator import (
@@ -19,6 +18,7 @@ from robosandbox.skills.primitives.manipulator import (
     most_telling,
     raised,
 )
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult, Trajectory
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact

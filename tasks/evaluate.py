@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robosandbox.drivers import simulated
-from robosandbox.protocols import Driver, Refereed, Simulated
+from robosandbox.driver import Driver, Refereed, Simulated, simulated
 from robosandbox.tasks.judge.checks import Check
 from robosandbox.tasks.judge.finding import Finding
 from robosandbox.tasks.judge.rest import any_moved, rests_for_good

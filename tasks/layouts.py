@@ -12,11 +12,11 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.robots.kinematics import Kinematics
-from robosandbox.robots.spec import RobotSpec
 from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.tasks.randomize import draw_layout
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, ObservedScene, Scene
+from robosandbox.types.robot import RobotSpec
 from robosandbox.world.relations import centre
 
 # An object is within reach if the tool can point down at it, turned by one of these, radians, and this far above, metres.

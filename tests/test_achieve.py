@@ -15,12 +15,12 @@ from types import ModuleType
 import pytest
 
 from robosandbox.agent.goal_planner import GoalPlanner, is_goal
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
+from robosandbox.workcell.session import open_session
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.achieve import achieve
 from robosandbox.world.clash import clash

@@ -9,11 +9,11 @@ import pytest
 
 from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FinalReason, Planned, Thought
 from robosandbox.agent.llm import known
+from robosandbox.apps.conformance.openai_server import Answer, Script, ScriptedServer, fails, says, tool_calls
 from robosandbox.errors import InputError
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.openai_server import Answer, Script, ScriptedServer, fails, says, tool_calls
 from robosandbox.types import Plan, SkillCall
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 NO_SCHEMA = fails(400, "response_format is not supported")
 PICK = ("pick", '{"object": "red_cube"}')

@@ -12,11 +12,12 @@ from robosandbox.agent import episode as events
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode, FinalReason
-from robosandbox.driver_base import ControlLoop
+from robosandbox.agent.protocols import Attempt
+from robosandbox.driver import ControlLoop, Driver
 from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, SkillError
-from robosandbox.protocols import Attempt, Driver, Skill, SkillContext
-from robosandbox.tasks.session import open_session
+from robosandbox.skills.protocols import Skill, SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
+from robosandbox.workcell.session import open_session
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.monitor import Monitor

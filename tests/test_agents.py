@@ -8,9 +8,9 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from support.gold import gold_goal
 
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.gold import gold_goal
+from robosandbox.workcell.session import open_session
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 

@@ -17,36 +17,37 @@ pytest.importorskip("viser", reason="the extra `viewer` is not installed")
 pytest.importorskip("av", reason="the extra `record` is not installed")
 pytest.importorskip("gymnasium", reason="the extra `gym` is not installed")
 
-from robosandbox.envs.env import ManipulationEnv
+from support.processes import SimProcess, free_port
+
+from robosandbox.apps.envs.env import ManipulationEnv
+from robosandbox.apps.export.lerobot import export_lerobot
+from robosandbox.apps.viewer.app import Viewer
+from robosandbox.apps.viewer.connected import ConnectedSource
+from robosandbox.apps.viewer.embedded import EmbeddedSource
+from robosandbox.apps.viewer.operator import Complaint, Finished, News
+from robosandbox.apps.viewer.replay import recorded_frames
+from robosandbox.apps.viewer.source import Frame
 from robosandbox.errors import InputError, UnsupportedError
-from robosandbox.export.lerobot import export_lerobot
-from robosandbox.recording.drawing import contact_force, frames, plot, world_of
-from robosandbox.recording.episode import RecordedEpisode
-from robosandbox.recording.files import find_episodes
-from robosandbox.recording.settings import RecordSettings, VideoSettings, open_recorder
-from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteWorkcell
-from robosandbox.service.server.loader import TaskLoader
-from robosandbox.service.server.server import SimServer
-from robosandbox.service.transport import open_listener
-from robosandbox.tasks.options import WorkcellOptions
-from robosandbox.tasks.replay import open_replay
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.processes import SimProcess, free_port
 from robosandbox.types import Pose
-from robosandbox.viewer.app import Viewer
-from robosandbox.viewer.connected import ConnectedSource
-from robosandbox.viewer.embedded import EmbeddedSource
-from robosandbox.viewer.operator import Complaint, Finished, News
-from robosandbox.viewer.replay import recorded_frames
-from robosandbox.viewer.source import Frame
+from robosandbox.workcell.options import WorkcellOptions
+from robosandbox.workcell.recording.drawing import contact_force, frames, plot, world_of
+from robosandbox.workcell.recording.episode import RecordedEpisode
+from robosandbox.workcell.recording.files import find_episodes
+from robosandbox.workcell.recording.replay import open_replay
+from robosandbox.workcell.recording.settings import RecordSettings, VideoSettings, open_recorder
+from robosandbox.workcell.session import open_session
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
+from robosandbox.workcell.zenoh.server.loader import TaskLoader
+from robosandbox.workcell.zenoh.server.server import SimServer
+from robosandbox.workcell.zenoh.transport import open_listener
 
 _TASK = "pick_cube_franka"
 _HARDWARE = ("--task", _TASK, "--driver", "hardware:seed=3", "--perception", "rgbd")
 
 
 def cli(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from robosandbox.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from robosandbox.apps.cli import main; main()", *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
 

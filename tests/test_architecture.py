@@ -9,6 +9,10 @@ from xml.etree import ElementTree
 
 import pytest
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
+
+from house_rooms import ROOMS
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
 HOP = re.compile(r"^\| [^|]+ \| `([\w/.]+\.py)` \| `([\w.]+)` \|$")
@@ -56,6 +60,12 @@ def test_the_picture_has_a_box_for_each_room_above_what_it_imports(tmp_path: Pat
             for node in ElementTree.parse(svg).iter("{http://www.w3.org/2000/svg}text")
             if node.attrib.get("font-weight") == "bold"
         }
-        rooms = {path.name for path in (ROOT / "src" / "robosandbox").iterdir() if (path / "__init__.py").is_file()}
-        assert set(heights) >= rooms - {"types", "protocols"}, svg
-        assert heights["commands"] < heights["agent"] < heights["skills"] < heights["world"] < heights["shapes"]
+        assert set(heights) == {*ROOMS}, svg
+        assert (
+            heights["apps"]
+            < heights["workcell"]
+            < heights["agent"]
+            < heights["skills"]
+            < heights["sim"]
+            < heights["core"]
+        )

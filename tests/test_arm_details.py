@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
-from written_arms import TOYS, jaw, toy
+from support.written_arms import TOYS, jaw, toy
 
+from robosandbox.apps.conformance.robot_check import check_robot
 from robosandbox.errors import InputError
 from robosandbox.motion.sampling import find_knots
 from robosandbox.robots.importers.importing import import_model
@@ -16,7 +17,6 @@ from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.sidecar import GripperAttachment
-from robosandbox.testing.robot_check import check_robot
 
 
 def _check(name, side, folder):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from written_arms import (
+from support.written_arms import (
     SYMPTOMS,
     TOY_JOINTS,
     TOYS,
@@ -16,6 +16,8 @@ from written_arms import (
     written,
 )
 
+from robosandbox.apps.conformance.robot_check import check_robot
+from robosandbox.apps.conformance.robot_trial import cube_task, work_point
 from robosandbox.errors import InputError
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.robots import loader
@@ -25,10 +27,8 @@ from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.robot_check import check_robot
-from robosandbox.testing.robot_trial import cube_task, work_point
 from robosandbox.types import Randomize, Scene, matrix_from_quat_xyzw
+from robosandbox.workcell.session import open_session
 
 
 @pytest.mark.parametrize("name", ["toy", "toy_jaw", "so101", "ur5e"])

@@ -9,8 +9,8 @@ from robosandbox.perception.attention import Attention
 from robosandbox.perception.change_detection import Reference, changed, disparity_of, table_disparity
 from robosandbox.perception.frame import Table
 from robosandbox.sim.sensors import SENSORS, perfect_intrinsics
-from robosandbox.tasks.session import open_session
 from robosandbox.types import PictureWindow, Pose, RgbdFrame
+from robosandbox.workcell.session import open_session
 
 SIZE = (480, 640)
 WHOLE = PictureWindow(left=0, top=0, right=640, bottom=480)

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import pytest
 
-from robosandbox.commands.bench import split_lists
-from robosandbox.commands.bench_report import RULE, header, line, summary
+from robosandbox.apps.bench.bench import BenchSettings, Row, Tally, run_bench
+from robosandbox.apps.commands.bench import split_lists
+from robosandbox.apps.commands.bench_report import RULE, header, line, summary
 from robosandbox.errors import InputError
-from robosandbox.tasks.bench import BenchSettings, Row, Tally, run_bench
 from robosandbox.tasks.judge.checks import Undisturbed
 from robosandbox.tasks.loader import bundled_tasks, find_task, tasks_of_suite
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.success import AllOf
+from robosandbox.workcell.session import open_session
 
 ROW = Row(
     task="pick_cube_franka",

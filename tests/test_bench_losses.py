@@ -12,15 +12,15 @@ from typing import Any
 import pytest
 
 from robosandbox import open_session, plugins
-from robosandbox.commands import bench
-from robosandbox.commands.bench_report import RowArray
-from robosandbox.commands.console import EXIT_FAILED, EXIT_USAGE, run_app
+from robosandbox.apps.bench.bench import BenchSettings, Row, run_bench
+from robosandbox.apps.bench.engines import ProcessPool
+from robosandbox.apps.bench.episodes import Chunk
+from robosandbox.apps.bench.results_file import ResultsFile
+from robosandbox.apps.commands import bench
+from robosandbox.apps.commands.bench_report import RowArray
+from robosandbox.apps.commands.console import EXIT_FAILED, EXIT_USAGE, run_app
 from robosandbox.errors import InputError, ServiceUnavailableError
-from robosandbox.tasks.bench import BenchSettings, Row, run_bench
-from robosandbox.tasks.engines import ProcessPool
-from robosandbox.tasks.episodes import Chunk
 from robosandbox.tasks.loader import bundled_tasks, load_task
-from robosandbox.tasks.results_file import ResultsFile
 from robosandbox.tasks.task import Task
 from robosandbox.validation import validate
 from robosandbox.world.kept import kept

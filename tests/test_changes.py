@@ -7,16 +7,16 @@ import json
 import mujoco
 import numpy as np
 import pytest
-from written_arms import written
+from support.models import wheel_files
+from support.written_arms import written
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
 from robosandbox.errors import InputError
 from robosandbox.robots.check.changes import changes, compile_file, table
 from robosandbox.robots.fitting import TCP_SITE
 from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.sim.world import ROBOT_PREFIX, build_world
-from robosandbox.testing.models import wheel_files
 from robosandbox.types import Scene
 
 

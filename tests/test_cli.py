@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from robosandbox.cli import app
-from robosandbox.commands import bench
-from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands import bench
+from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
 from robosandbox.suggestions import did_you_mean
 from robosandbox.tasks.loader import bundled_tasks
 
@@ -263,7 +263,7 @@ def test_a_scene_that_cannot_start_is_one_line_with_the_task(
 def test_help_needs_no_physics() -> None:
     code = (
         "import sys; sys.argv = ['robo-sandbox', '--help']\n"
-        "from robosandbox.cli import main\n"
+        "from robosandbox.apps.cli import main\n"
         "try:\n    main()\nexcept SystemExit as end:\n    assert end.code == 0\n"
         "heavy = {'mujoco', 'cv2', 'yourdfpy', 'trimesh', 'zenoh'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
@@ -272,7 +272,7 @@ def test_help_needs_no_physics() -> None:
 
 
 def test_a_renderer_that_mujoco_does_not_load_with_is_one_line_with_the_remedy() -> None:
-    code = "import sys; sys.argv = ['robo-sandbox', 'robot', 'check', 'nothing.xml']; from robosandbox.cli import main; main()"
+    code = "import sys; sys.argv = ['robo-sandbox', 'robot', 'check', 'nothing.xml']; from robosandbox.apps.cli import main; main()"
     result = subprocess.run(
         [sys.executable, "-c", code], env={**os.environ, "MUJOCO_GL": "bogus"}, capture_output=True, text=True
     )

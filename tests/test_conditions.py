@@ -8,8 +8,8 @@ import pytest
 
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
+from robosandbox.workcell.session import open_session
 from robosandbox.world.whereabouts import where
 
 

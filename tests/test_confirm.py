@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from robosandbox.agent.preview import preview
-from robosandbox.cli import app
-from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run_app
 from robosandbox.errors import ErrorCode, LimitError
 from robosandbox.evidence import LimitEvidence
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Limits, Plan, Pose, SkillCall, Workspace
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 
 def sandbox(*arguments: str) -> int:

@@ -5,14 +5,14 @@ import re
 import numpy as np
 import pytest
 import yaml
-from written_arms import SYMPTOMS, beside, written
+from support.written_arms import SYMPTOMS, beside, written
 
+from robosandbox.apps.conformance.robot_trial import cube_task, work_point
 from robosandbox.errors import InputError
 from robosandbox.robots.check.diagnosis import _static_checks
 from robosandbox.robots.loader import load_robot
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.robot_trial import cube_task, work_point
 from robosandbox.types import Pose, Scene
+from robosandbox.workcell.session import open_session
 
 
 def _run(model, path, task):

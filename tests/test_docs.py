@@ -17,11 +17,11 @@ from pathlib import Path
 import pytest
 import yaml
 from pydantic import ValidationError
+from support.processes import SimProcess
 
+from robosandbox.apps.conformance.openai_server import ScriptedServer, refuse
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.tasks.task import Task
-from robosandbox.testing.openai_server import ScriptedServer, refuse
-from robosandbox.testing.processes import SimProcess
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -97,7 +97,12 @@ def program(words: list[str]) -> list[str]:
     if words[:2] == ["uv", "run"]:
         words = words[2:]
     if words[0] in PROGRAMS:
-        return [sys.executable, "-c", f"from robosandbox.cli import {PROGRAMS[words[0]]} as run; run()", *words[1:]]
+        return [
+            sys.executable,
+            "-c",
+            f"from robosandbox.apps.cli import {PROGRAMS[words[0]]} as run; run()",
+            *words[1:],
+        ]
     if words[0].endswith(".py"):
         return [sys.executable, *words]
     raise AssertionError(f"{words[0]} is no program of this project; mark the block with <!-- not run: why -->")
@@ -209,7 +214,7 @@ def test_reference_of_the_commands_is_up_to_date() -> None:
 
 
 def test_bench_page_has_a_line_per_task_and_names_what_failed() -> None:
-    from robosandbox.tasks.bench import run_bench
+    from robosandbox.apps.bench.bench import run_bench
     from robosandbox.tasks.loader import find_task
 
     (row,) = (row.record() for row in run_bench([find_task("home")], 1))

@@ -16,9 +16,9 @@ from robosandbox.skills.close_drawer import CloseDrawer
 from robosandbox.skills.open_drawer import OpenDrawer
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.place_in import PlaceIn
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 from robosandbox.world.relations import CLOSED_WITHIN, inside
 
 OPEN = 0.08

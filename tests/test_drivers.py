@@ -15,7 +15,9 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.force import ForceGuard
 from robosandbox.agent.planner import StubPlanner
-from robosandbox.drivers import Capabilities, driver_factory, load_driver
+from robosandbox.apps.conformance import check_driver
+from robosandbox.driver import Capabilities, Guard, driver_factory, load_driver
+from robosandbox.drivers.hardware import Hardware
 from robosandbox.errors import ErrorCode, InputError, UnsupportedError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
@@ -23,14 +25,12 @@ from robosandbox.perception.factory import Setup
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.sensed import SensedSim
-from robosandbox.protocols import Guard
 from robosandbox.sim.modelled import modelled
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import open_session
-from robosandbox.testing import Hardware, check_driver
 from robosandbox.types import Array, Limits, RgbdFrame, Scene
+from robosandbox.workcell.session import open_session
 
 
 def context(driver: Hardware, scene: Scene, limits: Limits | None = None) -> AgentContext:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
-from robosandbox.envs import ManipulationEnv
+from robosandbox.apps.envs import ManipulationEnv
 from robosandbox.errors import InputError
 
 

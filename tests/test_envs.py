@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
-from robosandbox.envs import ManipulationEnv, env_id
-from robosandbox.envs.progress import distance, potential
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
+from robosandbox.apps.envs import ManipulationEnv, env_id
+from robosandbox.apps.envs.progress import distance, potential
 from robosandbox.errors import InputError
-from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.tasks.loader import bundled_tasks
-from robosandbox.tasks.replay import open_replay
-from robosandbox.tasks.session import open_session
+from robosandbox.workcell.recording.episode import RecordedEpisode
+from robosandbox.workcell.recording.replay import open_replay
+from robosandbox.workcell.session import open_session
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 

@@ -6,8 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-
-from robosandbox.testing.processes import SimProcess
+from support.processes import SimProcess
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 NEED_A_SIM = {"03_json_client.py"}

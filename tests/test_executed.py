@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 import yaml
-from scored import executed
+from support.scored import executed
 
 from robosandbox.tasks.loader import find_task
 

@@ -15,15 +15,15 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
-from robosandbox.export.foxglove import STATE_SCHEMA
-from robosandbox.export.lerobot import export_lerobot
-from robosandbox.export.stats import PictureStats, of_values
-from robosandbox.recording.episode import RecordedEpisode
-from robosandbox.recording.recorder import Recorder
-from robosandbox.tasks.session import open_session
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
+from robosandbox.apps.export.foxglove import STATE_SCHEMA
+from robosandbox.apps.export.lerobot import export_lerobot
+from robosandbox.apps.export.stats import PictureStats, of_values
 from robosandbox.types import Array
+from robosandbox.workcell.recording.episode import RecordedEpisode
+from robosandbox.workcell.recording.recorder import Recorder
+from robosandbox.workcell.session import open_session
 
 FPS = 20
 EVERY = 5

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
 SUFFIXES = {".py", ".md", ".yaml", ".toml", ".json5", ""}
 # A name in sys.modules without a module is one that cannot be imported.
-PROGRAM = "import sys; sys.modules[sys.argv.pop(1)] = None; from robosandbox.cli import main; main()"
+PROGRAM = "import sys; sys.modules[sys.argv.pop(1)] = None; from robosandbox.apps.cli import main; main()"
 
 
 def told(site: Path, package: str, *command: str) -> str:

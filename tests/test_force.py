@@ -9,16 +9,16 @@ import pytest
 
 from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.agent.sliding import slides_under
-from robosandbox.drivers import Capabilities
+from robosandbox.driver import Capabilities
 from robosandbox.errors import LimitError, Phase, PushError
 from robosandbox.evidence import LimitEvidence, PushEvidence
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Array, Limits, Pose, Scene, SceneObject, SkillCall, Trajectory, force_limits
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 # m/s at which a hand that meets the table presses and does not knock.
 SLOW = 0.005

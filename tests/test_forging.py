@@ -11,13 +11,13 @@ from types import ModuleType
 
 import pytest
 import zenoh
+from support.kits import KITS, OPEN, Kit, running_kit
 
 from robosandbox.errors import ServiceUnavailableError
-from robosandbox.service.client import RemoteRobot, connect
-from robosandbox.service.client.workcell import RemoteWorkcell
-from robosandbox.service.messages import Objects, State, decode
-from robosandbox.service.transport import open_connector
-from robosandbox.testing.kits import KITS, OPEN, Kit, running_kit
+from robosandbox.workcell.zenoh.client import RemoteRobot, connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
+from robosandbox.workcell.zenoh.messages import Objects, State, decode
+from robosandbox.workcell.zenoh.transport import open_connector
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples" / "zenoh"

@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from support.processes import SimProcess
 
 from robosandbox.errors import CancelledError, InputError
-from robosandbox.service.client import connect
-from robosandbox.service.client.robot import RemoteRobot
-from robosandbox.service.server.loader import MOST_BODIES
-from robosandbox.testing.processes import SimProcess
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.client.robot import RemoteRobot
+from robosandbox.workcell.zenoh.server.loader import MOST_BODIES
 
 # Wall time within which a process ends at SIGTERM on an idle machine is below a second; others may run beside.
 SECONDS_TO_END = 10.0

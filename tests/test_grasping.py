@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robosandbox.apps.bench.bench import run_bench
 from robosandbox.errors import CollisionError, GraspError, Phase
 from robosandbox.evidence import GraspEvidence
 from robosandbox.grasp.analytic import AnalyticTopDown
@@ -19,11 +20,10 @@ from robosandbox.skills.primitives.gripping import landing, needed_force
 from robosandbox.skills.primitives.lifting import free_of_others
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.nudging import ways_off
-from robosandbox.tasks.bench import run_bench
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import bundled_tasks, find_task
-from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall, Timing
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 from robosandbox.world.relations import inside, on_top
 
 LYING = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))

@@ -6,7 +6,10 @@ from unittest import mock
 import mujoco
 import numpy as np
 import pytest
+from support.models import wheel_files
 
+from robosandbox.apps.conformance.robot_check import check_robot
+from robosandbox.apps.conformance.robot_trial import cube_task, work_point
 from robosandbox.errors import InputError
 from robosandbox.robots.gripper import opposition
 from robosandbox.robots.gripper.calibrate import is_in_step
@@ -16,11 +19,8 @@ from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.models import wheel_files
-from robosandbox.testing.robot_check import check_robot
-from robosandbox.testing.robot_trial import cube_task, work_point
 from robosandbox.types import Randomize
+from robosandbox.workcell.session import open_session
 
 _FINGER = """<body name="{n}0" pos="{x} .05 .01">{spread}<geom type="box" size=".004 .004 .004"/>
 <body name="{n}1"><joint name="{n}" axis="1 0 0" range="0 1.2" damping=".05"/><geom type="capsule" fromto="0 0 0 0 0 .05" size=".006"/>

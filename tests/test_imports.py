@@ -1,122 +1,67 @@
-"""Imports point one way, and `import robosandbox` loads nothing heavy."""
+"""Rooms import one way, and `import robosandbox` loads nothing heavy."""
 
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 import pytest
 
-SOURCE = Path(__file__).resolve().parents[1] / "src" / "robosandbox"
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 
-# A module may import from its own layer and from those before it.
-LAYERS = (
-    {"tags", "error_codes", "errors", "ranges", "printable", "progress", "suggestions"},
-    {"validation"},
-    {"plugins", "spatial", "cache"},
-    {"shapes"},
-    {"types"},
-    {"evidence"},
-    {"skill_errors", "world"},
-    {"versions", "extras"},
-    {"protocols"},
-    {"drivers"},
-    {"robots"},
-    {"driver_base"},
-    {"sim"},
-    {"motion", "grasp", "perception"},
-    {"skills"},
-    {"agent"},
-    {"recording", "tasks", "service"},
-    {"export", "envs"},
-    {"testing"},
-    {"viewer", "mcp"},
-    {"commands"},
-    {"cli"},
-)
-RANK = {part: rank for rank, layer in enumerate(LAYERS) for part in layer}
+from house_rooms import arrows, room_of
+from house_sources import Source, sources
+
 LLM = ("pydantic_ai", "openai", "anthropic", "mcp", "httpx2", "jsonschema")
 HEAVY = ("yourdfpy", "cv2", "mujoco", "viser", *LLM)
 
 
-@cache
-def _trees() -> dict[Path, tuple[str, ast.Module]]:
-    """Return, for each file, its part (the top-level name inside the package that it belongs to) and its syntax tree."""
-    parts = {file: file.stem for file in SOURCE.glob("*.py")}
-    for top in SOURCE.iterdir():
-        if top.is_dir():
-            parts |= {file: top.name for file in top.resolve().rglob("*.py")}
-    return {file: (part, ast.parse(file.read_text())) for file, part in sorted(parts.items())}
+def test_rooms_import_only_those_below() -> None:
+    found = arrows(sources())
+    assert len(found) > 1000
+    assert not [f"{arrow.where} imports {arrow.to}, {arrow.when}" for arrow in found if arrow.upwards]
 
 
-def _of(*parts: str) -> Iterator[tuple[Path, ast.Module]]:
-    """Yield the files of these parts with their trees."""
-    yield from ((file, tree) for file, (part, tree) in _trees().items() if part in parts)
+def test_no_room_imports_a_driver_that_ships_beside_the_simulation() -> None:
+    assert not [arrow.where for arrow in arrows(sources()) if arrow.to == "drivers"]
 
 
-def _imported(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    for node in ast.walk(tree):
-        match node:
-            case ast.ImportFrom(module="robosandbox", level=0):
-                # The version is in __init__.py, below every layer.
-                yield from ((node.lineno, alias.name) for alias in node.names if alias.name != "__version__")
-            case ast.ImportFrom(module=str(module), level=0) if module.startswith("robosandbox."):
-                yield node.lineno, module.split(".")[1]
-            case ast.ImportFrom(level=level) if level:
-                yield node.lineno, "a relative import"
-            case ast.Import():
-                for alias in node.names:
-                    if alias.name.split(".")[0] == "robosandbox":
-                        yield node.lineno, alias.name.partition(".")[2].split(".")[0]
-            case _:
-                pass
+@pytest.mark.parametrize(
+    ("text", "when"),
+    [
+        ("import robosandbox.apps.cli", "loading"),
+        ("def f():\n    from robosandbox.apps import cli", "in a function"),
+        ("if TYPE_CHECKING:\n    from robosandbox.apps.cli import main", "for types"),
+        ("class A:\n    if True:\n        from robosandbox.apps.cli import main", "loading"),
+    ],
+)
+def test_an_import_upwards_is_found(text: str, when: str) -> None:
+    (arrow,) = arrows([Source("skills/planted.py", text)])
+    assert (arrow.at, arrow.to, arrow.when, arrow.upwards) == ("skills", "apps", when, True)
 
 
-def _is_type_checking(node: ast.AST) -> bool:
-    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-
-
-def _run_time(tree: ast.Module) -> ast.Module:
-    """Return a module without what it holds at its top for type checkers alone."""
-    return ast.Module(body=[node for node in tree.body if not _is_type_checking(node)], type_ignores=[])
-
-
-def test_every_part_of_the_package_has_a_layer() -> None:
-    # __init__.py only hands out names on first use.
-    assert {part for part, _ in _trees().values()} - {"__init__"} <= set(RANK)
-
-
-@pytest.mark.parametrize("part", sorted(RANK))
-def test_part_imports_only_from_its_layer_and_those_before(part: str) -> None:
-    wrong = []
-    for file, tree in _of(part):
-        # Protocols name what later parts hold, for type checkers alone; the next test sees to that. The tree of errors
-        # hands out those of skills on first use.
-        names_later = part in ("errors", "protocols")
-        for line, other in _imported(_run_time(tree) if names_later else tree):
-            if RANK.get(other, len(LAYERS)) > RANK[part]:
-                wrong.append(f"{file.name}:{line} imports {other}")
-    assert not wrong
-
-
-def test_protocols_import_the_package_under_type_checking_alone() -> None:
-    trees = [tree for _, tree in _of("protocols")]
-    assert {part for tree in trees for _, part in _imported(_run_time(tree))} <= {"protocols"}
-    assert {part for tree in trees for _, part in _imported(tree)} > {"protocols"}
+def test_imports_are_absolute() -> None:
+    relative = [
+        source.at(node)
+        for source in sources()
+        for node in ast.walk(source.tree)
+        if isinstance(node, ast.ImportFrom) and node.level
+    ]
+    assert not relative
 
 
 @pytest.mark.parametrize("part", ["skills", "grasp", "perception"])
 def test_part_names_no_simulator(part: str) -> None:
     wrong = []
-    for file, tree in _of(part):
-        for node in ast.walk(tree):
+    for source in sources():
+        if room_of(source.module) != part:
+            continue
+        for node in ast.walk(source.tree):
             modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom):
                 modules = [str(node.module)]
             if any(module.split(".")[0] == "mujoco" or "mujoco_backend" in module for module in modules):
-                wrong.append(f"{file.name}:{node.lineno}")
+                wrong.append(source.at(node))
     assert not wrong
 
 
@@ -130,11 +75,11 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
 
 
 def test_importing_the_command_line_loads_no_physics() -> None:
-    assert _loaded_after("import robosandbox.cli").isdisjoint(HEAVY)
+    assert _loaded_after("import robosandbox.apps.cli").isdisjoint(HEAVY)
 
 
 def test_the_stub_path_loads_no_language_model_library() -> None:
-    plan = "from robosandbox.tasks.session import open_session; open_session().agent.plan('pick up the red cube')"
+    plan = "from robosandbox.workcell.session import open_session; open_session().agent.plan('pick up the red cube')"
     loaded = _loaded_after(plan)
     assert "mujoco" in loaded and loaded.isdisjoint(LLM)
 

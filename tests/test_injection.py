@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.hostile import HOSTILE, picture_of
 
 from robosandbox.agent.episode import Consulted, Thought
 from robosandbox.agent.language.bounds import bounds_of
@@ -18,10 +19,9 @@ from robosandbox.agent.llm.prompt import act_instructions, instructions, questio
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.llm.toolbox import acting_tools
 from robosandbox.agent.planner import StubPlanner
-from robosandbox.commands.live import LiveView
+from robosandbox.apps.commands.live import LiveView
+from robosandbox.apps.conformance.openai_server import ScriptedServer, plan
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.testing.hostile import HOSTILE, picture_of
-from robosandbox.testing.openai_server import ScriptedServer, plan
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose
 from robosandbox.world.verifier import Constraints
 

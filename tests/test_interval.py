@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robosandbox.tasks.interval import beta_cdf, beta_interval, wilson_interval
+from robosandbox.apps.bench.interval import beta_cdf, beta_interval, wilson_interval
 
 
 @pytest.mark.parametrize("x", [0.01, 0.2, 0.5, 0.9, 0.999])

@@ -12,14 +12,14 @@ import pytest
 from pydantic import TypeAdapter
 
 from robosandbox.sim.intervention import Intervention
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.judge.checks import Check
 from robosandbox.tasks.judge.polygons import depth, outline, separation, surrounded
 from robosandbox.tasks.judge.rest import rests_for_good
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.success import Criterion
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Pose, Scene, SceneObject
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 JUDGE = Path(__file__).resolve().parents[1] / "tasks"
 # A can of 40 x 100 mm on a pillar whose edge is 2 mm from its middle.

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from robosandbox.errors import InputError
-from robosandbox.service.messages import Goal, GoalStatus
-from robosandbox.service.server.journal import COMPACT_BYTES, Acceptance, Journal, KeptGoal, read_journal
+from robosandbox.workcell.zenoh.messages import Goal, GoalStatus
+from robosandbox.workcell.zenoh.server.journal import COMPACT_BYTES, Acceptance, Journal, KeptGoal, read_journal
 
 ROOT = Path(__file__).resolve().parents[1]
 BOOT = "a boot"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
-from scored import sentences
+from support.scored import sentences
 
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.tasks.loader import load_task

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from scored import language, sentences
+from support.scored import language, sentences
 
 from robosandbox.agent.language.foreign import ENGLISH, language_of
 from robosandbox.agent.language.inflection import LexiconError
@@ -17,8 +17,8 @@ from robosandbox.agent.language.places import DIRECTIONS, RELATIONS
 from robosandbox.agent.language.rulebook import BUILT_IN, Rulebook, bring, rulebook
 from robosandbox.agent.language.things import AMOUNTS, POSITIONS, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.planner import StubPlanner
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.bundled import bundled_task
 from robosandbox.types import Plan, Refusal

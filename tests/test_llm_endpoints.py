@@ -20,15 +20,15 @@ from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.overheard import overheard
 from robosandbox.agent.planners import make_planner
 from robosandbox.agent.usage import Exchange, Usage
-from robosandbox.cli import app
-from robosandbox.commands.console import EXIT_DONE, run_app
-from robosandbox.commands.live import LiveView
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import EXIT_DONE, run_app
+from robosandbox.apps.commands.live import LiveView
+from robosandbox.apps.conformance.openai_server import Answer, ScriptedServer, fails, plan, says
+from robosandbox.apps.conformance.openai_stream import chat_events
 from robosandbox.errors import PlannerUnavailableError
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.openai_server import Answer, ScriptedServer, fails, plan, says
-from robosandbox.testing.openai_stream import chat_events
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, SkillCall
+from robosandbox.workcell.session import open_session
 
 SKILLS = load_skills()
 PICK = plan(("pick", {"object": "red_cube"}))

@@ -7,8 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-
-from robosandbox.testing.llama_server import packaged_weights
+from support.llama_server import packaged_weights
 
 pytestmark = [
     pytest.mark.model,

@@ -25,17 +25,26 @@ from robosandbox.agent.llm.planner import LLMPlanner
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
+from robosandbox.agent.protocols import Planner
 from robosandbox.agent.usage import Usage, metered
-from robosandbox.cli import app
-from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
+from robosandbox.apps.conformance.openai_server import (
+    Answer,
+    Script,
+    ScriptedServer,
+    fails,
+    plan,
+    refuse,
+    says,
+    tool_calls,
+)
 from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError, Repair, UnreachableError
 from robosandbox.evidence import UnreachableEvidence
-from robosandbox.protocols import Planner
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.openai_server import Answer, Script, ScriptedServer, fails, plan, refuse, says, tool_calls
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 SKILLS = load_skills()
 KEY = "sk-secret-0123456789"
@@ -400,7 +409,7 @@ def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path, mode: st
             mode,
         ]
         with subprocess.Popen(
-            [sys.executable, "-c", "from robosandbox.cli import main; main()", *command, "--json"],
+            [sys.executable, "-c", "from robosandbox.apps.cli import main; main()", *command, "--json"],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -828,7 +837,7 @@ def test_a_planner_that_fails_in_mid_episode_keeps_what_was_done() -> None:
 
 
 def test_the_bench_takes_a_model(capsys: pytest.CaptureFixture[str]) -> None:
-    from robosandbox.commands import bench
+    from robosandbox.apps.commands import bench
 
     with ScriptedServer(PICK) as server:
         options = ["--planner", "openai", "--base-url", server.url, "--model", "scripted"]

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from robosandbox.tasks.loader import bundled_tasks
-from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.workcell.session import open_session
 from robosandbox.world.described import describe_scene
 
 

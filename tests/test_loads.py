@@ -6,8 +6,8 @@ import pytest
 from robosandbox.errors import GraspError, SkillError
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.loads import LoadMeter, held_back
-from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, ObservedScene, Pose, Scene, SceneObject, SkillCall
+from robosandbox.workcell.session import open_session
 
 TABLE = 0.04
 

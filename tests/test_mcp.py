@@ -18,16 +18,16 @@ import pytest
 from mcp import Client
 from mcp.client.stdio import StdioServerParameters
 from mcp.shared.exceptions import MCPError
+from support.processes import mcp_command, mcp_over_http
 
-from robosandbox.cli import app
-from robosandbox.commands.console import EXIT_USAGE, run_app
-from robosandbox.mcp import tools
-from robosandbox.mcp.robot import Robot
-from robosandbox.mcp.server import build_server
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import EXIT_USAGE, run_app
+from robosandbox.apps.mcp import tools
+from robosandbox.apps.mcp.robot import Robot
+from robosandbox.apps.mcp.server import build_server
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.processes import mcp_command, mcp_over_http
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 PROGRAM = mcp_command()
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"

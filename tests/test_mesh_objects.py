@@ -13,8 +13,8 @@ from robosandbox.perception.told_mesh import as_told
 from robosandbox.shapes.mesh_file import mesh_bounds, mesh_pieces, mesh_volume
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall, matrix_from_rotation_vector
+from robosandbox.workcell.session import open_session
 
 trimesh = pytest.importorskip("trimesh")
 

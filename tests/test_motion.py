@@ -5,7 +5,7 @@ from contextlib import contextmanager
 import mujoco
 import numpy as np
 import pytest
-from written_arms import written
+from support.written_arms import written
 
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.motion.collision import CollisionChecker
@@ -15,8 +15,8 @@ from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.timing import spline, time_path
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.session import open_session
 
 POST = SceneObject(id="post", kind="box", size=(0.03, 0.03, 0.2), pose=Pose(xyz=(0.15, 0.0, 0.241)), mass=2.0)
 

@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robosandbox.apps.bench.contact_monitor import ContactMonitor
 from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError, PushError
 from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence, TrackingEvidence
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.primitives.gripping import needed_force
 from robosandbox.skills.primitives.guarded import MetError, follow_free
 from robosandbox.skills.primitives.manipulator import Manipulator, raised
-from robosandbox.tasks.contact_monitor import ContactMonitor
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject, SkillCall, Trajectory
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 CUBE = SceneObject(id="cube", kind="box", size=(0.012, 0.012, 0.03), pose=Pose(xyz=(0.15, 0.0, 0.0705)), mass=0.1)
 OTHER = SceneObject(id="other", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.2, 0.0605)), mass=0.1)

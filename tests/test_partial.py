@@ -10,10 +10,10 @@ from robosandbox.agent.llm import known
 from robosandbox.agent.partial import PartialReading, partial_reading
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.openai_server import Answer, ScriptedServer, fails, plan, refuse, tool_calls
+from robosandbox.apps.conformance.openai_server import Answer, ScriptedServer, fails, plan, refuse, tool_calls
 from robosandbox.types import Plan, Refusal
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 from robosandbox.world.verifier import Constraints
 
 

@@ -4,8 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
+from robosandbox.driver import Simulated
 from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
@@ -21,13 +22,12 @@ from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.robot_mask import RobotMask, _before_lens
 from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.support import SIZES, support_terms, turn_terms
-from robosandbox.protocols import Simulated
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import SENSORS, find_sensor, perfect_intrinsics
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, RgbdFrame, Scene, SceneObject
+from robosandbox.workcell.session import open_session
 from robosandbox.world.relations import inside
 
 

@@ -17,8 +17,8 @@ from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.thing import Thing, described
 from robosandbox.perception.track import Track, update_from
 from robosandbox.perception.tracker import Tracker
-from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, Pose
+from robosandbox.workcell.session import open_session
 
 TABLE = 0.04
 BIN = np.array([0.074, 0.074, 0.025])

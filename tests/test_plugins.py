@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from robosandbox import open_session, plugins
+from robosandbox.apps.conformance import check_grasp_planner, check_motion_planner
 from robosandbox.errors import InputError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.testing import check_grasp_planner, check_motion_planner
 from robosandbox.types import Pose
+from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 OUTSIDE = '''
 """A grasp planner and a motion planner of somebody else's."""

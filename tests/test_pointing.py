@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
+from robosandbox.apps.conformance.openai_server import Answer, ScriptedServer, fails, says, tool_calls
 from robosandbox.errors import PlannerAnswerError, PlannerUnavailableError
+from robosandbox.perception.protocols import Perception
 from robosandbox.plugins import load_plugin
-from robosandbox.protocols import Perception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.openai_server import Answer, ScriptedServer, fails, says, tool_calls
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 SIZE = (640, 480)
 

@@ -9,8 +9,8 @@ from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.pour import Pour
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.session import open_session
 from robosandbox.world.relations import contents
 
 CUP = SceneObject(id="cup", kind="cup", size=(0.03, 0.09), pose=Pose(xyz=(0.12, -0.12, 0.04)), mass=0.12)

@@ -15,10 +15,10 @@ from robosandbox.agent.episode import Episode
 from robosandbox.agent.llm import known
 from robosandbox.agent.llm.program import Ended, Program
 from robosandbox.agent.planners import make_planner
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.openai_server import Answer, Script, ScriptedServer, fails, tool_calls
+from robosandbox.apps.conformance.openai_server import Answer, Script, ScriptedServer, fails, tool_calls
 from robosandbox.types import SkillCall
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 NO_SCHEMA = fails(400, "no schema")
 TAKES = {"pick": ["object"], "place_in": ["container"], "home": []}

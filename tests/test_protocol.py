@@ -10,12 +10,12 @@ from types import ModuleType
 import numpy as np
 import pytest
 import zenoh
+from support.processes import SimProcess
 
 from robosandbox.errors import ErrorRecord
-from robosandbox.service.client import connect
-from robosandbox.service.messages import Feedback, Goal, Intended, SendGoal, State, decode
-from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Grasp, GraspSearch, GripperState, Observation, Pose, Trajectory, frozen_array
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.messages import Feedback, Goal, Intended, SendGoal, State, decode
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -98,7 +98,7 @@ def test_every_query_in_the_table_is_answered_by_a_sim(generator: ModuleType, se
 
 
 def test_every_queryable_of_a_sim_is_in_the_table(generator: ModuleType) -> None:
-    server = (DOCS.parent / "src" / "robosandbox" / "service" / "server" / "server.py").read_text()
+    server = (DOCS.parent / "src" / "robosandbox" / "workcell" / "zenoh" / "server" / "server.py").read_text()
     declared = set(
         re.findall(
             r'^            "([a-z_/*]+)": (?:self\.(?:_on_|_goals\.|_reading\()|lambda request: )',

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from robosandbox import open_session
-from robosandbox.envs import ManipulationEnv
+from robosandbox.apps.envs import ManipulationEnv
 from robosandbox.errors import InputError
-from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 
 @pytest.fixture(scope="module")

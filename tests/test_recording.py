@@ -13,22 +13,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.bench.bench import BenchSettings, run_bench
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
 from robosandbox.errors import InputError, SkillError
-from robosandbox.recording.columns import COLUMNS
-from robosandbox.recording.drawing import contact_force, plot
-from robosandbox.recording.episode import RecordedEpisode
-from robosandbox.recording.files import find_episodes
-from robosandbox.recording.recorder import Recorder
-from robosandbox.recording.settings import RecordSettings, VideoSettings, open_recorder
-from robosandbox.recording.skill import RecordedSkill
-from robosandbox.tasks.bench import BenchSettings, run_bench
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.judge.checks import Lifted
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.replay import Replay, open_replay
-from robosandbox.tasks.session import open_session
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.recording.columns import COLUMNS
+from robosandbox.workcell.recording.drawing import contact_force, plot
+from robosandbox.workcell.recording.episode import RecordedEpisode
+from robosandbox.workcell.recording.files import find_episodes
+from robosandbox.workcell.recording.recorder import Recorder
+from robosandbox.workcell.recording.replay import Replay, open_replay
+from robosandbox.workcell.recording.settings import RecordSettings, VideoSettings, open_recorder
+from robosandbox.workcell.recording.skill import RecordedSkill
+from robosandbox.workcell.session import open_session
 
 
 def record(session: EmbeddedWorkcell, folder: Path, prompt: str | None = None) -> RecordedEpisode:
@@ -324,7 +324,7 @@ def test_videos_are_written_along_and_show_every_fifth_row(tmp_path: Path) -> No
 
 @pytest.mark.gl
 def test_states_are_drawn_as_the_world_was(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
-    from robosandbox.recording.drawing import frames, world_of
+    from robosandbox.workcell.recording.drawing import frames, world_of
 
     session, episode = picked
     now = session.sim.state(("scene",)).images["scene"]

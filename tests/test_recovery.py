@@ -8,8 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-
-from robosandbox.testing.cases import HOPELESS, RECOVERABLE, draw_perturbation
+from support.cases import HOPELESS, RECOVERABLE, draw_perturbation
 
 # Enough of them to notice when one breaks; rates are the bench's.
 SEEDS = {"toppled": 1, "occupied": 1, "just_too_far": 1}

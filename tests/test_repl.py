@@ -16,23 +16,23 @@ import pexpect
 import pyte
 import pytest
 
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
+from robosandbox.apps.conformance.openai_server import Answer, ScriptedServer, fails, plan
+from robosandbox.apps.repl.completion import endings, verbs_for
+from robosandbox.apps.repl.history import open_history
+from robosandbox.apps.repl.link import Link
+from robosandbox.apps.repl.shell import Shell
+from robosandbox.apps.repl.showing import object_names, scene_table
 from robosandbox.cache import state_file
-from robosandbox.cli import app
-from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
-from robosandbox.commands.shell.completion import endings, verbs_for
-from robosandbox.commands.shell.history import open_history
-from robosandbox.commands.shell.link import Link
-from robosandbox.commands.shell.shell import Shell
-from robosandbox.commands.shell.showing import object_names, scene_table
 from robosandbox.errors import CancelledError, RenderingError
-from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteWorkcell
-from robosandbox.tasks.options import WorkcellOptions
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.openai_server import Answer, ScriptedServer, fails, plan
 from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.workcell.options import WorkcellOptions
+from robosandbox.workcell.session import open_session
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 
-PROGRAM = (sys.executable, "-c", "from robosandbox.cli import main; main()")
+PROGRAM = (sys.executable, "-c", "from robosandbox.apps.cli import main; main()")
 PATIENCE = 60
 
 # A planner that thinks for ever, or plans more work than a test has time for.

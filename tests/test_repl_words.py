@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from robosandbox.commands.shell.shell import Shell
-from robosandbox.tasks.session import open_session
-from robosandbox.tasks.workcell import Workcell
+from robosandbox.apps.repl.shell import Shell
+from robosandbox.workcell.session import open_session
+from robosandbox.workcell.workcell import Workcell
 
 
 def test_a_command_may_be_said_without_its_slash() -> None:

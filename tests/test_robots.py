@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings, strategies as st
+from support.models import wheel_files
 from typer.testing import CliRunner
 
-from robosandbox.cli import app
+from robosandbox.apps.cli import app
+from robosandbox.apps.conformance.robot_check import check_robot
+from robosandbox.apps.conformance.robot_trial import cube_task, work_point
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.files import ModelFiles, check_xml
 from robosandbox.robots.importers.importing import import_model
@@ -22,11 +25,8 @@ from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.locate import known_sidecar
 from robosandbox.shapes.triangles import Mesh, convex_parts
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.models import wheel_files
-from robosandbox.testing.robot_check import check_robot
-from robosandbox.testing.robot_trial import cube_task, work_point
 from robosandbox.types import matrix_from_quat_xyzw
+from robosandbox.workcell.session import open_session
 
 TOYS = Path(__file__).parent / "toys"
 PANDA = Path(__file__).resolve().parents[1] / "robots" / "franka_panda"

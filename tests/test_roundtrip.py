@@ -7,13 +7,13 @@ from pathlib import Path
 
 import mujoco
 import pytest
+from support.models import wheel_files
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
 from robosandbox.robots.chains import Tool
 from robosandbox.robots.infer.reach import collision_test
 from robosandbox.robots.kinematics import Kinematics
-from robosandbox.testing.models import wheel_files
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 import roundtrip

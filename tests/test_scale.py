@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.cluster import dying_worker, local_cluster
 
+from robosandbox.apps.bench.bench import BenchSettings, Row, run_bench
+from robosandbox.apps.bench.engines import ProcessPool
+from robosandbox.apps.bench.episodes import Chunk
+from robosandbox.apps.bench.results_file import ResultsFile
 from robosandbox.errors import InputError, ServiceUnavailableError
-from robosandbox.tasks.bench import BenchSettings, Row, run_bench
-from robosandbox.tasks.engines import ProcessPool
-from robosandbox.tasks.episodes import Chunk
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.results_file import ResultsFile
-from robosandbox.testing.cluster import dying_worker, local_cluster
 
 TASKS = ("pick_cube_scrambled", "home")
 SEEDS = 4
@@ -35,7 +35,7 @@ def rows() -> list[Row]:
 
 
 def bench(*options: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from robosandbox.cli import bench_main; bench_main()", *options]
+    command = [sys.executable, "-c", "from robosandbox.apps.cli import bench_main; bench_main()", *options]
     return subprocess.run(command, capture_output=True, text=True, timeout=300)
 
 
@@ -129,14 +129,14 @@ def cluster() -> Iterator[str]:
 
 
 def test_a_cluster_gives_the_same_rows(rows: list[Row], cluster: str) -> None:
-    from robosandbox.tasks.ray_engine import RayEngine
+    from robosandbox.apps.bench.ray_engine import RayEngine
 
     tasks = [find_task(name) for name in TASKS]
     assert untimed(list(run_bench(tasks, SEEDS, engine=RayEngine(2, cluster)))) == rows
 
 
 def test_episodes_of_a_killed_ray_worker_are_run_again(rows: list[Row], cluster: str) -> None:
-    from robosandbox.tasks.ray_engine import RayEngine
+    from robosandbox.apps.bench.ray_engine import RayEngine
 
     tasks = [find_task(name) for name in TASKS]
     with dying_worker() as killed:
@@ -148,11 +148,11 @@ _LOST_HEAD = """
 import sys
 from pathlib import Path
 from robosandbox.errors import ServiceUnavailableError
-from robosandbox.tasks.bench import BenchSettings, run_bench
+from robosandbox.apps.bench.bench import BenchSettings, run_bench
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.ray_engine import RayEngine
-from robosandbox.tasks.results_file import ResultsFile
-from robosandbox.testing.cluster import kill_head, local_cluster
+from robosandbox.apps.bench.ray_engine import RayEngine
+from robosandbox.apps.bench.results_file import ResultsFile
+from support.cluster import kill_head, local_cluster
 
 with local_cluster() as address:
     kept, killed = ResultsFile.resume(Path(sys.argv[1]), BenchSettings()), []

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from robosandbox.drivers import load_driver
+from robosandbox.apps.bench.bench import BenchSettings, run_bench
+from robosandbox.apps.conformance import check_driver
+from robosandbox.driver import load_driver
 from robosandbox.errors import InputError, UnsupportedError
-from robosandbox.tasks.bench import BenchSettings, run_bench
 from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import open_session
-from robosandbox.testing import check_driver
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.session import open_session
 
 pytest.importorskip("robosandbox_pybullet", reason="the group `engines` is not installed")
 

@@ -18,14 +18,14 @@ from pathlib import Path
 
 import pytest
 import zenoh
+from support.kits import Kit, copy_kit, make_certificates, running_kit
 
-from robosandbox.commands.console import EXIT_UNAVAILABLE, EXIT_USAGE
+from robosandbox.apps.commands.console import EXIT_UNAVAILABLE, EXIT_USAGE
 from robosandbox.errors import ForbiddenError, InputError, InvalidArgumentError, ServiceUnavailableError, SkillError
-from robosandbox.service import access
-from robosandbox.service.client import Client, RemoteRobot, connect
-from robosandbox.service.messages import DEFAULT_ENDPOINT
-from robosandbox.service.transport import open_connector, open_listener
-from robosandbox.testing.kits import Kit, copy_kit, make_certificates, running_kit
+from robosandbox.workcell.zenoh import access
+from robosandbox.workcell.zenoh.client import Client, RemoteRobot, connect
+from robosandbox.workcell.zenoh.messages import DEFAULT_ENDPOINT
+from robosandbox.workcell.zenoh.transport import open_connector, open_listener
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "zenoh"
 COMMAND = Path(sys.executable).with_name("robo-sandbox")
@@ -484,8 +484,8 @@ def test_odd_names_are_refused_by_the_sim(open_sim: Client, name: str) -> None:
 )
 @pytest.mark.sample(every=4)
 def test_odd_robot_ids_are_refused_at_the_start(robot_id: str) -> None:
-    from robosandbox.cli import app
-    from robosandbox.commands.console import run_app
+    from robosandbox.apps.cli import app
+    from robosandbox.apps.commands.console import run_app
 
     assert run_app(app, "robo-sandbox", ["sim", "--robot-id", robot_id]) == EXIT_USAGE
 

@@ -11,13 +11,13 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
-from seed_pages import PAGES, PANDA, TUTORIAL, sidecars
+from support.seed_pages import PAGES, PANDA, TUTORIAL, sidecars
 
 from robosandbox.errors import InputError
 from robosandbox.robots.check.diagnosis import static_checks
-from robosandbox.robots.spec import RobotFiles
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Scene
+from robosandbox.types.robot import RobotFiles
 
 
 @dataclass

@@ -18,7 +18,20 @@ from typing import Any
 
 import pytest
 import yaml
-from seed_pages import BRING, COMMAND, EACH_PAGE, PAGES, PANDA, ROOT, SEEDS, TUTORIAL, Page, own, sidecars, tasks
+from support.seed_pages import (
+    BRING,
+    COMMAND,
+    EACH_PAGE,
+    PAGES,
+    PANDA,
+    ROOT,
+    SEEDS,
+    TUTORIAL,
+    Page,
+    own,
+    sidecars,
+    tasks,
+)
 
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -47,7 +60,7 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run a command as the page's reader does, with the copied package; what it prints is kept for other tests."""
     words = shlex.split(line.removeprefix("uv run "))
-    command = [sys.executable, "-c", f"from robosandbox.cli import {PROGRAMS[words[0]]} as run; run()", *words[1:]]
+    command = [sys.executable, "-c", f"from robosandbox.apps.cli import {PROGRAMS[words[0]]} as run; run()", *words[1:]]
     return _in(folder, command)
 
 

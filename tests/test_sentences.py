@@ -6,7 +6,7 @@ import random
 from pathlib import Path
 
 import pytest
-from scored import language, sentences
+from support.scored import language, sentences
 
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.skills.catalogue import load_skills

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.processes import SimProcess, free_port
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.apps.bench.bench import run_bench
 from robosandbox.errors import (
     BusyError,
     ConnectionLostError,
@@ -26,18 +28,16 @@ from robosandbox.errors import (
     UnreachableError,
     UnsupportedError,
 )
-from robosandbox.protocols import SkillContext
-from robosandbox.service.client import Client, RemoteRobot, connect
-from robosandbox.service.client.workcell import RemoteWorkcell
-from robosandbox.service.server.checkpoint import SavedWorld, StateFile
-from robosandbox.service.server.loader import TaskLoader
-from robosandbox.service.server.server import SimServer
-from robosandbox.service.transport import open_listener
 from robosandbox.skills.base import Skill
-from robosandbox.tasks.bench import run_bench
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.tasks.loader import find_task
-from robosandbox.testing.processes import SimProcess, free_port
 from robosandbox.types import SkillResult
+from robosandbox.workcell.zenoh.client import Client, RemoteRobot, connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
+from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld, StateFile
+from robosandbox.workcell.zenoh.server.loader import TaskLoader
+from robosandbox.workcell.zenoh.server.server import SimServer
+from robosandbox.workcell.zenoh.transport import open_listener
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -62,7 +62,7 @@ def robot(client: Client) -> RemoteRobot:
 
 
 def cli(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from robosandbox.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from robosandbox.apps.cli import main; main()", *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
 

@@ -8,8 +8,8 @@ import pytest
 import robosandbox
 from robosandbox.errors import InputError
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.session import open_session
 
 
 def test_open_session_is_a_name_of_the_package() -> None:

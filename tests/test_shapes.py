@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from robosandbox import open_session
+from robosandbox.apps.conformance import check_shape
 from robosandbox.shapes import shape_of, shapes
-from robosandbox.testing import check_shape
 from robosandbox.types import Pose, Scene, SceneObject
 from robosandbox.world.relations import bottom, inside, on_top
 

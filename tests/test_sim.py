@@ -2,11 +2,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from robosandbox.apps.conformance import check_driver
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.robots.chains import Chains
 from robosandbox.robots.loader import load_robot
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.testing import check_driver
 from robosandbox.types import Pose, Scene, SceneObject
 
 
@@ -104,7 +104,7 @@ def test_gripper_geometry_is_the_pandas():
 
 
 def test_held_cube_creeps_less_than_a_millimetre_a_minute():
-    from robosandbox.tasks.session import open_session
+    from robosandbox.workcell.session import open_session
 
     with open_session("pick_cube_franka") as session:
         assert session.run().success

@@ -5,6 +5,8 @@ import pytest
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.apps.conformance import check_planner, check_skill
+from robosandbox.driver import Driver
 from robosandbox.errors import (
     AlreadyHoldingError,
     GraspError,
@@ -18,12 +20,10 @@ from robosandbox.errors import (
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.protocols import Driver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.session import open_session
-from robosandbox.testing import check_planner, check_skill
 from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject, SkillResult
+from robosandbox.workcell.session import open_session
 from robosandbox.world.relations import beside, inside, on_top
 
 SKILLS = {skill.name: skill for skill in load_skills()}

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 import pytest
-from asleep import SCENE, box, height, live, sleeping
+from support.asleep import SCENE, box, height, live, sleeping
 
 from robosandbox import open_session
 from robosandbox.sim.intervention import Intervention

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 import pytest
-from asleep import SCENE, live, sleeping
+from support.asleep import SCENE, live, sleeping
 
 from robosandbox import open_session
 from robosandbox.errors import InputError

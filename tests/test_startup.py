@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from robosandbox import cache
-from robosandbox.cli import COMMANDS
-from robosandbox.mcp import greeting
+from robosandbox.apps.cli import COMMANDS
+from robosandbox.apps.mcp import greeting
 from robosandbox.robots import loader
 from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.types import Array
@@ -26,7 +26,7 @@ def modules_after(*arguments: str) -> set[str]:
     code = (
         "import sys\n"
         f"sys.argv = ['robo-sandbox', *{list(arguments)!r}]\n"
-        "from robosandbox.cli import main\n"
+        "from robosandbox.apps.cli import main\n"
         "try:\n    main()\nexcept SystemExit as end:\n    print(end.code, file=sys.stderr)\n"
         "print(*sorted(sys.modules), file=sys.stderr)\n"
     )
@@ -68,7 +68,7 @@ def test_a_command_loads_no_more_than_it_needs(arguments: list[str], absent: set
     ids=" ".join,
 )
 def test_what_is_not_there_is_one_line_and_wrong_usage(arguments: list[str]) -> None:
-    code = "from robosandbox.cli import main; main()"
+    code = "from robosandbox.apps.cli import main; main()"
     done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and not done.stdout
 
@@ -204,8 +204,8 @@ def test_the_first_answer_is_the_librarys_own(version: str) -> None:
         return
     code = (
         "import asyncio\n"
-        "from robosandbox.mcp.serve import serve_stdio\n"
-        "from robosandbox.mcp.server import build_server\n"
+        "from robosandbox.apps.mcp.serve import serve_stdio\n"
+        "from robosandbox.apps.mcp.server import build_server\n"
         "asyncio.run(serve_stdio(build_server(None)))\n"
     )
     done = subprocess.run(
@@ -230,7 +230,7 @@ def test_a_world_that_does_not_open_is_the_error_of_the_first_call(tmp_path: Pat
         {"jsonrpc": "2.0", "method": "notifications/initialized"},
         {"jsonrpc": "2.0", "id": 2, "method": "tools/call", "params": {"name": "look", "arguments": {}}},
     ]
-    code = "from robosandbox.cli import main; main()"
+    code = "from robosandbox.apps.cli import main; main()"
     with subprocess.Popen(
         [sys.executable, "-c", code, "mcp", "--robot", str(tmp_path / "arm.xml")],
         stdin=subprocess.PIPE,

@@ -13,14 +13,14 @@ from typing import Any
 
 import mujoco
 import pytest
+from support.processes import free_port
 
-from robosandbox.cli import app
-from robosandbox.commands.console import EXIT_USAGE, run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import EXIT_USAGE, run_app
 from robosandbox.errors import InputError
-from robosandbox.service.server.checkpoint import SavedWorld, StateFile
-from robosandbox.service.server.loader import TaskLoader
-from robosandbox.tasks.options import WorkcellOptions
-from robosandbox.testing.processes import free_port
+from robosandbox.workcell.options import WorkcellOptions
+from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld, StateFile
+from robosandbox.workcell.zenoh.server.loader import TaskLoader
 
 Data = dict[str, Any]
 NOBODY = 65534

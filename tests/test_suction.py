@@ -11,6 +11,8 @@ import pytest
 import yaml
 
 from robosandbox.agent.context import AgentContext
+from robosandbox.apps.conformance.driver_check import check_driver
+from robosandbox.apps.conformance.robot_check import check_robot
 from robosandbox.errors import GraspError, InputError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.grasp.suction import faces
@@ -22,10 +24,8 @@ from robosandbox.robots.sidecar import SuctionRoles
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.sim.suction import _inner_radius
 from robosandbox.skills.pick import Pick
-from robosandbox.tasks.session import open_session
-from robosandbox.testing.driver_check import check_driver
-from robosandbox.testing.robot_check import check_robot
 from robosandbox.types import DetectedObject, ObservedScene, Pose, Scene
+from robosandbox.workcell.session import open_session
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 import suction

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 import yaml
 
-from robosandbox.cli import app
-from robosandbox.commands import bench
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands import bench
+from robosandbox.apps.commands.console import run_app
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "troubleshooting.md"

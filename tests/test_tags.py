@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.naming import Declared, names_for
 from robosandbox.perception.rgbd import RgbdPerception

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
+from robosandbox.driver import Driver
 from robosandbox.errors import CollisionError, TapError
 from robosandbox.evidence import TapEvidence
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.protocols import Driver
 from robosandbox.skills.tap import Tap
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
 from robosandbox.types import ObservedScene, Pose, Scene, SceneObject
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 
 OBJECTS = (
     SceneObject(id="cube", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.15, 0.0, 0.055))),

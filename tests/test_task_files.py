@@ -9,9 +9,9 @@ import yaml
 
 from robosandbox.errors import InputError
 from robosandbox.tasks.loader import load_task
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import DetectedObject, Pose
+from robosandbox.workcell.session import open_session
 from robosandbox.world import relations
 
 CUBE: dict[str, Any] = {"id": "cube", "kind": "box", "size": [0.015] * 3, "pose": {"xyz": [0.1, 0.0, 0.056]}}

@@ -8,6 +8,7 @@ import pytest
 from robosandbox import Pose, Scene, SceneObject, open_session
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.repairs import find_repairs
+from robosandbox.drivers.hardware import Hardware
 from robosandbox.errors import CollisionError, DrawerError, Repair, SkillError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.beliefs import Known, believed_scene
@@ -17,9 +18,8 @@ from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.pick import Pick
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.testing.hardware import Hardware
 from robosandbox.types import SkillCall
+from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.world.alternatives import Failure
 from robosandbox.world.contracts import contract_of
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from robosandbox.cli import app
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.primitives.abilities import RobotAbilities
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
 from robosandbox.types import Limits, Plan, Refusal, SkillCall, Workspace
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 from robosandbox.world.facts import fact, parse_facts
 from robosandbox.world.picture import picture
 from robosandbox.world.verifier import Constraints, Verdict, verify

@@ -23,37 +23,37 @@ pytest.importorskip("playwright", reason="needs playwright to drive a browser")
 
 from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
+from support.processes import SimProcess
 
 from robosandbox.agent.episode import Intended, SkillStarted
-from robosandbox.cli import app
-from robosandbox.commands import viewer as viewer_command
-from robosandbox.commands.console import EXIT_USAGE, run_app
-from robosandbox.commands.world import Connection
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands import viewer as viewer_command
+from robosandbox.apps.commands.console import EXIT_USAGE, run_app
+from robosandbox.apps.commands.world import Connection
+from robosandbox.apps.viewer import html
+from robosandbox.apps.viewer.app import Viewer
+from robosandbox.apps.viewer.connected import ConnectedSource
+from robosandbox.apps.viewer.dragging import level
+from robosandbox.apps.viewer.embedded import EmbeddedSource
+from robosandbox.apps.viewer.framing import FOV, View, Window, first_view
+from robosandbox.apps.viewer.layers.grasps import glyph
+from robosandbox.apps.viewer.operator import Began, Complaint, Doing, Finished, Presence, Went
+from robosandbox.apps.viewer.panels.prompt import PromptPanel
+from robosandbox.apps.viewer.panels.repairs import RepairsPanel
+from robosandbox.apps.viewer.panels.strip import Lane, strip
+from robosandbox.apps.viewer.server import open_server
+from robosandbox.apps.viewer.sidecar_file import Changes, SidecarFile
+from robosandbox.apps.viewer.source import Frame
+from robosandbox.apps.viewer.timeline import Phase, Recording, Timeline
 from robosandbox.errors import InputError
 from robosandbox.robots.locate import resolve_robot
-from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteWorkcell
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.options import USUAL
-from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
-from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Array, GraspSearch, Scene, Trajectory
-from robosandbox.viewer import html
-from robosandbox.viewer.app import Viewer
-from robosandbox.viewer.connected import ConnectedSource
-from robosandbox.viewer.dragging import level
-from robosandbox.viewer.embedded import EmbeddedSource
-from robosandbox.viewer.framing import FOV, View, Window, first_view
-from robosandbox.viewer.layers.grasps import glyph
-from robosandbox.viewer.operator import Began, Complaint, Doing, Finished, Presence, Went
-from robosandbox.viewer.panels.prompt import PromptPanel
-from robosandbox.viewer.panels.repairs import RepairsPanel
-from robosandbox.viewer.panels.strip import Lane, strip
-from robosandbox.viewer.server import open_server
-from robosandbox.viewer.sidecar_file import Changes, SidecarFile
-from robosandbox.viewer.source import Frame
-from robosandbox.viewer.timeline import Phase, Recording, Timeline
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.options import USUAL
+from robosandbox.workcell.session import open_session
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 
 CHROMIUM = next(
     (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
@@ -806,9 +806,9 @@ def test_a_taken_port_is_refused() -> None:
 
 def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow", reason="needs the extra `record`")
-    from robosandbox.recording.episode import RecordedEpisode
-    from robosandbox.recording.recorder import Recorder
-    from robosandbox.viewer.replay import recorded_frames
+    from robosandbox.apps.viewer.replay import recorded_frames
+    from robosandbox.workcell.recording.episode import RecordedEpisode
+    from robosandbox.workcell.recording.recorder import Recorder
 
     with open_session("home") as session:
         recorder = Recorder(tmp_path, session)

@@ -13,9 +13,9 @@ import pytest
 from rich.console import Console
 from rich.progress import Progress
 
-from robosandbox.cli import app
-from robosandbox.commands import waiting
-from robosandbox.commands.console import run_app
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands import waiting
+from robosandbox.apps.commands.console import run_app
 from robosandbox.progress import LOGGER, doing, nothing_done
 
 
@@ -142,8 +142,8 @@ def test_a_command_tells_what_it_does(arguments: list[str], told: list[str], mon
 
 _IMPATIENT = """\
 import sys
-from robosandbox.commands import waiting
-from robosandbox.cli import main
+from robosandbox.apps.commands import waiting
+from robosandbox.apps.cli import main
 waiting._PATIENCE_SECONDS = 0.0
 sys.argv = ["robo-sandbox", "tasks", "show", "home"]
 main()

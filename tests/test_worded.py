@@ -11,12 +11,12 @@ import pytest
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.apps.conformance import check_skill
 from robosandbox.errors import CollisionError, SkillError
 from robosandbox.skills.turn import Turn
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.session import open_session
-from robosandbox.testing import check_skill
 from robosandbox.types import Plan, Pose, Refusal, RefusalCode, Scene, SceneObject, SkillCall, SkillResult
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
 from robosandbox.world.changes import turn_between
 from robosandbox.world.verifier import verify
 

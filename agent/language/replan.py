@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.world import World
+from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import ErrorCode
 from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence
-from robosandbox.protocols import Attempt, Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
 from robosandbox.world.changes import push_allowance
 

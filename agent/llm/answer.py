@@ -10,7 +10,7 @@ from pydantic import Field, ValidationError
 from robosandbox.agent.llm.correction import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
 from robosandbox.agent.tools import RefuseArguments, said_of
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.arguments import fitting, object_arguments
 from robosandbox.world.verifier import MAX_STEPS, Constraints, verify

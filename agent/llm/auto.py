@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from robosandbox.agent.course import Continuing, Course, Desk, Finished, PlannedCourse, Report, begin
 from robosandbox.agent.partial import PartialReading
-from robosandbox.protocols import Attempt, Planner
+from robosandbox.agent.protocols import Attempt, Planner
 from robosandbox.types import ObservedScene, Plan, Refusal
 
 Reader = Callable[[str, ObservedScene], PartialReading]

@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, RefusalCode, SkillCall
 from robosandbox.validation import nearest
 from robosandbox.world.arguments import object_arguments

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from robosandbox.agent.course import Director
 from robosandbox.agent.llm.budget import OPTIONS, read_limits
 from robosandbox.agent.llm.settings import LLMSettings, Mode, Picture, Service
+from robosandbox.agent.protocols import Planner
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 from robosandbox.perception.factory import Setup
-from robosandbox.protocols import Planner, Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene
 
 if TYPE_CHECKING:

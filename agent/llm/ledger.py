@@ -9,7 +9,7 @@ from typing import Any
 from robosandbox.agent.course import Finished, Report
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.tools import FinishArguments, not_holding, relations
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan
 from robosandbox.world.contracts import contract_of
 from robosandbox.world.verifier import Constraints

@@ -18,7 +18,8 @@ from robosandbox.agent.llm.pictures import png
 from robosandbox.agent.llm.prompt import instructions, question
 from robosandbox.agent.llm.service import open_cassette
 from robosandbox.agent.llm.settings import LLMSettings
-from robosandbox.protocols import Attempt, Skill
+from robosandbox.agent.protocols import Attempt
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
 from robosandbox.world.verifier import Constraints
 

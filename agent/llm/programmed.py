@@ -10,7 +10,7 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.llm.program import Ended, Program
 from robosandbox.agent.tools import not_holding, relations
 from robosandbox.errors import InputError
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import Plan, SkillCall
 from robosandbox.world.described import describe_scene
 

@@ -12,8 +12,9 @@ from typing import Any
 
 from robosandbox.agent.llm.forms import Tool
 from robosandbox.agent.llm.modes import Mode
+from robosandbox.agent.protocols import Attempt
 from robosandbox.agent.signatures import form, signature
-from robosandbox.protocols import Attempt, Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene
 from robosandbox.world.described import describe_scene
 from robosandbox.world.verifier import Constraints

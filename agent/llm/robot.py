@@ -7,7 +7,7 @@ from typing import Any
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.goal import GoalContext
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, SkillCall
 from robosandbox.world.verifier import verify
 

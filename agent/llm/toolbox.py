@@ -21,7 +21,7 @@ from robosandbox.agent.tools import (
     schema as schema_of,
 )
 from robosandbox.errors import InputError
-from robosandbox.protocols import Skill
+from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, StrictModel
 from robosandbox.world.arguments import terms
 

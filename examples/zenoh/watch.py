@@ -14,7 +14,7 @@ from pathlib import Path
 
 import zenoh
 
-from robosandbox.service.client import RemoteRobot, connect
+from robosandbox.workcell.zenoh.client import RemoteRobot, connect
 
 
 def main() -> int:

@@ -17,7 +17,7 @@ from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.sidecar import Inference, infer_imported
 from robosandbox.robots.locate import find_sidecar, is_bundled, resolve_robot
 from robosandbox.robots.sidecar import ArmRoles, BasePose, EeSite, GripperRoles, Sidecar, SuctionRoles
-from robosandbox.robots.spec import RobotFiles
+from robosandbox.types.robot import RobotFiles
 from robosandbox.validation import load_yaml_model, parse_yaml, read_text
 
 # The names of a sidecar's parts are words that files are called as well: "arm.xml" is no field.

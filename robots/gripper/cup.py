@@ -9,9 +9,9 @@ from robosandbox.errors import InputError
 from robosandbox.robots.gripper.calibrate import collision_geoms
 from robosandbox.robots.gripper.geometry import DerivedGripper
 from robosandbox.robots.sidecar import SuctionRoles
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array, frozen_array
+from robosandbox.types.robot import GripperGeometry
 
 # Metres behind its foremost point within which a cup's shape is its lip. Chosen: a lip of rubber gives way by about as much.
 _LIP = 0.001

@@ -27,9 +27,9 @@ from robosandbox.robots.gripper.grasp_frame import behind_fingers, grasp_sample
 from robosandbox.robots.gripper.pads import find_pads, opposed_pads, pad_gap
 from robosandbox.robots.robot import Indices
 from robosandbox.robots.sidecar import GripperRoles
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.robots.surfaces import points_on, world_points
 from robosandbox.types import Array, frozen_array
+from robosandbox.types.robot import GripperGeometry
 
 # Share of the gap's travel from which its middle moves because one jaw stands still: it would move by half. Chosen half of that.
 _FIXED_JAW = 0.25

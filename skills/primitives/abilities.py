@@ -11,7 +11,6 @@ import numpy as np
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.grasp.crowding import is_alone, may_meet, neighbours
 from robosandbox.grasp.hand import lean
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.primitives.drawers import (
     OPEN_SHARE,
     grip_aperture,
@@ -24,6 +23,7 @@ from robosandbox.skills.primitives.nudging import nudge_may_help
 from robosandbox.skills.primitives.placing import plan_place
 from robosandbox.skills.primitives.rehearsal import hand_planner, rehearse, with_aperture
 from robosandbox.skills.primitives.strokes import plan_stroke
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Grasp, Limits, Observation, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities, Obstruction
 from robosandbox.world.imagine import taken

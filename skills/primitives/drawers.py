@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from robosandbox.drivers import require
+from robosandbox.driver import require
 from robosandbox.errors import (
     CollisionError,
     DrawerError,
@@ -17,7 +17,6 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.evidence import DrawerEvidence, GraspEvidence
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.primitives.guarded import follow_free, follow_until
 from robosandbox.skills.primitives.manipulator import (
@@ -27,6 +26,7 @@ from robosandbox.skills.primitives.manipulator import (
     withdrawn,
 )
 from robosandbox.types import Array, DetectedObject, Pose, Trajectory
+from robosandbox.types.robot import GripperGeometry
 from robosandbox.world.nearness import nearer
 from robosandbox.world.relations import bottom, contents, top
 

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
+from robosandbox.driver import Driver
 from robosandbox.errors import Phase, UnsupportedError
-from robosandbox.protocols import Driver, MotionPlanner
-from robosandbox.robots.spec import GripperGeometry
+from robosandbox.motion.protocols import MotionPlanner
 from robosandbox.types import GripperState, Observation, Trajectory
+from robosandbox.types.robot import GripperGeometry
 
 # Metres before what they close on from which fingers are gentle, both together, and the share of their motors' force that they are
 # gentle with; chosen: three times perception's error of a size, and a force at which the bundled hand's fingers move half as fast.

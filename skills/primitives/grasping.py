@@ -14,7 +14,6 @@ from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
 from robosandbox.grasp.hand import FINGER_CLEARANCE
 from robosandbox.grasp.suction import least_face, widest_face
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
@@ -24,6 +23,7 @@ from robosandbox.skills.primitives.manipulator import (
 )
 from robosandbox.skills.primitives.rising import check_rise
 from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, Pose, Trajectory
+from robosandbox.types.robot import GripperGeometry
 from robosandbox.world.relations import support
 
 # How much wider than the object the fingers come on each side, metres, the widest that is free first; chosen as a

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from robosandbox.driver import Guard
 from robosandbox.errors import CollisionError, GraspError, Phase, UnreachableError
 from robosandbox.evidence import GraspEvidence
-from robosandbox.protocols import Guard
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator, raised
 from robosandbox.skills.primitives.sensing import around
 from robosandbox.types import CAREFUL, DetectedObject, ObservedScene

@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
+from robosandbox.driver import Driver
 from robosandbox.errors import GraspError, Phase
 from robosandbox.evidence import GraspEvidence
-from robosandbox.protocols import Driver
 from robosandbox.skills.primitives.gripping import GRAVITY
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.types import Array, DetectedObject, ObservedScene

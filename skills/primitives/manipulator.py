@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robosandbox.driver import Guard
 from robosandbox.errors import (
     CollisionError,
     ObjectNotFoundError,
@@ -17,9 +18,9 @@ from robosandbox.errors import (
 from robosandbox.evidence import ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.motion.planning_scene import PlanningScene
-from robosandbox.protocols import Guard, SkillContext
 from robosandbox.skills.primitives.fingers import Fingers
 from robosandbox.skills.primitives.stillness import LOOK_SECONDS, Stillness
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import (
     Array,
     DetectedObject,

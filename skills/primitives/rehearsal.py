@@ -13,13 +13,17 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from robosandbox.driver import Driver
 from robosandbox.errors import CollisionError, Repair, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence
+from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.motion.planning_scene import PlanningScene
-from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception, SkillContext
+from robosandbox.motion.protocols import MotionPlanner
+from robosandbox.perception.protocols import Perception
 from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import (
     CAREFUL,
     Array,

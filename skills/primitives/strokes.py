@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
-from robosandbox.robots.spec import RobotSpec
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
+from robosandbox.types.robot import RobotSpec
 from robosandbox.world.relations import bottom, centre, support, top
 
 # Metres between fingers and object before a stroke; chosen as ten times perception's error (halved 2 % shorter

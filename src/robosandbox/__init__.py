@@ -7,10 +7,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robosandbox.tasks.options import WorkcellOptions as WorkcellOptions
-    from robosandbox.tasks.session import open_session as open_session
-    from robosandbox.tasks.workcell import Workcell as Workcell
     from robosandbox.types import Pose as Pose, Scene as Scene, SceneObject as SceneObject
+    from robosandbox.workcell.options import WorkcellOptions as WorkcellOptions
+    from robosandbox.workcell.session import open_session as open_session
+    from robosandbox.workcell.workcell import Workcell as Workcell
 
 __version__ = "0.1.0"
 
@@ -18,9 +18,9 @@ _LAZY = {
     "Pose": "robosandbox.types",
     "Scene": "robosandbox.types",
     "SceneObject": "robosandbox.types",
-    "Workcell": "robosandbox.tasks.workcell",
-    "WorkcellOptions": "robosandbox.tasks.options",
-    "open_session": "robosandbox.tasks.session",
+    "Workcell": "robosandbox.workcell.workcell",
+    "WorkcellOptions": "robosandbox.workcell.options",
+    "open_session": "robosandbox.workcell.session",
 }
 
 __all__ = ["Pose", "Scene", "SceneObject", "Workcell", "WorkcellOptions", "__version__", "open_session"]

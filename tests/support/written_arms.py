@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import yaml
-
-from robosandbox.testing.models import wheel_files
+from support.models import wheel_files
 
 TOYS = Path(__file__).resolve().parents[1] / "toys"
 SO101_JOINTS = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll"]

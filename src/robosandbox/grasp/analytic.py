@@ -17,9 +17,9 @@ from robosandbox.grasp.sideways import is_filled, sideways
 from robosandbox.grasp.solid import STEEPEST, Solid
 from robosandbox.grasp.suction import suction_tiers
 from robosandbox.grasp.surface import Surface
-from robosandbox.robots.spec import GripperGeometry, RobotSpec
 from robosandbox.shapes.box import Box
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
+from robosandbox.types.robot import GripperGeometry, RobotSpec
 
 
 class AnalyticTopDown:

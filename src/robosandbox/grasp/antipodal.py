@@ -8,8 +8,8 @@ import numpy as np
 
 from robosandbox.grasp.hand import FINGER_CLEARANCE, FRICTION, UP, hand_pose, lean, turned, unit
 from robosandbox.grasp.solid import Solid
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, Grasp, cross
+from robosandbox.types.robot import GripperGeometry
 
 _THINNEST = 0.001  # Metres that an object must be wider than the closed fingers, so that they press. Chosen.
 # Places off the middle, as fractions of the object's length. Chosen short of its ends.

@@ -16,8 +16,8 @@ import numpy as np
 from robosandbox.grasp.hand import FINGER_CLEARANCE, UP, hand_pose, turned, unit
 from robosandbox.grasp.solid import STEEPEST
 from robosandbox.grasp.surface import Surface
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, Grasp, cross
+from robosandbox.types.robot import GripperGeometry
 
 # Metres that the fingers are open beyond what they hold at the least; chosen as where `_OPENINGS` in
 # `skills/primitives/grasping.py` ends.

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import DetectedObject, Grasp, ObservedScene, Pose
+from robosandbox.types.robot import GripperGeometry
 from robosandbox.world.nearness import nearer
 from robosandbox.world.relations import bottom, bounds, support, top
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, Pose, cross
+from robosandbox.types.robot import GripperGeometry
 
 UP = np.array([0.0, 0.0, 1.0])
 # Coefficient between pads and what they hold; chosen as what most pairs of materials have at least: friction is not seen.

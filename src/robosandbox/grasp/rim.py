@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from robosandbox.grasp.hand import hand_pose, turned
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes import CONTAINER_WALL, Room
 from robosandbox.types import Array, DetectedObject, Grasp
+from robosandbox.types.robot import GripperGeometry
 
 _UPRIGHT = 0.9  # Cosine of the tilt up to which a container stands upright. Chosen: 26 degrees.
 _FLOOR_CLEARANCE = 0.003  # Metres that a fingertip stays over the floor of a container. Chosen.

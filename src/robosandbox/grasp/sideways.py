@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose
+from robosandbox.types.robot import GripperGeometry
 from robosandbox.world.relations import centre, contents, support, top
 
 _ROUND_DIRECTIONS = 16  # Number of directions around a round object. Chosen.

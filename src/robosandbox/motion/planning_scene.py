@@ -8,11 +8,11 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
+from robosandbox.driver import Simulated
 from robosandbox.motion.beliefs import Known, believed_scene
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.motion.twin import make_twin
-from robosandbox.protocols import Simulated
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot

@@ -101,7 +101,7 @@ class Written(Protocol):
 class Shape(ABC):
     """A kind of object.
 
-    A new kind is a subclass in a file of its own, registered under `robosandbox.shapes`; `testing.check_shape` tells
+    A new kind is a subclass in a file of its own, registered under `robosandbox.shapes`; `conformance.check_shape` tells
     whether it is sound. Each kind says where on it the pose's origin is.
 
     Attributes:

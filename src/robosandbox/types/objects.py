@@ -33,7 +33,7 @@ class _KindSchema:
 # A kind of object that is installed under `robosandbox.shapes`; the shape's file says what its numbers and pose mean.
 ObjectKind = Annotated[str, AfterValidator(_installed), _KindSchema()]
 
-# Beads of one object; chosen because their contacts slow every tick (service/server/loader.py has figures).
+# Beads of one object; chosen because their contacts slow every tick (workcell/zenoh/server/loader.py has figures).
 MAX_BEADS = 100
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")

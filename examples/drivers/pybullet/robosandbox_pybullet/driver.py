@@ -8,12 +8,9 @@ from typing import Final
 import numpy as np
 import pybullet
 
-from robosandbox.driver_base import BareDriver
-from robosandbox.drivers import CameraSpec, Capabilities
+from robosandbox.driver import BareDriver, CameraSpec, Capabilities, Guard
 from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScenes
-from robosandbox.protocols import Guard
-from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import (
     Array,
     GripperState,
@@ -26,6 +23,7 @@ from robosandbox.types import (
     Truth,
     frozen_array,
 )
+from robosandbox.types.robot import RobotSpec
 from robosandbox_pybullet.cameras import cameras, draw
 from robosandbox_pybullet.referee import measured, pressed
 from robosandbox_pybullet.world import PHYSICS_TIMESTEP, ROBOT_MODEL, ROBOT_SIDECAR, BulletWorld

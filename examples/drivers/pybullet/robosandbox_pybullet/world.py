@@ -10,8 +10,8 @@ import numpy as np
 import pybullet
 import pybullet_data
 
-from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import Array, Pose, Scene
+from robosandbox.types.robot import RobotSpec
 from robosandbox_pybullet.objects import add_object
 
 ROBOT_MODEL = Path(pybullet_data.getDataPath()) / "franka_panda" / "panda.urdf"

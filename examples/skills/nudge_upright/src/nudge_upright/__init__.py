@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
-from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.primitives.manipulator import (
@@ -17,6 +16,7 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
     withdrawn,
 )
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Words
 from robosandbox.types import DetectedObject, Pose, SkillResult, matrix_about_axis
 from robosandbox.world.contracts import Contract

@@ -1,0 +1,38 @@
+"""Perception as the other rooms ask it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from robosandbox.driver import Driver
+    from robosandbox.motion.planning_scene import PlanningScene
+    from robosandbox.types import ObservedScene
+
+
+@runtime_checkable
+class Perception(Protocol):
+    """What is where."""
+
+    def perceive(self, sim: Driver) -> ObservedScene: ...
+    def view(self, sim: Driver) -> Driver:
+        """Return the sim as skills may see it: without its truth, where the perception does without it."""
+        ...
+
+    def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
+        """Return what to plan among where things are believed to be as `seen`; changes nothing of the sim."""
+        ...
+
+
+@runtime_checkable
+class Glancing(Perception, Protocol):
+    """A perception that need not look at everything each time."""
+
+    def glance(self, sim: Driver, names: Sequence[str]) -> ObservedScene:
+        """Return what is believed now, having looked at these things alone; without any, what is remembered and felt."""
+        ...
+
+    def doubt(self) -> None:
+        """Look at everything anew next time: something went otherwise than it was believed to."""
+        ...

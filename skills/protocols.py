@@ -1,0 +1,111 @@
+"""Skills as they are called, and the context that they are given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from typing_extensions import TypeVar
+
+if TYPE_CHECKING:
+    from robosandbox.driver import Driver
+    from robosandbox.errors import Repair, SkillError
+    from robosandbox.grasp.protocols import GraspPlanner
+    from robosandbox.motion.planning_scene import PlanningScene
+    from robosandbox.motion.protocols import MotionPlanner
+    from robosandbox.perception.protocols import Perception
+    from robosandbox.types import Intent, ObservedScene, SkillCall, SkillResult, Tempo
+    from robosandbox.world.alternatives import Failure
+
+
+@runtime_checkable
+class SkillContext(Protocol):
+    """All that a skill may use."""
+
+    @property
+    def sim(self) -> Driver: ...
+    @property
+    def perception(self) -> Perception: ...
+    @property
+    def grasp(self) -> GraspPlanner: ...
+    @property
+    def motion(self) -> MotionPlanner: ...
+    @property
+    def what_if(self) -> bool: ...
+    @property
+    def max_force_n(self) -> float:
+        """With how many newtons a skill may press what it is to move."""
+        ...
+
+    @property
+    def tempo(self) -> Tempo:
+        """How fast the arm goes in each situation."""
+        ...
+
+    @property
+    def listeners(self) -> list[Callable[[str], None]]:
+        """Called with each phase that begins."""
+        ...
+
+    def look(self, *names: str) -> ObservedScene:
+        """Return what perception sees now; with names, of these things, and what is remembered of the others."""
+        ...
+
+    def feel(self) -> ObservedScene:
+        """Return what is believed now without a look: what was seen last, what the hand holds where the hand is."""
+        ...
+
+    def doubt(self) -> None:
+        """Have the next look be at everything anew: something went otherwise than it was believed to."""
+        ...
+
+    def permit(self, call: SkillCall) -> None:
+        """Check a call against the limits before anything moves; raises LimitError."""
+        ...
+
+    def planning(self, seen: ObservedScene) -> PlanningScene:
+        """Return what to plan among where things are believed to be as `seen`."""
+        ...
+
+    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
+        """Return what would do in place of a failed call, tried on a simulation of what is believed."""
+        ...
+
+    def advice_for(self, error: SkillError) -> str:
+        """Return what is wrong with the robot's own sidecar, to be put behind a failure's message; often nothing."""
+        ...
+
+    def enter(self, phase: str) -> None:
+        """Tell listeners which phase begins."""
+        ...
+
+    def announce(self, intent: Intent) -> None:
+        """Tell listeners what is about to be done; costs nothing when there are none."""
+        ...
+
+
+# Where a skill is called: in a world of this process, if nothing else is said.
+Ctx = TypeVar("Ctx", contravariant=True, default=SkillContext)
+
+
+@runtime_checkable
+class Skill(Protocol[Ctx]):
+    """One verb. `run` takes keyword arguments; its signature is its schema."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def description(self) -> str: ...
+    @property
+    def schema(self) -> Mapping[str, Any]:
+        """JSON schema of the arguments."""
+        ...
+
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the arguments converted to their types; raises InvalidArgumentError."""
+        ...
+
+    def __call__(self, ctx: Ctx, arguments: Mapping[str, Any]) -> SkillResult:
+        """Check the arguments and run; raises SkillError."""
+        ...

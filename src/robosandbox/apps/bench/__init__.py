@@ -1,0 +1,1 @@
+"""The bench: tasks over seeds, their rows and their sum."""

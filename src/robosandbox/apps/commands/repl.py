@@ -1,0 +1,68 @@
+"""`repl`: a conversation with a robot, in an embedded world or in a sim process."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from io import TextIOWrapper
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_settings, recording
+from robosandbox.apps.commands.world import Connection, check_remote, open_here, takes_world
+from robosandbox.errors import InputError
+from robosandbox.workcell.options import WorkcellOptions
+
+if TYPE_CHECKING:
+    from robosandbox.apps.repl.link import Link
+    from robosandbox.workcell.workcell import Workcell
+
+# Height and width of pictures, pixels; chosen to fill half a terminal's window when opened.
+_PICTURE_SIZE = (480, 640)
+
+
+@takes_world(without=("calibration", "what_if"))
+def repl(
+    connection: Connection,
+    world: WorkcellOptions,
+    reconnect: Annotated[
+        float, typer.Option("--reconnect", help="Seconds that commands wait for a sim that went away.")
+    ] = 30.0,
+    record: Record = None,
+    video: Video = None,
+    video_fps: VideoFps = 20.0,
+) -> int:
+    """Talk to a robot, line by line; without --connect in a world of this process."""
+    if not 0.0 <= reconnect <= 86400.0:
+        raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
+    settings = record_settings(record, video, video_fps)
+    if not connection:
+        with open_here(world, render_size=_PICTURE_SIZE, dialogue=True) as session, recording(settings, session):
+            return _talk(session)
+
+    check_remote(world)
+    if record is not None:
+        raise InputError("--record: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out")
+    from robosandbox.apps.repl.link import Link
+
+    with connection.client(reconnect=reconnect) as client:
+        far = connection.before(client, replace(world, dialogue=True))
+        return _talk(far, Link(client, far.robot))
+
+
+def _talk(workcell: Workcell, link: Link | None = None) -> int:
+    from robosandbox.apps.repl.shell import Shell
+
+    shell = Shell(workcell, link)
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        from robosandbox.apps.repl.piped import run_lines
+
+        if isinstance(sys.stdin, TextIOWrapper):
+            # A byte that is no UTF-8 spoils its own line only.
+            sys.stdin.reconfigure(errors="replace")
+        return run_lines(shell, sys.stdin)
+
+    from robosandbox.apps.repl.terminal import Terminal
+
+    return Terminal(shell).run()

@@ -1,0 +1,161 @@
+"""`viewer`: the world in a browser, to steer and to look into."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from robosandbox.apps.commands.console import EXIT_DONE
+from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_settings
+from robosandbox.apps.commands.runs import load as load_episode
+from robosandbox.apps.commands.world import Connection, check_remote, open_here, takes_world
+from robosandbox.errors import InputError
+from robosandbox.extras import missing_extra
+from robosandbox.progress import doing
+from robosandbox.workcell.options import WorkcellOptions
+
+if TYPE_CHECKING:
+    from robosandbox.apps.repl.link import Link
+    from robosandbox.apps.viewer.operator import News, Operator
+    from robosandbox.apps.viewer.replay import RecordedFrames
+    from robosandbox.apps.viewer.source import WorldSource
+    from robosandbox.tasks.task import Task
+    from robosandbox.types import Scene
+    from robosandbox.workcell.embedded import EmbeddedWorkcell
+    from robosandbox.workcell.recording.episode import RecordedEpisode
+    from robosandbox.workcell.recording.settings import RecordSettings
+
+_DEFAULT_PORT = 8080  # Number of the port, as of viser.
+_PICTURE_SIZE = (360, 480)  # Height and width, pixels. Chosen: as large as a panel of the page.
+_WAKE_SECONDS = 0.5
+# Seconds between switches of threads. Chosen so that a browser's messages are not kept waiting by physics.
+_SWITCH_SECONDS = 0.001
+
+
+@takes_world(without=("cassette", "time_limit", "camera", "calibration"))
+def viewer(
+    world: WorkcellOptions,
+    connection: Connection,
+    record: Record = None,
+    video: Video = None,
+    video_fps: VideoFps = 20.0,
+    replay: Annotated[
+        Path | None, typer.Option("--replay", help="A recorded episode's folder, to be shown state by state.")
+    ] = None,
+    port: Annotated[int, typer.Option("--port", help="On 127.0.0.1; 0 takes any free one.")] = _DEFAULT_PORT,
+) -> int:
+    """Show the world in a browser on this machine, until SIGINT or SIGTERM."""
+    if not 0 <= port <= 65535:
+        raise InputError(f"--port: {port} is no port; give 0 to 65535")
+    if connection:
+        check_remote(world)
+    if connection and record is not None:
+        raise InputError(
+            "--record: what happens in a sim process is recorded there; give --record to `robo-sandbox sim`"
+        )
+    settings = record_settings(record, video, video_fps)
+    if replay is not None and (connection or world.task is not None or world.robot is not None or world.seed != 0):
+        raise InputError(
+            "--replay: the episode has its task, robot and seed; leave out --task, --robot, --seed and --connect"
+        )
+    episode = load_episode(replay) if replay is not None else None
+    try:
+        from robosandbox.apps.viewer.app import Viewer
+    except ModuleNotFoundError as error:
+        raise missing_extra(error, "viewer", "viewer") from None
+    sys.setswitchinterval(_SWITCH_SECONDS)
+    opened = _there(connection, world) if connection else _here(world, settings, episode)
+    with opened as (source, playback, link):
+        with doing("starting the page's server"):
+            shown = Viewer(source, port, playback)
+            shown.control.listeners.append(_log)
+            shown.start()
+            if link is not None:
+                link.tell = partial(_tell_presence, shown.control, link)
+        stopped = threading.Event()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: stopped.set())
+        try:
+            print(f"viewer at {shown.url}: {source.workcell.task.name} with {source.workcell.robot_name}", flush=True)
+            while not stopped.wait(_WAKE_SECONDS):
+                pass
+            print("stopping", file=sys.stderr, flush=True)
+        finally:
+            shown.stop()
+    return EXIT_DONE
+
+
+def _log(news: News) -> None:
+    """Write what was ordered in the browser, word for word, and what came of it to stderr."""
+    from robosandbox.apps.viewer import operator
+
+    match news:
+        case operator.Began(doing, what):
+            line = f"{doing}: {what}"
+        case operator.Finished(episode, _):
+            done = "answered" if episode.answer else "done"
+            how = done if episode.success else episode.final_reason.replace("_", " ")
+            line = f"{how}: {episode.final_detail}"
+        case operator.Complaint(message):
+            line = f"not done: {message}"
+        case _:
+            return
+    print(line, file=sys.stderr, flush=True)
+
+
+def _tell_presence(control: Operator, link: Link, line: str) -> None:
+    """Say on stderr and in the page that the sim went away or is back."""
+    from robosandbox.apps.viewer.operator import Presence
+
+    print(line, file=sys.stderr, flush=True)
+    control.tell(Presence(line if link.away else ""))
+
+
+@contextmanager
+def _here(
+    world: WorkcellOptions, settings: RecordSettings | None, episode: RecordedEpisode | None
+) -> Iterator[tuple[WorldSource, RecordedFrames | None, None]]:
+    """Open a world in this process; each one that is loaded after it is opened, and recorded, likewise."""
+    from robosandbox.apps.viewer.embedded import EmbeddedSource
+    from robosandbox.tasks.task import Task
+    from robosandbox.validation import validate
+    from robosandbox.workcell.recording.settings import open_recorder
+
+    with ExitStack() as recorded:
+
+        def reopen(task: Task | Scene | Path | str | None, robot: Path | str | None, seed: int = 0) -> EmbeddedWorkcell:
+            session = open_here(world, task=task, robot=robot, seed=seed, render_size=_PICTURE_SIZE)
+            if settings is not None:
+                recorder = open_recorder(settings, session)
+                recorded.close()
+                recorder.follow(session.agent)
+                recorded.callback(recorder.close)
+            return session
+
+        if episode is None:
+            yield EmbeddedSource(reopen(world.task, world.robot, world.seed), reopen), None, None
+        else:
+            from robosandbox.apps.viewer.replay import recorded_frames
+
+            session = reopen(validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task"), None)
+            if episode.meta.checkpoint is not None:
+                session.restore(episode.meta.checkpoint)
+            yield EmbeddedSource(session, reopen), recorded_frames(episode, session), None
+
+
+@contextmanager
+def _there(connection: Connection, world: WorkcellOptions) -> Iterator[tuple[WorldSource, None, Link]]:
+    from robosandbox.apps.repl.link import Link
+    from robosandbox.apps.viewer.connected import ConnectedSource
+
+    with connection.client() as client:
+        session = connection.before(client, world)
+        yield ConnectedSource(session), None, Link(client, session.robot)

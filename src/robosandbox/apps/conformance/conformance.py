@@ -1,0 +1,127 @@
+"""Checks that any skill or planner must pass; call them from your own tests.
+
+    from robosandbox.apps.conformance import check_planner, check_skill
+
+Each raises AssertionError with a sentence that says which promise is broken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from robosandbox.agent.protocols import Planner
+from robosandbox.errors import InputError, InvalidArgumentError, SkillError
+from robosandbox.skills.protocols import Skill, SkillContext
+from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
+from robosandbox.world.abilities import Abilities
+from robosandbox.world.alternatives import Failure, alternatives_of
+from robosandbox.world.contracts import Contract, contract_of, first_refuted, imagined, lookup
+from robosandbox.world.predicate import View
+
+
+def check_skill(skill: Skill, ctx: SkillContext, arguments: dict[str, object]) -> SkillResult | SkillError:
+    """Run a skill once and check that it keeps its contract and ends in one of the two ways a skill may end.
+
+    Args:
+        skill: The skill.
+        ctx: A loaded world.
+        arguments: Valid arguments for it.
+
+    Returns:
+        Its result, or the SkillError that it raised.
+    """
+    schema = skill.schema
+    demand(bool(skill.name) and bool(skill.description), f"{skill.name!r} lacks a name or a description")
+    demand(schema.get("type") == "object", f"{skill.name}: its schema is no JSON object schema")
+    demand(schema.get("additionalProperties") is False, f"{skill.name}: its schema admits unknown arguments")
+    seen = ctx.look()
+    check_contract(skill, seen, arguments)
+    before = ctx.sim.time
+    try:
+        skill(ctx, {**arguments, "no_such_argument": 1})
+    except InvalidArgumentError:
+        demand(ctx.sim.time == before, f"{skill.name}: time passed before its arguments were checked")
+    else:
+        raise AssertionError(f"{skill.name}: accepted an unknown argument")
+    try:
+        result = skill(ctx, arguments)
+    except SkillError as error:
+        demand(bool(error.message), f"{skill.name}: raised {type(error).__name__} without a message")
+        kind = type(error).evidence_type
+        demand(kind is None or isinstance(error.evidence, kind), f"{skill.name}: {type(error).__name__} lacks evidence")
+        call = SkillCall(skill=skill.name, arguments=dict(skill.check(arguments)))
+        contract = (contract_of(skill, call.arguments) or Contract()).resolved(seen)
+        check_alternatives(skill, Failure(call=call, error=error, contract=contract, before=seen, scene=ctx.look()))
+        return error
+    demand(isinstance(result, SkillResult), f"{skill.name}: returned {type(result).__name__}, not SkillResult")
+    demand(result.skill == skill.name, f"{skill.name}: its result is signed {result.skill!r}")
+    return result
+
+
+def check_contract(skill: Skill, scene: ObservedScene, arguments: Mapping[str, object]) -> None:
+    """Check that a skill says what it needs and brings about, in relations that are known and fit one another.
+
+    Args:
+        skill: The skill.
+        scene: In which the arguments make sense.
+        arguments: Valid arguments for it.
+    """
+    contract = contract_of(skill, skill.check(arguments))
+    demand(contract is not None, f"{skill.name}: it has no contract(**arguments), so nobody can plan with it")
+    assert contract is not None
+    demand(bool(contract.gives), f"{skill.name}: its contract promises nothing")
+    for one in (*contract.needs, *contract.gives):
+        try:
+            lookup(one)
+        except InputError as error:
+            raise AssertionError(f"{skill.name}: its contract names {error}") from None
+    resolved = contract.resolved(scene)
+    after = View(scene=imagined(contract, scene), before=scene, robot=Abilities())
+    broken = first_refuted(resolved.gives, after)
+    demand(
+        broken is None or first_refuted(resolved.needs, View.of(scene)) is not None,
+        f"{skill.name}: its promises contradict one another: {broken and broken[0]} does not hold once all are kept",
+    )
+
+
+def check_alternatives(skill: Skill, failure: Failure) -> None:
+    """Check that the other ways that a skill declares for a failed call say why, and name relations and calls that there are.
+
+    Args:
+        skill: The skill.
+        failure: A call of it that failed.
+    """
+    for way in alternatives_of(skill, failure):
+        demand(bool(way.why), f"{skill.name}: an alternative does not say why it may help")
+        demand(bool(way.first or way.cleared or way.call), f"{skill.name}: an alternative, {way.why}, does nothing")
+        for one in way.first:
+            try:
+                lookup(one)
+            except InputError as error:
+                raise AssertionError(f"{skill.name}: an alternative, {way.why}, names {error}") from None
+        if way.call is not None and way.call.skill == skill.name:
+            skill.check(way.call.arguments)
+
+
+def check_planner(planner: Planner, scene: ObservedScene, skills: Sequence[Skill], prompts: Sequence[str]) -> None:
+    """Check that a planner answers each prompt with a plan of known skills and arguments, or a refusal, repeatably."""
+    schemas = {skill.name: skill.schema for skill in skills}
+    for prompt in prompts:
+        answer = planner.plan(prompt, scene)
+        demand(isinstance(answer, Plan | Refusal), f"{prompt!r}: answered with {type(answer).__name__}")
+        demand(answer == planner.plan(prompt, scene), f"{prompt!r}: two answers for the same scene")
+        if isinstance(answer, Refusal):
+            demand(bool(answer.message), f"{prompt!r}: refused without a sentence")
+            continue
+        for call in answer.steps:
+            demand(call.skill in schemas, f"{prompt!r}: plans {call.skill!r}, which is no skill here")
+            schema = schemas[call.skill]
+            known, needed = schema.get("properties", {}), schema.get("required", [])
+            demand(set(call.arguments) <= set(known), f"{prompt!r}: {call} has unknown arguments")
+            demand(set(needed) <= set(call.arguments), f"{prompt!r}: {call} lacks arguments")
+
+
+def demand(holds: bool, otherwise: str) -> None:
+    """Raise an AssertionError that says what is wrong `otherwise`, where something does not hold."""
+    if not holds:
+        raise AssertionError(otherwise)

@@ -1,0 +1,124 @@
+"""What the server's own tools do: to look, plan, check, try out, run, reach goals, judge, start over, refuse."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any, TypeVar
+
+import anyio
+import mcp_types as types
+from mcp.server.context import ServerRequestContext
+
+from robosandbox.agent.tools import (
+    AchieveArguments,
+    CheckArguments,
+    RefuseArguments,
+    SimulateArguments,
+    checked,
+    wanted,
+)
+from robosandbox.apps.mcp import tools
+from robosandbox.apps.mcp.robot import Robot, Tell
+from robosandbox.errors import (
+    InputError,
+    PlannerError,
+    PlannerUnavailableError,
+    RenderingError,
+    RoboSandboxError,
+    SkillError,
+)
+from robosandbox.types import Plan, Refusal, StrictModel
+from robosandbox.validation import did_you_mean
+
+Context = ServerRequestContext[Any, Any]
+ValueT = TypeVar("ValueT")
+
+
+async def answer_own(robot: Robot, ctx: Context, own: StrictModel) -> types.CallToolResult:
+    """Return what a tool of the server's own answers; what goes wrong is an answer, too."""
+    try:
+        return await _answered(robot, ctx, own)
+    except SkillError as error:
+        return tools.skill_failed(error)
+    except (InputError, PlannerError) as error:
+        return tools.failed(_code(error), str(error))
+    except RenderingError as error:
+        return tools.failed("rendering", str(error))
+
+
+async def _answered(robot: Robot, ctx: Context, own: StrictModel) -> types.CallToolResult:
+    match own:
+        case tools.LookArguments():
+            return await _look(robot, own)
+        case tools.PlanArguments():
+            return tools.answer(tools.planned(await robot.plan(own.prompt)))
+        case CheckArguments():
+            return tools.answer(checked(Plan(steps=own.steps), await robot.scene(), robot.skills))
+        case SimulateArguments():
+            return tools.answer(await robot.simulate(Plan(steps=own.steps)))
+        case tools.RunArguments():
+            return tools.ended(await reported(ctx, lambda tell: robot.run(own.prompt, tell)))
+        case AchieveArguments():
+            return await _achieve(robot, ctx, own)
+        case tools.JudgeArguments():
+            verdict = await robot.judge()
+            return tools.answer({"success": verdict.success, "detail": dict(verdict.detail)})
+        case tools.ResetArguments():
+            await robot.reset(own.seed)
+            return tools.answer(robot.task)
+        case tools.LoadArguments():
+            await robot.load(own.task)
+            return tools.answer(robot.task)
+        case RefuseArguments():
+            refusal = Refusal(code=own.code, message=own.message, candidates=own.candidates)
+            return tools.answer(tools.planned(refusal))
+        case _:
+            raise AssertionError(f"{type(own).__name__} has no handler")
+
+
+async def reported(ctx: Context, work: Callable[[Tell], Awaitable[ValueT]]) -> ValueT:
+    """Do what takes time, telling the client how it goes; when the client cancels, the arm stops before this ends."""
+    told: asyncio.Queue[str | None] = asyncio.Queue()
+    doing = asyncio.ensure_future(work(told.put_nowait))
+    doing.add_done_callback(lambda _: told.put_nowait(None))
+    try:
+        count = 0
+        while (text := await told.get()) is not None:
+            count += 1
+            await ctx.session.report_progress(float(count), message=text)
+        return await doing
+    except asyncio.CancelledError:
+        doing.cancel()
+        with anyio.CancelScope(shield=True):
+            await asyncio.wait([doing])
+        raise
+
+
+async def _look(robot: Robot, arguments: tools.LookArguments) -> types.CallToolResult:
+    if arguments.camera is not None and arguments.camera not in robot.cameras:
+        return tools.failed("invalid_argument", no_camera(robot, arguments.camera))
+    data = {"scene": tools.seen(await robot.scene()), "state": tools.state_data(await robot.state())}
+    result = tools.answer({**data, "doing": robot.doing, "cameras": list(robot.cameras)})
+    if arguments.camera is not None:
+        picture = tools.base64_text(await robot.picture(arguments.camera))
+        result.content.append(types.ImageContent(type="image", data=picture, mime_type="image/png"))
+    return result
+
+
+async def _achieve(robot: Robot, ctx: Context, arguments: AchieveArguments) -> types.CallToolResult:
+    found = wanted(arguments, await robot.scene(), robot.skills)
+    if isinstance(found, Refusal):
+        return tools.failed(found.code.value, found.message)
+    return tools.ended(await reported(ctx, lambda tell: robot.follow(found, tell)))
+
+
+def no_camera(robot: Robot, name: str) -> str:
+    """Return what to say of a camera that is not there."""
+    return f"no camera {name[:60]!r}; there is {', '.join(robot.cameras)}{did_you_mean(name, robot.cameras)}"
+
+
+def _code(error: RoboSandboxError) -> str:
+    if isinstance(error, PlannerUnavailableError):
+        return "planner_unavailable"
+    return "planner_failed" if isinstance(error, PlannerError) else "invalid_argument"

@@ -1,0 +1,290 @@
+"""What the server needs of a robot, provided by a workcell: in this process or in another one.
+
+A world in this process lives on one worker thread, physics and pictures alike; looks asked for while something is under way are
+answered between its control ticks. A world in another process answers looks by itself at any time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, TypeVar
+
+import anyio
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.episode import AgentEvent, Consulted, Episode, PhaseEntered, Planned, SkillFailed, Thought
+from robosandbox.agent.tools import simulated
+from robosandbox.errors import BusyError, CancelledError, ErrorRecord, Phase
+from robosandbox.evidence import BusyEvidence
+from robosandbox.skills.manual import MANUAL
+from robosandbox.skills.protocols import Skill
+from robosandbox.types import Observation, ObservedScene, Plan, Refusal, SkillCall, SkillResult, Verdict
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.workcell import Workcell
+
+ValueT = TypeVar("ValueT")
+Tell = Callable[[str], None]
+Reopen = Callable[[str], Workcell]
+
+
+class Robot:
+    """A workcell's robot for an asynchronous server.
+
+    Args:
+        cell: Whose.
+        reopen: Opens the same robot at another bundled task; None where that cannot be done.
+        timeout: Simulated seconds that a call may take.
+
+    Attributes:
+        last_failure: The last skill error here; None before one.
+    """
+
+    def __init__(self, cell: Workcell, *, reopen: Reopen | None = None, timeout: float = 120.0) -> None:
+        self._reopen = reopen
+        self._timeout = timeout
+        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="robot")
+        self._looks: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
+        self._running: str | None = None
+        self.last_failure: ErrorRecord | None = None
+        self._adopt(cell)
+
+    def _adopt(self, cell: Workcell) -> None:
+        self._cell = cell
+        self._here = isinstance(cell, EmbeddedWorkcell)
+        self._hands = cell.agent
+        if isinstance(cell, EmbeddedWorkcell):
+            cell.sim.subscribe(self._answer_looks)
+            skills: list[Any] = [*cell.skills, *MANUAL]
+            self._hands = Agent(ctx=cell.ctx, skills=skills, planner=cell.agent.planner)
+            cell.ctx.skills = cell.agent.skills
+
+    @property
+    def skills(self) -> tuple[Skill[Any], ...]:
+        """What plans may call."""
+        return self._cell.skills
+
+    @property
+    def calls(self) -> tuple[Skill[Any], ...]:
+        """What clients may call: the skills, and in a world of this process the hand by itself."""
+        return tuple(self._hands.skills.values())
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names that `picture` takes."""
+        return tuple(self._cell.cameras)
+
+    @property
+    def task(self) -> dict[str, Any]:
+        """Which task is loaded, what it asks, and the layout's seed."""
+        return {"task": self._cell.task.name, "prompt": self._cell.task.prompt, "seed": self._cell.seed}
+
+    async def ready(self) -> Robot:
+        """Return the robot itself, which is there."""
+        return self
+
+    @property
+    def doing(self) -> str | None:
+        """What is under way here."""
+        return self._running
+
+    async def perform(self, call: SkillCall, tell: Tell) -> SkillResult:
+        """Carry out a call, telling its phases in the caller's loop; cancelling the task stops the arm first.
+
+        Raises:
+            BusyError: Something else is under way.
+            SkillError: The post-condition was not reached.
+        """
+        return await self._under_way(str(call), lambda: self._hands.perform(call), tell, self._hands)
+
+    async def run(self, prompt: str, tell: Tell) -> Episode:
+        """Carry out a prompt with the planner that the server was started with.
+
+        Raises:
+            BusyError: Something else is under way.
+        """
+        agent = self._cell.agent
+        return await self._under_way(f"run {prompt[:60]!r}", lambda: agent.run(prompt), tell, agent)
+
+    async def follow(self, plan: Plan, tell: Tell) -> Episode:
+        """Carry out a plan as it is.
+
+        Raises:
+            BusyError: Something else is under way.
+        """
+        agent = self._cell.agent
+        return await self._under_way(", ".join(map(str, plan.steps)), lambda: agent.follow(plan), tell, agent)
+
+    async def simulate(self, plan: Plan) -> dict[str, Any]:
+        """Return what would come of a plan, tried out on the twin.
+
+        Raises:
+            BusyError: Something else is under way.
+        """
+        agent = self._cell.agent
+        return await self._under_way("simulate", lambda: simulated(agent.ctx, plan, agent.skills), _nobody, agent)
+
+    async def reset(self, seed: int) -> None:
+        """Start over with a layout.
+
+        Raises:
+            BusyError: Something else is under way.
+            RoboSandboxError: It cannot start over, or has no such layout.
+        """
+        await self._under_way("reset", lambda: self._cell.reset(seed), _nobody)
+
+    async def load(self, task: str) -> None:
+        """Put the robot at another bundled task.
+
+        Raises:
+            BusyError: Something else is under way.
+            InputError: There is no such task.
+        """
+        reopen = self._reopen
+        assert reopen is not None
+
+        def work() -> None:
+            before, cell = self._cell, reopen(task)
+            self._adopt(cell)
+            if cell is not before:
+                before.close()
+
+        await self._under_way(f"load {task}", work, _nobody)
+
+    @property
+    def loads(self) -> bool:
+        """Whether it can be put at another task."""
+        return self._reopen is not None
+
+    async def judge(self) -> Verdict:
+        """Tell whether the task has succeeded since the last reset; time may pass for it.
+
+        Raises:
+            BusyError: Something else is under way.
+            UnsupportedError: Nobody can judge.
+        """
+        return await self._under_way("judge", lambda: self._cell.judge(), _nobody)
+
+    async def plan(self, prompt: str) -> Plan | Refusal:
+        """Return the planner's answer; nothing moves.
+
+        Raises:
+            PlannerError: The planner has none.
+        """
+        # A planner may think for a minute; the worker stays free meanwhile.
+        return await asyncio.to_thread(self._cell.agent.answer, prompt, await self.scene())
+
+    async def scene(self) -> ObservedScene:
+        """Return what perception sees."""
+        return await self._look(lambda: self._cell.observe())
+
+    async def state(self) -> Observation:
+        """Return joints, TCP and gripper."""
+        return await self._look(lambda: self._cell.state())
+
+    async def picture(self, camera: str) -> bytes:
+        """Return what a camera sees as a PNG file.
+
+        Raises:
+            RenderingError: This machine cannot make pictures.
+        """
+        return await self._look(lambda: self._cell.picture(camera))
+
+    def close(self) -> None:
+        """Let the worker end; what runs is stopped."""
+        self._cell.ctx.cancel()
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    async def _under_way(
+        self, what: str, work: Callable[[], ValueT], tell: Tell, agent: Agent[Any] | None = None
+    ) -> ValueT:
+        """Do one thing on the worker; cancelling the task stops the arm first."""
+        if self._running is not None:
+            raise BusyError(
+                f"{self._running} is under way; wait for it or cancel it", evidence=BusyEvidence(doing=self._running)
+            )
+        self._running = what
+        stop = threading.Event()
+        loop = asyncio.get_running_loop()
+
+        def hear(event: AgentEvent) -> None:
+            if isinstance(event, SkillFailed):
+                self.last_failure = event.error
+            text = _said(event)
+            if text:
+                loop.call_soon_threadsafe(tell, text)
+
+        try:
+            done = asyncio.wrap_future(self._worker.submit(self._goal, work, hear, stop, agent))
+            try:
+                return await asyncio.shield(done)
+            except asyncio.CancelledError:
+                stop.set()
+                self._cell.ctx.cancel()
+                with anyio.CancelScope(shield=True):
+                    await asyncio.wait([done])
+                # Whatever it ended in is nobody's to hear: the caller has gone.
+                done.exception()
+                raise
+        finally:
+            self._running = None
+
+    def _goal(
+        self,
+        work: Callable[[], ValueT],
+        hear: Callable[[AgentEvent], None],
+        stop: threading.Event,
+        agent: Agent[Any] | None,
+    ) -> ValueT:
+        if agent is None:
+            return work()
+        agent.listeners.append(hear)
+        try:
+            with agent.ctx.goal(self._timeout):
+                # A goal forgets what was cancelled before it began; this one may have been while it waited its turn.
+                if stop.is_set():
+                    raise CancelledError("cancelled before it began", phase=Phase.CHECK)
+                return work()
+        finally:
+            agent.listeners.remove(hear)
+
+    async def _look(self, look: Callable[[], ValueT]) -> ValueT:
+        if not self._here:
+            return await asyncio.to_thread(look)
+        answer: Future[ValueT] = Future()
+        self._looks.append((look, answer))
+        # Between ticks if a goal runs, else now; a look that the ticks have answered is no longer in the queue.
+        self._worker.submit(self._answer_looks)
+        return await asyncio.wrap_future(answer)
+
+    def _answer_looks(self) -> None:
+        while self._looks:
+            look, answer = self._looks.popleft()
+            if not answer.set_running_or_notify_cancel():
+                continue
+            try:
+                answer.set_result(look())
+            except BaseException as error:
+                answer.set_exception(error)
+
+
+def _nobody(text: str) -> None:
+    """Tell nobody."""
+
+
+def _said(event: AgentEvent) -> str:
+    """Return what a client is told of an event; nothing of most."""
+    match event:
+        case PhaseEntered(call, phase):
+            return f"{call}: {phase}"
+        case Planned(plan, _):
+            return f"plan: {plan}"
+        case Consulted():
+            return f"{event.tool}"
+        case Thought(text):
+            return text
+        case _:
+            return ""

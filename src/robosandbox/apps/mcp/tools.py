@@ -1,0 +1,236 @@
+"""Skills, scenes and errors in the protocol's words."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mcp_types as types
+from pydantic import Field, TypeAdapter, ValidationError
+
+from robosandbox.agent.episode import Episode
+from robosandbox.agent.tools import (
+    AchieveArguments,
+    CheckArguments,
+    RefuseArguments,
+    SimulateArguments,
+    description,
+    error_data,
+    rounded,
+    schema,
+    wrong_arguments,
+)
+from robosandbox.errors import InputError, SkillError
+from robosandbox.printable import printable
+from robosandbox.skills.protocols import Skill
+from robosandbox.types import (
+    MAX_PROMPT_LENGTH,
+    Observation,
+    ObservedScene,
+    Plan,
+    Refusal,
+    SkillResult,
+    StrictModel,
+)
+from robosandbox.world.arguments import terms
+from robosandbox.world.described import describe_scene
+
+
+class LookArguments(StrictModel):
+    """See the objects, the arm's state and, if asked, a camera's picture; nothing moves."""
+
+    camera: str | None = Field(default=None, description="Name of a camera whose picture is wanted as well.")
+
+
+class PlanArguments(StrictModel):
+    """Turn a sentence into skill calls or a refusal, with the planner that the server was started with; nothing moves."""
+
+    prompt: str = Field(description="What the person said.", min_length=1, max_length=MAX_PROMPT_LENGTH)
+
+
+class RunArguments(StrictModel):
+    """Carry out a sentence with the planner that the server was started with: plans, looks, plans anew after failures."""
+
+    prompt: str = Field(description="What the person said.", min_length=1, max_length=MAX_PROMPT_LENGTH)
+
+
+class ResetArguments(StrictModel):
+    """Start the task over: objects and arm go to where a seed's layout has them; what was done is lost."""
+
+    seed: int = Field(default=0, ge=0, description="The layout; 0 is the task as written.")
+
+
+class LoadArguments(StrictModel):
+    """Put the robot at another bundled task; what was done is lost."""
+
+    task: str = Field(description="Its name, such as put_in_bin.", min_length=1, max_length=60)
+
+
+class JudgeArguments(StrictModel):
+    """Ask whether the task has succeeded since the last reset, by the simulated state; time may pass while it is watched."""
+
+
+def _object(**fields: str | list[str]) -> dict[str, Any]:
+    """Return the schema of an object that has these fields, of these types, or an error, and may have more.
+
+    The official JavaScript client holds failed calls to the schema as well.
+    """
+    return {
+        "type": "object",
+        "properties": {
+            **{name: {"type": kind} for name, kind in fields.items()},
+            "error": {"type": ["object", "null"]},
+        },
+        "anyOf": [{"required": list(fields)}, {"required": ["error"]}],
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Own:
+    """A tool of the server's own.
+
+    Attributes:
+        arguments: What it takes; the docstring is its description.
+        answers: Schema of what it answers.
+        moves: Whether the robot or the world may move.
+        undoes: Whether what was done may be lost.
+    """
+
+    arguments: type[StrictModel]
+    answers: dict[str, Any]
+    moves: bool = False
+    undoes: bool = False
+
+
+_PLANNED = _object(plan=["array", "null"], refusal=["object", "null"])
+_EPISODE = _object(success="boolean", reason="string", detail="string", done="array")
+_TASK = _object(task="string", prompt="string", seed="integer")
+OWN: dict[str, Own] = {
+    "look": Own(LookArguments, _object(scene="object", state="object", doing=["string", "null"], cameras="array")),
+    "plan": Own(PlanArguments, _PLANNED),
+    "check": Own(CheckArguments, _object(ok="boolean", problems="array")),
+    "simulate": Own(SimulateArguments, _object(ok="boolean")),
+    "run": Own(RunArguments, _EPISODE, moves=True),
+    "achieve": Own(AchieveArguments, _EPISODE, moves=True),
+    "judge": Own(JudgeArguments, _object(success="boolean", detail="object")),
+    "reset": Own(ResetArguments, _TASK, moves=True, undoes=True),
+    "load": Own(LoadArguments, _TASK, moves=True, undoes=True),
+    "refuse": Own(RefuseArguments, _PLANNED),
+}
+"""Tools of the server's own, by name."""
+
+
+def catalogue(skills: Sequence[Skill[Any]], *, loads: bool = True) -> list[types.Tool]:
+    """Return the tools: the skills under their own names and schemas, and the server's own.
+
+    Args:
+        skills: What moves the arm.
+        loads: Whether the robot can be put at another task.
+
+    Raises:
+        InputError: A skill has the name of a tool of the server's own.
+    """
+    taken = [skill.name for skill in skills if skill.name in OWN]
+    if taken:
+        raise InputError(f"the skill {taken[0]!r} has the name of a tool that the server offers itself; rename it")
+    moving = [
+        types.Tool(
+            name=skill.name,
+            description=f"{skill.description} {terms(skill)}".strip(),
+            input_schema={"type": "object", **skill.schema},
+            output_schema=_object(skill="string", detail="object", side_effects="array"),
+            annotations=types.ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False),
+        )
+        for skill in skills
+    ]
+    own = [
+        types.Tool(
+            name=name,
+            description=description(tool.arguments),
+            input_schema=schema(tool.arguments),
+            output_schema=tool.answers,
+            annotations=types.ToolAnnotations(
+                read_only_hint=not tool.moves, destructive_hint=tool.undoes, open_world_hint=False
+            ),
+        )
+        for name, tool in OWN.items()
+        if loads or name != "load"
+    ]
+    return moving + own
+
+
+def own_arguments(name: str, arguments: dict[str, Any]) -> StrictModel | types.CallToolResult | None:
+    """Return the arguments of one of the own tools, the mistake in them, or None for another tool."""
+    tool = OWN.get(name)
+    if tool is None:
+        return None
+    try:
+        return tool.arguments.model_validate(arguments)
+    except ValidationError as error:
+        return failed("invalid_argument", wrong_arguments(name, error, tool.arguments))
+
+
+def done(result: SkillResult) -> types.CallToolResult:
+    """Return a skill's checked outcome."""
+    return answer(result.model_dump(mode="json"))
+
+
+def skill_failed(error: SkillError) -> types.CallToolResult:
+    """Return a skill's failure with its evidence and repairs."""
+    return answer({"error": error_data(error.record())}, said=error.message, is_error=True)
+
+
+def failed(code: str, message: str) -> types.CallToolResult:
+    """Return a failure of the call itself."""
+    return answer({"error": {"code": code, "message": message}}, said=message, is_error=True)
+
+
+def answer(data: dict[str, Any], *, said: str | None = None, is_error: bool = False) -> types.CallToolResult:
+    """Return data for programs, with numbers rounded, and the same as text for models."""
+    data = rounded(data)
+    text = json.dumps(data) if said is None else f"{printable(said)}\n{json.dumps(data)}"
+    return types.CallToolResult(
+        content=[types.TextContent(type="text", text=text)], structured_content=data, is_error=is_error
+    )
+
+
+def planned(planner_answer: Plan | Refusal) -> dict[str, Any]:
+    """Return a planner's answer as `robo-sandbox plan --json` prints it."""
+    dump = planner_answer.model_dump(mode="json")
+    if isinstance(planner_answer, Refusal):
+        return {"plan": None, "refusal": dump}
+    return {"plan": dump["steps"], "refusal": None}
+
+
+def ended(episode: Episode) -> types.CallToolResult:
+    """Return what came of a prompt or of goals: what was done, and why it ended; an error where it did not succeed."""
+    data = {
+        "success": episode.success,
+        "reason": episode.final_reason.value,
+        "detail": episode.final_detail,
+        "done": [
+            {"call": str(step.call), **step.result.model_dump(mode="json", exclude={"skill"})} for step in episode.steps
+        ],
+        "refusal": episode.refusal.model_dump(mode="json") if episode.refusal else None,
+        "error": error_data(episode.error) if episode.error else None,
+    }
+    return answer(data, is_error=not episode.success)
+
+
+def seen(scene: ObservedScene) -> dict[str, Any]:
+    """Return the scene as JSON data."""
+    return describe_scene(scene)
+
+
+def state_data(state: Observation) -> dict[str, Any]:
+    """Return the arm's state as JSON data."""
+    data: dict[str, Any] = TypeAdapter(Observation).dump_python(state, mode="json")
+    return data
+
+
+def base64_text(data: bytes) -> str:
+    """Return bytes as the protocol carries them."""
+    return base64.b64encode(data).decode()

@@ -1,0 +1,22 @@
+"""What came of a line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robosandbox.apps.commands.console import EXIT_DONE
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a line.
+
+    Attributes:
+        text: For the person; may be empty.
+        code: The exit code that a program with this line alone would have.
+        leave: Whether no more lines are wanted.
+    """
+
+    text: str
+    code: int = EXIT_DONE
+    leave: bool = False

@@ -1,0 +1,175 @@
+"""The /commands."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robosandbox.apps.commands.console import EXIT_FAILED
+from robosandbox.apps.commands.run import planned
+from robosandbox.apps.repl.outcome import Outcome
+from robosandbox.apps.repl.showing import aligned, scene_table, signature
+from robosandbox.errors import InputError
+from robosandbox.types import Plan
+from robosandbox.validation import did_you_mean
+
+if TYPE_CHECKING:
+    from robosandbox.apps.repl.shell import Shell
+
+_FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
+_LOG_LINES = 10  # Number of lines that are shown. Chosen: what fits on a screen.
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """Something that the shell does itself.
+
+    Attributes:
+        name: With the slash.
+        takes: Its arguments.
+        help: What it does.
+        run: Does it, with the rest of the line.
+    """
+
+    name: str
+    takes: str
+    help: str
+    run: Callable[[Shell, str], Outcome]
+
+
+def find(name: str) -> Command:
+    """Return the command of a name, or of the beginning of one name alone.
+
+    Raises:
+        InputError: There is none.
+    """
+    begun = [command for command in COMMANDS if command.startswith(name)]
+    if len(begun) == 1:
+        return COMMANDS[begun[0]]
+    if name not in COMMANDS:
+        raise InputError(f"no command {name[:40]!r}{did_you_mean(name, COMMANDS) or '; /help lists them'}")
+    return COMMANDS[name]
+
+
+def _scene(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/scene", rest)
+    return Outcome(scene_table(shell.look()))
+
+
+def _plan(shell: Shell, rest: str) -> Outcome:
+    if not rest:
+        return Outcome("no plan yet" if shell.plan is None else planned(shell.plan))
+    answer = shell.workcell.agent.plan(rest)
+    if isinstance(answer, Plan):
+        shell.plan = answer
+        return Outcome(planned(answer))
+    return Outcome(planned(answer), EXIT_FAILED)
+
+
+def _skills(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/skills", rest)
+    skills = shell.workcell.agent.skills.values()
+    return Outcome(aligned([(signature(skill.name, skill.schema), skill.description) for skill in skills]))
+
+
+def _cancel(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/cancel", rest)
+    stopped = shell.link.cancel_running() if shell.link else None
+    return Outcome(f"cancelled: {stopped}" if stopped else "nothing runs; Ctrl-C stops what does")
+
+
+def _reset(shell: Shell, rest: str) -> Outcome:
+    return shell.reset(_count("/reset", "seed", rest, 0) if rest else None)
+
+
+def _undo(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/undo", rest)
+    return shell.undo()
+
+
+def _again(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/again", rest)
+    if not shell.said:
+        raise InputError("/again: nothing was said yet; say what to do first")
+    return shell.say(shell.said)
+
+
+def _photo(shell: Shell, rest: str) -> Outcome:
+    try:
+        words = shlex.split(rest)
+    except ValueError as error:
+        raise InputError(f"/photo: {str(error).lower()}") from None
+    if not 1 <= len(words) <= 2:
+        raise InputError("/photo: takes a file and perhaps a camera, as in /photo table.png top")
+    path = Path(words[0]).expanduser()
+    format = _FORMATS.get(path.suffix.lower())
+    if format is None:
+        raise InputError(f"/photo: {path.name!r} is no picture's name; end it in .png or .jpg")
+    cameras = shell.workcell.cameras
+    camera = words[1] if len(words) == 2 else cameras[0]
+    if camera not in cameras:
+        raise InputError(
+            f"/photo: no camera {camera[:40]!r}; there is {', '.join(cameras)}{did_you_mean(camera, cameras)}"
+        )
+    if not path.parent.is_dir():
+        raise InputError(f"/photo: there is no folder {str(path.parent)!r}; make it first")
+    picture = shell.workcell.picture(camera, format)
+    try:
+        path.write_bytes(picture)
+    except OSError as error:
+        raise InputError(f"/photo: {str(path)!r} cannot be written: {error.strerror}") from None
+    return Outcome(f"{camera} -> {path}")
+
+
+def _log(shell: Shell, rest: str) -> Outcome:
+    count = _count("/log", "number of lines", rest, 1) if rest else _LOG_LINES
+    first = max(0, len(shell.log) - count)
+    rows = [
+        (f"{number}.", f"{entry.time:%H:%M:%S}", f"{entry.said} -> {' '.join(entry.outcome.split())}")
+        for number, entry in enumerate(shell.log[first:], start=first + 1)
+    ]
+    return Outcome(aligned(rows) if rows else "nothing was said yet")
+
+
+def _help(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/help", rest)
+    rows = [(f"{command.name} {command.takes}".rstrip(), command.help) for command in COMMANDS.values()]
+    text = 'Say what the robot should do: "pick up the red cube", "put it on the green one".\n'
+    return Outcome(text + aligned(rows))
+
+
+def _quit(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/quit", rest)
+    return Outcome("", leave=True)
+
+
+COMMANDS = {
+    command.name: command
+    for command in (
+        Command("/scene", "", "what is seen: objects, sizes, positions, what is held", _scene),
+        Command("/plan", "[SENTENCE]", "the plan for a sentence, nothing moves; the last plan", _plan),
+        Command("/skills", "", "what the robot can do", _skills),
+        Command("/cancel", "", "stops what the robot does for others; Ctrl-C stops what it does here", _cancel),
+        Command("/reset", "[SEED]", "starts over", _reset),
+        Command("/undo", "", "back to the state before the last command", _undo),
+        Command("/again", "", "the last sentence once more", _again),
+        Command("/photo", "FILE [CAMERA]", "writes a picture, .png or .jpg", _photo),
+        Command("/log", "[N]", "what was said and what came of it", _log),
+        Command("/help", "", "this", _help),
+        Command("/quit", "", "leaves", _quit),
+    )
+}
+
+
+def _nothing_after(name: str, rest: str) -> None:
+    if rest:
+        raise InputError(f"{name}: takes nothing after it, got {rest[:40]!r}")
+
+
+def _count(name: str, what: str, text: str, least: int) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) >= least):
+        raise InputError(f"{name}: {text[:40]!r} is no {what}; give a whole number from {least}")
+    return int(text)

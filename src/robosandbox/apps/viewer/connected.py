@@ -1,0 +1,308 @@
+"""The world of a sim process, followed over Zenoh and drawn from a model that is built here."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import zenoh
+
+from robosandbox.apps.viewer.believed import BelievedWorld
+from robosandbox.apps.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
+from robosandbox.apps.viewer.stream import FRAME_HZ
+from robosandbox.errors import InputError, RoboSandboxError
+from robosandbox.motion.twin import standing
+from robosandbox.sim.world import World, build_world_of
+from robosandbox.tasks.task import Task
+from robosandbox.types import Array, Observation, Scene, frozen_array
+from robosandbox.workcell.session import resolve_task
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
+from robosandbox.workcell.zenoh.messages import State, decode
+
+_log = logging.getLogger(__name__)
+_IDLE_SECONDS = 1.0
+_MOVING = 1e-3  # Speed of a joint, rad/s, from which the robot moves. Chosen.
+_STILL = 1e-5  # Change of a joint, radians or metres, below which nothing is sent. Chosen.
+# Between questions to a sim in which something else was loaded, while that cannot be taken over.
+_AGAIN_SECONDS = 0.5
+
+
+class ConnectedSource:
+    """Watches and steers a session whose world is another process's.
+
+    Args:
+        session: The connection.
+
+    Raises:
+        InputError: The sim's robot is in files that this machine does not have.
+    """
+
+    teleop = None
+
+    def __init__(self, session: RemoteWorkcell) -> None:
+        self._session = session
+        self._robot = session.robot
+        self._on_frame: OnFrame = lambda frame: None
+        self._on_elsewhere: OnElsewhere = lambda loaded: None
+        self._jobs = ThreadPoolExecutor(max_workers=1, thread_name_prefix="jobs")
+        self._pictures = ThreadPoolExecutor(max_workers=1, thread_name_prefix="pictures")
+        self._changed = threading.Condition()
+        self._stopping = False
+        self._wanted = True
+        self._state: State | None = None
+        self._sent: Array | None = None
+        # Set when the sim tells of a reset or another world, until it is known what became of it.
+        self._doubted = False
+        self._ask_again = 0.0
+        self._building = threading.Lock()
+        self._working = threading.Event()
+        # Cleared while the sim has something else than what is built here.
+        self._drawable = True
+        self._drawn = _drawn(session)
+        self._follower = threading.Thread(target=self._follow, name="follower", daemon=True)
+        self._news: zenoh.Subscriber[None] | None = None
+
+    @property
+    def workcell(self) -> RemoteWorkcell:
+        """The loaded task with its agent."""
+        return self._session
+
+    @property
+    def blueprint(self) -> Blueprint:
+        """What is to be drawn."""
+        return Blueprint.of(self._drawn.world)
+
+    @property
+    def title(self) -> str:
+        """Where the world is."""
+        return f"the sim process of {self._robot.id!r}"
+
+    def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
+        """Begin."""
+        self._on_frame, self._on_elsewhere = on_frame, on_elsewhere
+        self._news = self._robot.watch("obs/state", self._hear)
+        self._follower.start()
+
+    def order(self, job: Job) -> None:
+        """Run a job, then have a frame come."""
+
+        def run() -> None:
+            self._working.set()
+            try:
+                job()
+            finally:
+                self._working.clear()
+                self.refresh()
+
+        self._jobs.submit(run)
+
+    def refresh(self) -> None:
+        """Have a frame come."""
+        with self._changed:
+            self._wanted = True
+            self._changed.notify_all()
+
+    def picture(self, camera: str, deliver: OnPicture, refuse: OnRefused) -> None:
+        """Have the sim draw a picture."""
+
+        def ask() -> None:
+            try:
+                deliver(*self._robot.picture(camera, format="jpeg"))
+            except RoboSandboxError as error:
+                refuse(error)
+
+        self._pictures.submit(ask)
+
+    def look(self, deliver: OnScene, refuse: OnRefused) -> None:
+        """Have the sim's perception look."""
+
+        def ask() -> None:
+            try:
+                deliver(self._robot.observe())
+            except RoboSandboxError as error:
+                refuse(error)
+
+        self._pictures.submit(ask)
+
+    def load(self, task: Task | str, robot: str | None) -> None:
+        """Have the sim load another task; for jobs."""
+        chosen = resolve_task(task)
+        if robot is not None:
+            scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
+            chosen = chosen.model_copy(update={"scene": scene})
+        self._drawable = False
+        try:
+            self._session.load(chosen)
+        except RoboSandboxError:
+            self._drawable = True
+            raise
+        self.relook()
+
+    def adopt(self) -> None:
+        """Take over what somebody else has loaded; for jobs."""
+        self._drawable = False
+        self._session.adopt()
+        self.relook()
+
+    def relook(self) -> None:
+        """Build the model anew where the sim's objects have changed; from any thread."""
+        with self._building:
+            if self._session.judgeable is not self._drawn.told or self._drawn.scene != _scene(self._session):
+                self._drawable = False
+                self._drawn = _drawn(self._session)
+                self._sent = None
+            self._drawable = True
+
+    def settle(self) -> None:
+        """Nothing: the sim itself brings the arm to rest."""
+
+    def close(self) -> None:
+        """Stop what runs here; the sim goes on."""
+        with self._changed:
+            self._stopping = True
+            self._changed.notify_all()
+        self._session.ctx.cancel()
+        self._jobs.shutdown(wait=True, cancel_futures=True)
+        self._pictures.shutdown(wait=True, cancel_futures=True)
+        if self._news is not None:
+            self._news.undeclare()
+            self._follower.join()
+
+    # Frames.
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        state = decode(sample.payload.to_bytes(), State)
+        with self._changed:
+            before, self._state = self._state, state
+            if before is not None and (
+                (state.boot_id, state.loads) != (before.boot_id, before.loads) or state.robot.time < before.robot.time
+            ):
+                self._doubted = True
+            moved = self._doubted or before is None or state.goal_id is not None or state.robot.time < before.robot.time
+            if moved or max(map(abs, state.robot.qd), default=0.0) > _MOVING:
+                self._wanted = True
+                self._changed.notify_all()
+
+    def _follow(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._stopping or self._wanted, _IDLE_SECONDS)
+                if self._stopping:
+                    return
+                self._wanted = False
+            due = time.monotonic() + 1.0 / FRAME_HZ
+            try:
+                if not self._doubted or self._settled():
+                    self._send()
+            except RoboSandboxError as error:
+                _log.info("no frame: %s", error)
+            with self._changed:
+                self._changed.wait_for(lambda: self._stopping, max(0.0, due - time.monotonic()))
+
+    def _settled(self) -> bool:
+        """Find out what somebody else did to the world; return whether what is drawn here still stands for it.
+
+        What was done by a job of one's own is found out by that job.
+        """
+        if self._working.is_set():
+            return True
+        if time.monotonic() < self._ask_again:
+            return False
+        self._ask_again = time.monotonic() + _AGAIN_SECONDS
+        if not self._session.catch_up():
+            self._on_elsewhere(True)
+            return False
+        self._doubted, self._ask_again = False, 0.0
+        before = self._drawn
+        self.relook()
+        if self._drawn is not before:
+            self._on_elsewhere(False)
+        return True
+
+    def _send(self) -> None:
+        drawn, state = self._drawn, self._state or self._robot.state()
+        if not self._drawable:
+            return
+        frame = drawn.frame(state)
+        if (
+            self._sent is not None
+            and len(self._sent) == len(frame.qpos)
+            and abs(self._sent - frame.qpos).max() < _STILL
+        ):
+            return
+        self._sent = frame.qpos
+        self._on_frame(frame)
+
+
+class _Told:
+    """Draws the sim's task as the sim says that it truly is."""
+
+    told = True
+
+    def __init__(self, session: RemoteWorkcell) -> None:
+        self._robot = session.robot
+        self.scene = _scene(session)
+        self.world: World = build_world_of(self.scene)
+
+    def frame(self, state: State) -> Frame:
+        truth = self._robot.truth()
+        # Robot and objects of one moment.
+        seen = _of_this_robot(replace(state.robot, q=truth.q), self.world)
+        qpos = frozen_array(standing(self.world, truth.objects.values(), seen))
+        return Frame(model=self.world.model, seen=seen, held=truth.held, qpos=qpos)
+
+
+class _Believed:
+    """Draws what the sim's perception sees, where nobody knows or tells the truth."""
+
+    told = False
+
+    def __init__(self, session: RemoteWorkcell) -> None:
+        self._robot = session.robot
+        self.scene = session.task.scene
+        self._believed = BelievedWorld(self.scene, session.observe())
+
+    @property
+    def world(self) -> World:
+        return self._believed.world
+
+    def frame(self, state: State) -> Frame:
+        return self._believed.frame(self._robot.observe(), _of_this_robot(state.robot, self.world))
+
+
+def _drawn(session: RemoteWorkcell) -> _Told | _Believed:
+    """Return what draws a sim's world.
+
+    Raises:
+        InputError: The sim's robot is in files that this machine does not have.
+    """
+    try:
+        return _Told(session) if session.judgeable else _Believed(session)
+    except InputError as error:
+        raise InputError(f"the sim's robot cannot be drawn here: {error}") from None
+
+
+def _of_this_robot(seen: Observation, world: World) -> Observation:
+    """Return what was seen of the robot; raises InputError where the sim has loaded another one meanwhile."""
+    if len(seen.q) != world.robot.spec.n:
+        raise InputError(f"the sim's robot has {len(seen.q)} joints, and the one drawn here {world.robot.spec.n}")
+    return seen
+
+
+def _scene(session: RemoteWorkcell) -> Scene:
+    """Return the task's scene, with sizes and colours as the sim has drawn them for its seed where it tells."""
+    scene = session.task.scene
+    if not session.judgeable:
+        return scene
+    there = session.robot.truth().objects
+    objects = tuple(
+        item.model_copy(update={"rgba": there[item.id].rgba, "size": item.size if item.mesh else there[item.id].size})
+        if item.id in there
+        else item
+        for item in scene.objects
+    )
+    return scene.model_copy(update={"objects": objects})

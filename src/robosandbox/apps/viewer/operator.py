@@ -1,0 +1,272 @@
+"""Carries out what people click, one thing at a time, and remembers the way back."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from robosandbox.agent.episode import AgentEvent, Episode
+from robosandbox.apps.viewer.source import WorldSource
+from robosandbox.errors import CancelledError, InternalError, RoboSandboxError, UnsupportedError
+from robosandbox.tasks.task import Task
+from robosandbox.types import Plan, Refusal, Verdict
+
+_log = logging.getLogger(__name__)
+_KEPT = 64  # Number of moves that can be taken back. Chosen.
+
+
+class Doing(StrEnum):
+    """What is under way."""
+
+    NOTHING = "nothing"
+    PLANNING = "planning"
+    RUNNING = "running"
+    MOVING = "moving"
+    LOADING = "loading"
+
+
+@dataclass(frozen=True, slots=True)
+class Began:
+    """Something is under way now; `what` says it in words."""
+
+    doing: Doing
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class Idle:
+    """Nothing is under way any more; `ways_back` is how often Step back can be used."""
+
+    ways_back: int
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The planner's answer to a prompt that nothing was moved for."""
+
+    prompt: str
+    answer: Plan | Refusal
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """An episode is over; `verdict` where the prompt was the task's own and the world can be judged."""
+
+    episode: Episode
+    verdict: Verdict | None
+
+
+@dataclass(frozen=True, slots=True)
+class Went:
+    """The world was put into another state: `how` says by what."""
+
+    how: str
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """There is another world."""
+
+
+@dataclass(frozen=True, slots=True)
+class Complaint:
+    """Something could not be done, for the reason in `message`."""
+
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """The process that has the world went away, which `away` says in words, or is back, and `away` is empty."""
+
+    away: str
+
+
+News = Began | Idle | Answered | Finished | Went | Loaded | Complaint | Presence | AgentEvent
+
+
+class Operator:
+    """Runs prompts, plans, resets and loads on a world.
+
+    Args:
+        source: The world.
+
+    Attributes:
+        listeners: Called with all news, in the thread where it happens.
+    """
+
+    def __init__(self, source: WorldSource) -> None:
+        self.source = source
+        self.listeners: list[Callable[[News], None]] = []
+        self._ways: deque[tuple[str, Any]] = deque(maxlen=_KEPT)
+        self._lock = threading.Lock()
+        self._doing = Doing.NOTHING
+        self._stop = threading.Event()
+        source.workcell.agent.listeners.append(self.tell)
+
+    @property
+    def doing(self) -> Doing:
+        """What is under way."""
+        return self._doing
+
+    def tell(self, news: News) -> None:
+        """Hand news to all listeners."""
+        for listener in tuple(self.listeners):
+            try:
+                listener(news)
+            except Exception:
+                # A panel that fails must not end the episode that it shows.
+                _log.exception("fault in a panel")
+
+    # What people click.
+
+    def run(self, prompt: str) -> None:
+        """Carry out a prompt."""
+        self._begin(Doing.RUNNING, prompt, lambda: self._episode(prompt, prompt, self._work.agent.run))
+
+    def follow(self, plan: Plan) -> None:
+        """Carry out a plan as it is."""
+        words = ", ".join(map(str, plan.steps))
+        self._begin(Doing.RUNNING, words, lambda: self._episode(words, plan, self._work.agent.follow))
+
+    def plan(self, prompt: str) -> None:
+        """Ask the planner, and move nothing."""
+        self._begin(Doing.PLANNING, prompt, lambda: self.tell(Answered(prompt, self._work.agent.plan(prompt))))
+
+    def reset(self, seed: int) -> None:
+        """Start over with a seed's layout."""
+
+        def job() -> None:
+            way = self._way_back()
+            self._work.reset(seed)
+            self._remember(f"reset to seed {seed}", way)
+            self.source.relook()
+            self.tell(Went(f"seed {seed}"))
+
+        self._begin(Doing.LOADING, f"reset to seed {seed}", job)
+
+    def back(self) -> None:
+        """Go back to before the last thing that changed the world."""
+
+        def job() -> None:
+            if not self._ways:
+                self.tell(Complaint("there is nothing to go back to"))
+                return
+            what, way = self._ways.pop()
+            self._work.restore(way)
+            self.source.relook()
+            self.tell(Went(f"back to before: {what}"))
+
+        self._begin(Doing.LOADING, "step back", job)
+
+    def load(self, task: Task | str, robot: str | None) -> None:
+        """Load another task, robot or both."""
+        self._begin(
+            Doing.LOADING,
+            f"load {task.name if isinstance(task, Task) else task}" + (f" with {robot}" if robot else ""),
+            lambda: self._exchange(lambda: self.source.load(task, robot)),
+        )
+
+    def changed_elsewhere(self, loaded: bool) -> None:
+        """Take note that somebody else has reset the world, or loaded another one, which is taken over when nothing runs."""
+        if loaded:
+            self._begin(
+                Doing.LOADING, "what another client has loaded", lambda: self._exchange(self.source.adopt), quiet=True
+            )
+        else:
+            self.tell(Went("reset by another client"))
+
+    def by_hand(self, what: str, job: Callable[[], None]) -> bool:
+        """Move something by hand; return whether it was begun, which it is not while something else is under way."""
+
+        def moved() -> None:
+            self._remember(what, self._way_back())
+            job()
+
+        return self._begin(Doing.MOVING, what, moved, quiet=True)
+
+    def stop(self) -> None:
+        """Stop what runs; the arm holds where it is."""
+        if self._doing is Doing.NOTHING:
+            return
+        self._stop.set()
+        self._work.ctx.cancel()
+
+    # Inside.
+
+    def _exchange(self, load: Callable[[], None]) -> None:
+        """Have the source open another world, and listen to the agent of that one."""
+        self._work.agent.listeners.remove(self.tell)
+        try:
+            load()
+        finally:
+            self._work.agent.listeners.append(self.tell)
+        self._ways.clear()
+        self.tell(Loaded())
+
+    @property
+    def _work(self) -> Any:
+        return self.source.workcell
+
+    def _episode(self, what: str, order: Any, carry_out: Callable[[Any], Episode]) -> None:
+        work = self._work
+        self._remember(what, self._way_back())
+        with work.ctx.goal():
+            if self._stop.is_set():
+                # A goal forgets what was cancelled before it began.
+                work.ctx.cancel()
+            episode = carry_out(order)
+        if not episode.success:
+            self.source.settle()
+        self.tell(Finished(episode, self._verdict(episode)))
+
+    def _way_back(self) -> Any | None:
+        """Return the way back to now; None where the world cannot be copied."""
+        try:
+            return self._work.checkpoint()
+        except UnsupportedError:
+            return None
+
+    def _remember(self, what: str, way: Any | None) -> None:
+        if way is not None:
+            self._ways.append((what, way))
+
+    def _verdict(self, episode: Episode) -> Verdict | None:
+        """Judge the task by its own prompt's outcome; None where that is not known, or was not waited for."""
+        work = self._work
+        if episode.prompt != work.task.prompt:
+            return None
+        try:
+            with work.ctx.goal():
+                verdict: Verdict | None = work.judge()
+        except (CancelledError, UnsupportedError):
+            return None
+        return verdict
+
+    def _begin(self, doing: Doing, what: str, job: Callable[[], None], *, quiet: bool = False) -> bool:
+        with self._lock:
+            if self._doing is not Doing.NOTHING:
+                if not quiet:
+                    self.tell(Complaint(f"{self._doing} now; stop it first"))
+                return False
+            self._doing = doing
+            self._stop.clear()
+        self.tell(Began(doing, what))
+        self.source.order(lambda: self._do(job))
+        return True
+
+    def _do(self, job: Callable[[], None]) -> None:
+        try:
+            job()
+        except RoboSandboxError as error:
+            self.tell(Complaint(" ".join(str(error).split())))
+        except Exception as fault:
+            self.tell(Complaint(str(InternalError.log("the viewer", fault, _log))))
+        finally:
+            self._doing = Doing.NOTHING
+            self.tell(Idle(len(self._ways)))

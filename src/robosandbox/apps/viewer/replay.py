@@ -1,0 +1,71 @@
+"""A recorded episode as frames: its recorded states are drawn, no physics runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from robosandbox.apps.viewer.source import Frame
+from robosandbox.errors import InputError
+from robosandbox.sim.modelled import modelled
+from robosandbox.types import Array, GripperState, Observation, Pose, frozen_array
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.recording.episode import RecordedEpisode
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedFrames:
+    """States in the order in which they were.
+
+    Attributes:
+        name: Of the episode.
+        seconds: Since its begin, shape (rows,).
+        frame: Returns a row as a frame.
+        said: Returns what went on at a row, in words.
+    """
+
+    name: str
+    seconds: Array
+    frame: Callable[[int], Frame]
+    said: Callable[[int], str]
+
+    def row(self, seconds: float) -> int:
+        """Return the row that was current at a time."""
+        return int(np.clip(np.searchsorted(self.seconds, seconds + 1e-9) - 1, 0, len(self.seconds) - 1))
+
+
+def recorded_frames(episode: RecordedEpisode, session: EmbeddedWorkcell) -> RecordedFrames:
+    """Return the frames of an episode, for a world of its task.
+
+    Raises:
+        InputError: The world has other joints than the recorded one.
+    """
+    model = modelled(session.sim, "its recorded states are drawn").model
+    q, qd, qpos, tcp = (episode[name] for name in ("q", "qd", "qpos", "tcp_pose"))
+    if qpos.shape[1] != model.nq:
+        raise InputError(f"{episode.name}: its robot or objects have other joints than when it was recorded")
+    gripper, times = episode.get("gripper"), episode["time"]
+    skills, phases = episode["skill"], episode["phase"]
+
+    def frame(row: int) -> Frame:
+        x, y, z, i, j, k, w = tcp[row].tolist()
+        fingers = None
+        if gripper is not None:
+            joint, width, closed, force = gripper[row].tolist()
+            measured = force if np.isfinite(force) else None
+            fingers = GripperState(joint=joint, width=width, closed=closed, force=measured)
+        seen = Observation(
+            time=float(times[row]),
+            q=frozen_array(q[row]),
+            qd=frozen_array(qd[row]),
+            tcp_pose=Pose(xyz=(x, y, z), quat_xyzw=(i, j, k, w)),
+            gripper=fingers,
+        )
+        return Frame(model=model, seen=seen, held=None, qpos=frozen_array(qpos[row]))
+
+    def said(row: int) -> str:
+        return f"{skills[row]}: {phases[row]}" if skills[row] else "between skills"
+
+    return RecordedFrames(name=episode.name, seconds=episode.seconds, frame=frame, said=said)

@@ -1,0 +1,199 @@
+"""The world that a viewer looks at, in this process or in a sim process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from robosandbox.robots.robot import Robot
+from robosandbox.sim.world import World
+from robosandbox.tasks.task import Task
+from robosandbox.types import Array, Observation, ObservedScene, Pose, Scene
+from robosandbox.workcell.workcell import Workcell
+from robosandbox.workcell.zenoh.messages import Picture
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """How the world stands at one moment.
+
+    Attributes:
+        model: Whose.
+        seen: Joints, TCP and gripper, and the simulated time.
+        held: Id of the held object.
+        qpos: Generalized positions, shape (nq,).
+        state: The whole state of the physics, which contact forces follow from; None where it is not known.
+    """
+
+    model: mujoco.MjModel
+    seen: Observation
+    held: str | None
+    qpos: Array
+    state: Array | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blueprint:
+    """What a world consists of: all that drawing needs besides a frame.
+
+    Attributes:
+        model: The compiled scene.
+        robot: Its robot.
+        names: What people call each body.
+        object_bodies: Body ids of the objects.
+        scene: What it was built from.
+    """
+
+    model: mujoco.MjModel
+    robot: Robot
+    names: Sequence[str]
+    object_bodies: Mapping[str, int]
+    scene: Scene
+
+    @classmethod
+    def of(cls, world: World) -> Blueprint:
+        """Return what of a compiled world is drawn."""
+        return cls(
+            model=world.model,
+            robot=world.robot,
+            names=world.names,
+            object_bodies=world.object_bodies,
+            scene=world.scene,
+        )
+
+    def turns(self, index: int) -> bool:
+        """Tell whether an arm joint, by its place in `robot.joints`, turns; else it slides."""
+        joint = int(self.model.dof_jntid[int(self.robot.dof_indices[index])])
+        return bool(self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
+
+    @property
+    def speed_unit(self) -> str:
+        """The unit that the arm's speed is told in: that of joints that turn, if there is one."""
+        return "°/s" if any(self.turns(index) for index in range(len(self.robot.joints))) else "mm/s"
+
+    @property
+    def force_unit(self) -> str:
+        """The unit of the gripper's force: that of its primary joint's servo."""
+        gripper = self.robot.gripper
+        if gripper is None:
+            return ""
+        if gripper.qpos_index is None:
+            return "N"
+        joint = int(np.flatnonzero(self.model.jnt_qposadr == gripper.qpos_index)[0])
+        return "N m" if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE else "N"
+
+    def looks_like(self, other: Blueprint) -> bool:
+        """Tell whether another world is drawn with the same shapes and colours; poses may differ."""
+        if self.model is not other.model or len(self.scene.objects) != len(other.scene.objects):
+            return False
+        pairs = zip(self.scene.objects, other.scene.objects, strict=True)
+        return all((a.id, a.size, a.rgba) == (b.id, b.size, b.rgba) for a, b in pairs)
+
+
+OnFrame = Callable[[Frame], None]
+# Told that the world was changed by somebody else: True for another task or robot, which `adopt` takes over.
+OnElsewhere = Callable[[bool], None]
+OnPicture = Callable[[bytes, Picture], None]
+OnScene = Callable[[ObservedScene], None]
+OnRefused = Callable[[Exception], None]
+Job = Callable[[], None]
+
+
+class WorldSource(Protocol):
+    """A workcell that can be watched and steered. Jobs run one after another, in a thread of the source's own."""
+
+    @property
+    def workcell(self) -> Workcell:
+        """The loaded task with its agent."""
+        ...
+
+    @property
+    def blueprint(self) -> Blueprint:
+        """What is to be drawn; another one after `load`, or when something else is believed: frames tell of which model they are."""
+        ...
+
+    @property
+    def title(self) -> str:
+        """Where the world is, for people."""
+        ...
+
+    @property
+    def teleop(self) -> Teleop | None:
+        """Direct control by a person; None where the world is not in this process."""
+        ...
+
+    def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
+        """Begin; frames and news come from any thread, frames as long as something moves."""
+        ...
+
+    def adopt(self) -> None:
+        """Take over the task and robot that somebody else has loaded; for jobs.
+
+        Raises:
+            InputError: They cannot be drawn here.
+        """
+        ...
+
+    def order(self, job: Job) -> None:
+        """Run a job when those before have ended."""
+        ...
+
+    def refresh(self) -> None:
+        """Have a frame come, whether something moves or not."""
+        ...
+
+    def picture(self, camera: str, deliver: OnPicture, refuse: OnRefused) -> None:
+        """Have a camera's picture come as JPEG, from any thread."""
+        ...
+
+    def look(self, deliver: OnScene, refuse: OnRefused) -> None:
+        """Have what perception sees come, from any thread."""
+        ...
+
+    def load(self, task: Task | str, robot: str | None) -> None:
+        """Load another task, robot or both; for jobs.
+
+        Args:
+            task: A task, a bundled one's name, or a YAML file.
+            robot: In place of the task's.
+
+        Raises:
+            InputError: One of them is wrong; the world stays as it was.
+        """
+        ...
+
+    def relook(self) -> None:
+        """Bring `blueprint` up to date after a reset; for jobs."""
+        ...
+
+    def settle(self) -> None:
+        """Have the arm hold and come to rest after it was stopped; for jobs."""
+        ...
+
+    def close(self) -> None:
+        """Stop what runs and free the world."""
+        ...
+
+
+class Teleop(Protocol):
+    """Direct control by a person: objects are placed, the TCP is jogged; for jobs."""
+
+    def place(self, object_id: str, pose: Pose) -> None:
+        """Put an object somewhere, at rest; raises InputError where it would be inside something."""
+        ...
+
+    def let_go(self) -> None:
+        """Let what was put somewhere fall and come to rest."""
+        ...
+
+    def jog(self, change: Pose) -> None:
+        """Move the TCP by a small transform: xyz in the world, the rotation about its own axes; raises SkillError."""
+        ...
+
+    def grip(self, closed: bool) -> None:
+        """Close or open the gripper."""
+        ...

@@ -1,0 +1,155 @@
+"""Capabilities that a driver declares, and the error where it is asked for one that it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+
+from robosandbox.errors import Phase, UnsupportedError
+
+if TYPE_CHECKING:
+    from robosandbox.driver.protocols import Driver, Simulated
+    from robosandbox.types import Intrinsics, Pose
+
+# Joint speed below which an arm counts as still, rad/s or m/s: chosen so that it moves by 0.1 mm in a tick at a metre's reach.
+_STILL_SPEED = 0.01
+
+# What people read of a driver without each capability.
+_SAID = {
+    "gripper_force": "does not tell the force of its gripper",
+    "grip_limit": "takes no limit of its gripper's force",
+    "joint_torque": "does not tell the torques of its joints",
+    "wrist_wrench": "does not tell the force at its wrist",
+    "contact": "does not tell contact of the arm",
+    "cameras": "has no cameras",
+    "fork": "cannot copy its world",
+    "reset": "cannot start its world over",
+    "truth": "does not know the true state of its world",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraSpec:
+    """A camera as it is built in; each frame tells its own pose and intrinsics, as calibrated.
+
+    Attributes:
+        intrinsics: Size and pinhole of its frames.
+        pose: Of its optical frame (z forward, y down), in the world, or in the TCP's frame where it rides on the hand.
+        on_hand: Whether it rides on the hand.
+        windows: Whether `capture` can be asked for a part of the picture alone, and it costs less.
+    """
+
+    intrinsics: Intrinsics
+    pose: Pose
+    on_hand: bool = False
+    windows: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Capabilities:
+    """What a driver has. What it does not have is None in its values, and an UnsupportedError where it is asked for.
+
+    Attributes:
+        gripper_force: Whether the gripper tells with how much force it holds.
+        grip_limit: Whether the gripper can be told with how much force to close at most.
+        joint_torque: Whether the joints tell what their servos give.
+        wrist_wrench: Whether it tells with how much force the hand presses and pulls.
+        contact: Whether it tells that the arm touches something: "named" with what, "felt" without; None not at all.
+        cameras: By the names that `capture` takes.
+        fork: Whether its world can be copied.
+        reset: Whether its world can start over.
+        truth: Whether it knows the true state of its world.
+        clock: Whether time passes by itself ("wall") or only while the driver is asked to let it pass ("simulated").
+    """
+
+    gripper_force: bool = False
+    grip_limit: bool = False
+    joint_torque: bool = False
+    wrist_wrench: bool = False
+    contact: Literal["named", "felt"] | None = None
+    cameras: Mapping[str, CameraSpec] = field(default_factory=dict)
+    fork: bool = False
+    reset: bool = False
+    truth: bool = False
+    clock: Literal["simulated", "wall"] = "wall"
+
+
+class Named(Protocol):
+    """Whatever has a name."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        ...
+
+
+class Declares(Protocol):
+    """Whatever says what it can do."""
+
+    @property
+    def spec(self) -> Named:
+        """Whose it is."""
+        ...
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What it has."""
+        ...
+
+
+CAPABILITIES: tuple[str, ...] = tuple(item.name for item in fields(Capabilities) if item.name != "clock")
+
+
+def require(driver: Declares, capability: str, purpose: str) -> None:
+    """Check that a driver has a capability.
+
+    Args:
+        driver: Who has to have it.
+        capability: A field of `Capabilities`.
+        purpose: What it is needed for, as "a touch is felt with it".
+
+    Raises:
+        UnsupportedError: The driver does not have it.
+    """
+    if not getattr(driver.capabilities, capability):
+        raise refusal(driver, capability, purpose)
+
+
+def refusal(driver: Declares, capability: str, purpose: str) -> UnsupportedError:
+    """Return the error of a driver that does not have a capability; arguments as those of `require`."""
+    return UnsupportedError(
+        f"{capability}: the driver of {driver.spec.name} {_SAID[capability]}, and {purpose}; "
+        "use a driver that declares it",
+        phase=Phase.CHECK,
+    )
+
+
+def simulated(driver: Driver, purpose: str) -> Simulated:
+    """Return the driver as the simulated world that it is.
+
+    Args:
+        driver: Whose world.
+        purpose: What it is needed for, as "a checkpoint is taken of it".
+
+    Raises:
+        UnsupportedError: It is none.
+    """
+    from robosandbox.driver.protocols import Simulated
+
+    require(driver, "truth", purpose)
+    require(driver, "reset", purpose)
+    if not isinstance(driver, Simulated):
+        raise TypeError(f"{type(driver).__name__} declares truth and reset and is not Simulated; see check_driver")
+    return driver
+
+
+def come_to_rest(driver: Driver, seconds: float = 0.5) -> None:
+    """Hold the arm and let time pass until it is still, `seconds` at most."""
+    driver.stop()
+    for _ in range(round(seconds / driver.control_timestep)):
+        if float(np.abs(driver.state().qd).max()) < _STILL_SPEED:
+            return
+        driver.wait(driver.control_timestep)

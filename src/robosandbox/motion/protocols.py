@@ -1,0 +1,55 @@
+"""Motion planners as skills ask them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from robosandbox.errors import CollisionError
+    from robosandbox.motion.planning_scene import PlanningScene
+    from robosandbox.types import Array, Observation, Pose, Speed, Trajectory
+
+
+@runtime_checkable
+class MotionPlanner(Protocol):
+    """Joint configurations and collision-checked paths on data of its own."""
+
+    def use(self, planning: PlanningScene, state: Observation, *, held: str | None = None) -> None:
+        """Take the world to plan in: objects as believed, the robot as it stands, `held` moving with the TCP."""
+        ...
+
+    def allow(self, *names: str) -> None:
+        """Let the robot touch these objects (and "table", with the floor beside it) in the plans that follow, and nothing else."""
+        ...
+
+    def open_to(self, aperture: float) -> None:
+        """Check the paths that follow with the fingers `aperture` metres apart."""
+        ...
+
+    def ik(self, tcp_pose: Pose, seed: Array | None = None, *, restarts: int = 60) -> Array:
+        """Return a configuration (n,) with the TCP at `tcp_pose`; raises UnreachableError.
+
+        `restarts` bounds how hard it is searched for away from `seed`.
+        """
+        ...
+
+    def forward(self, q: Array) -> Pose:
+        """Return the TCP pose in the world at `q` (n,)."""
+        ...
+
+    def touch(self, q: Array) -> CollisionError | None:
+        """Return the error that standing at `q` (n,) would be, or None."""
+        ...
+
+    def plan_joints(self, q_start: Array, q_goal: Array, *, speed: Speed = 0.5) -> Trajectory:
+        """Return a collision-free trajectory; raises CollisionError."""
+        ...
+
+    def plan_through(self, q_start: Array, tcp_poses: Sequence[Pose], *, speed: Speed = 0.5) -> Trajectory:
+        """Return straight TCP lines through poses, without a stop; raises UnreachableError or CollisionError."""
+        ...
+
+    def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: Speed = 0.5) -> Trajectory:
+        """Return a straight TCP line, checked all along; raises UnreachableError or CollisionError."""
+        ...

@@ -1,0 +1,125 @@
+"""A workcell of this process: the driver is called, nothing is sent."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.context import AgentContext
+from robosandbox.driver import Driver, Simulated, simulated
+from robosandbox.tasks.evaluate import aside, evaluate, true_state
+from robosandbox.tasks.layouts import Layouts
+from robosandbox.tasks.task import Task
+from robosandbox.types import Array, Checkpoint, Observation, Truth, Verdict
+from robosandbox.workcell.workcell import Workcell, nobody_judges
+from robosandbox.world.kept import forget
+
+
+class EmbeddedWorkcell(Workcell[AgentContext]):
+    """A robot at a task in this process.
+
+    Args:
+        task: What is loaded.
+        sim: The driver, opened on the task's scene.
+        agent: With a context made of that driver.
+        layouts: The task's.
+        seed: The layout that it was opened on.
+
+    Attributes:
+        sim: The driver.
+    """
+
+    def __init__(self, task: Task, sim: Driver, agent: Agent[AgentContext], *, layouts: Layouts, seed: int) -> None:
+        super().__init__(task, agent, seed=seed)
+        self.sim = sim
+        self._layouts = layouts
+        self._start_state: Array | None = None
+        self._begin(seed)
+
+    @property
+    def robot_name(self) -> str:
+        """The robot's model."""
+        return self.sim.spec.name
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names that `picture` takes."""
+        return tuple(self.sim.capabilities.cameras)
+
+    def state(self) -> Observation:
+        """Return joints, TCP and gripper."""
+        return self.sim.state()
+
+    def truth(self) -> Truth:
+        """Return the state to judge on.
+
+        Raises:
+            UnsupportedError: The driver knows no truth and has no referee.
+        """
+        look = true_state(self.sim)
+        if look is None:
+            raise nobody_judges()
+        return look()
+
+    def judge(self) -> Verdict:
+        """Tell whether the task has succeeded; in a copy of the world where there is one, so that this one stays as it is.
+
+        Raises:
+            UnsupportedError: The driver knows no truth and has no referee.
+        """
+        copy = aside(self.sim)
+        look = true_state(copy)
+        if look is None:
+            raise nobody_judges()
+        return evaluate(self.task.success, self.start, look, copy.wait)
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass, the arm holding."""
+        self.sim.wait(seconds)
+
+    def elapsed(self) -> tuple[float, int | None]:
+        """Return the driver's seconds since the last reset, and physics steps, where it simulates."""
+        return self.sim.time, self.sim.physics_steps if isinstance(self.sim, Simulated) else None
+
+    def picture(self, camera: str, format: str = "png") -> bytes:
+        """Return a camera's picture as a file's bytes."""
+        from robosandbox.workcell.zenoh.server.pictures import encode
+
+        return encode(self.sim.state((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
+
+    def reset(self, seed: int = 0) -> None:
+        """Start over with this seed's layout."""
+        sim = simulated(self.sim, "a layout is laid out by it; open the session with the seed")
+        forget()
+        self._layouts.lay_out(seed, lambda scene, q: sim.reset(scene, q=q))
+        self._begin(seed)
+
+    def checkpoint(self) -> Checkpoint:
+        """Return the world as it is."""
+        sim = simulated(self.sim, "a checkpoint is taken of it")
+        assert self._start_state is not None
+        return Checkpoint(
+            seed=self.seed,
+            scene=sim.scene,
+            start=tuple(self._start_state.tolist()),
+            state=tuple(sim.snapshot().tolist()),
+            physics_steps=sim.physics_steps,
+        )
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go back to a checkpoint of this task; the arm holds."""
+        sim = simulated(self.sim, "a checkpoint is put back into it")
+        sim.resume(checkpoint.scene, np.array(checkpoint.start), 0)
+        self._begin(checkpoint.seed)
+        sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
+        sim.stop()
+
+    def close(self) -> None:
+        """Free the world."""
+        self.sim.close()
+
+    def _begin(self, seed: int) -> None:
+        look = true_state(self.sim)
+        self._start = None if look is None else look()
+        self._start_state = self.sim.snapshot() if isinstance(self.sim, Simulated) else None
+        self.seed = seed

@@ -1,0 +1,79 @@
+"""What to record: where, what to film, what to keep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robosandbox.errors import InputError
+from robosandbox.extras import missing_extra
+
+if TYPE_CHECKING:
+    from robosandbox.workcell.embedded import EmbeddedWorkcell
+    from robosandbox.workcell.recording.recorder import Recorder
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VideoSettings:
+    """What to film.
+
+    Attributes:
+        cameras: Names of the world's cameras.
+        fps: Frames per simulated second; the control rate divided by a whole number.
+    """
+
+    cameras: tuple[str, ...]
+    fps: float = 20.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordSettings:
+    """What a recorder keeps.
+
+    Attributes:
+        folder: Where episodes go.
+        video: What to film; nothing when left out.
+        only_success: Whether episodes that were not judged a success are removed.
+    """
+
+    folder: Path
+    video: VideoSettings | None = None
+    only_success: bool = False
+
+
+def open_recorder(settings: RecordSettings, host: EmbeddedWorkcell) -> Recorder:
+    """Return a recorder for a world.
+
+    Raises:
+        InputError: The folder is a file, a camera is none of the world's, the frame rate does not fit, or a package is
+            missing.
+    """
+    if settings.folder.exists() and not settings.folder.is_dir():
+        raise InputError(f"--record: {str(settings.folder)!r} is a file; name a folder")
+    try:
+        from robosandbox.workcell.recording.recorder import Recorder
+    except ModuleNotFoundError as error:
+        raise missing_extra(error, "--record", "record") from None
+    if settings.video is not None:
+        rows_per_frame(settings.video.fps, host.sim.control_timestep, "--video-fps")
+        for camera in settings.video.cameras:
+            if camera not in host.cameras:
+                raise InputError(f"camera {camera!r} is not one of {', '.join(host.cameras)}")
+    return Recorder(settings.folder, host, video=settings.video)
+
+
+def rows_per_frame(fps: float, control_timestep: float, option: str) -> int:
+    """Return how many control ticks lie from frame to frame.
+
+    Raises:
+        InputError: The rate does not divide the control rate.
+    """
+    rate = 1.0 / control_timestep
+    every = round(rate / fps) if fps > 0.0 else 0
+    if every < 1 or abs(every * fps - rate) > 1e-6 * rate:
+        choices = [f"{rate / k:g}" for k in range(1, 21) if (rate / k).is_integer()]
+        raise InputError(
+            f"{option}: {fps:g} does not divide the control rate of {rate:g} Hz; give {', '.join(choices)}"
+        )
+    return every

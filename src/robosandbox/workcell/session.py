@@ -1,0 +1,174 @@
+"""How a workcell of this process is opened: what the command line, the bench and short scripts use."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, ParamSpec
+
+import numpy as np
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.planners import make_planner
+from robosandbox.driver import Driver, driver_factory, fitted
+from robosandbox.errors import InputError
+from robosandbox.grasp.protocols import GraspPlanner
+from robosandbox.motion.protocols import MotionPlanner
+from robosandbox.perception.factory import Setup, make_perception
+from robosandbox.plugins import make_plugin
+from robosandbox.progress import doing
+from robosandbox.sim.objects.weight import weighed
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.protocols import Skill
+from robosandbox.suggestions import did_you_mean
+from robosandbox.tasks.judge.checks import AtHome
+from robosandbox.tasks.layouts import Layouts
+from robosandbox.tasks.loader import find_task, load_task
+from robosandbox.tasks.task import Task
+from robosandbox.types import Array, Scene, find_tempo
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.option_types import check_types
+from robosandbox.workcell.options import WorkcellOptions
+
+DEFAULT_TASK = "pick_from_three"
+# How far from a task's start configuration a driver may begin, rad or m; chosen so that an encoder's noise stays far below.
+_BEGUN = 0.05
+
+P = ParamSpec("P")
+
+
+@doing("opening the world")
+def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | None = None) -> EmbeddedWorkcell:
+    """Load a world in this process and put an agent in it.
+
+    Args:
+        options: Which world, and who plans in it.
+        wait_hook: Called again and again while the world is loaded and settles; what it raises ends that.
+
+    Raises:
+        InputError: A name, file or value is wrong.
+    """
+    check_types(options)
+    task = _task_of(options)
+    skills: list[Skill[Any]] = [*load_skills()]
+    sim: Driver
+    planner_options = dict(options.planner_options or {})
+    if options.camera is not None:
+        camera = options.camera
+        planner_options["picture"] = lambda: sim.state([camera]).images[camera]
+    mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue)
+    grasps: GraspPlanner = make_plugin("grasp_planners", options.grasp, options=options.grasp_options)
+    paths: MotionPlanner = make_plugin("motion_planners", options.motion, options=options.motion_options)
+    eyes = make_perception(options.perception, Setup.of(task.scene), options.perception_options)
+    sensor = None if options.sensor == "ideal" else options.sensor
+    connect = partial(
+        driver_factory(options.driver, {**(options.driver_options or {}), "sensor": sensor}),
+        render_size=options.render_size,
+        felt=task.felt,
+        wait_hook=wait_hook,
+    )
+    layouts = Layouts(task, wait_hook)
+    # With a robot of the caller's own the task is not to blame.
+    sim = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
+    try:
+        if options.camera is not None and options.camera not in sim.capabilities.cameras:
+            cameras = ", ".join(sim.capabilities.cameras)
+            raise InputError(f"{task.name}: camera {options.camera!r} is not one of {cameras}")
+        ctx = AgentContext(
+            sim=eyes.view(sim),
+            perception=eyes,
+            grasp=grasps,
+            motion=paths,
+            what_if=options.what_if,
+            limits=task.limits,
+            tempo=find_tempo(options.tempo),
+        )
+        agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
+        workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed)
+        if sim.capabilities.reset and (options.seed != 0 or task.start_q is not None):
+            workcell.reset(options.seed)
+    except BaseException:
+        sim.close()
+        raise
+    return workcell
+
+
+def _front_door(options: Callable[P, WorkcellOptions]) -> Callable[P, EmbeddedWorkcell]:
+    """Return a function that takes what the options take and opens the workcell."""
+
+    def open_session(*args: P.args, **kwargs: P.kwargs) -> EmbeddedWorkcell:
+        """Load a world in this process and put an agent in it; the arguments are the fields of `WorkcellOptions`.
+
+        Raises:
+            InputError: A name, file or value is wrong.
+        """
+        unknown = next((name for name in kwargs if name not in signature.parameters), None)
+        if unknown is not None:
+            raise TypeError(f"open_session takes no {unknown!r}{did_you_mean(unknown, signature.parameters)}")
+        return open_workcell(options(*args, **kwargs))
+
+    signature = inspect.signature(options).replace(return_annotation=EmbeddedWorkcell)
+    open_session.__signature__ = signature  # type: ignore[attr-defined]
+    return open_session
+
+
+open_session = _front_door(WorkcellOptions)
+
+
+def _task_of(options: WorkcellOptions) -> Task:
+    """Return the task with the robot that was asked for and the masses of its meshes."""
+    task = resolve_task(options.task)
+    if options.robot is not None:
+        scene = task.scene.model_copy(update={"robot_urdf": Path(options.robot), "robot_config": None})
+        task = task.model_copy(update={"scene": scene})
+    # Before masses are varied by seed.
+    return task.model_copy(update={"scene": weighed(fitted(options.driver, task.scene))})
+
+
+def resolve_task(task: Task | Scene | Path | str | None) -> Task:
+    """Return the task that a value names.
+
+    Raises:
+        InputError: There is none of that name, or its file is wrong.
+    """
+    match task:
+        case None:
+            return find_task(DEFAULT_TASK)
+        case Task():
+            return task
+        case Scene():
+            return Task(name="scene", prompt="go home", scene=task, success=AtHome(kind="at_home"))
+        case Path():
+            return load_task(task)
+        case _:
+            return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
+
+
+def _opened(connect: Callable[..., Driver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> Driver:
+    """Return the driver, opened on the task's scene: as written where it can start over, on the seed's layout where not."""
+    try:
+        sim = connect(task.scene)
+    except InputError as error:
+        # A failure on a robot with a sidecar of its own is often the sidecar's. The checks infer a robot from its model,
+        # which most worlds never need.
+        from robosandbox.robots.check.diagnosis import advice, own_files
+
+        files = own_files(task.scene.robot_urdf, task.scene.robot_config)
+        text = f"{error}{advice(files, str(error)) if files else ''}"
+        raise InputError(f"{blamed}: {text}" if blamed else text) from None
+    if sim.capabilities.reset or (seed == 0 and layouts.begin_as_written):
+        return sim
+    sim.close()
+    return layouts.lay_out(seed, lambda scene, q: _begun_at(connect(scene, start_q=q), q, task))
+
+
+def _begun_at(sim: Driver, q: Array, task: Task) -> Driver:
+    """Return a driver that stands where the task wants the arm to begin."""
+    off = float(np.abs(sim.state().q - q).max())
+    if task.start_q is not None and off > _BEGUN:
+        sim.close()
+        raise InputError(f"start_q: the driver begins {off:.3f} rad or m from there; use one that takes start_q")
+    return sim

@@ -1,0 +1,126 @@
+"""A remote robot as an agent sees it: a world to look at and skills to call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from robosandbox.agent.goal import GoalContext
+from robosandbox.errors import CancelledError, GoalTimeoutError
+from robosandbox.evidence import TimeoutEvidence
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.protocols import Skill
+from robosandbox.types import ObservedScene, Plan, SkillResult
+from robosandbox.workcell.zenoh.messages import Simulate, SkillInfo, Trial
+
+if TYPE_CHECKING:
+    from robosandbox.workcell.zenoh.client.robot import RemoteRobot
+
+# Seconds until a trial on the sim's twin counts as lost. Chosen: forty calls of a few seconds each on a slow machine.
+_SIMULATE_SECONDS = 120.0
+
+
+class RemoteContext(GoalContext):
+    """What an agent uses of a remote robot; the sim process has the rest, and keeps its limits."""
+
+    def __init__(self, robot: RemoteRobot) -> None:
+        super().__init__()
+        self._robot = robot
+        self._boot_id: str | None = None
+        self._left: float | None = None
+        self._timeout: float | None = None
+
+    def look(self) -> ObservedScene:
+        """Return what perception sees now; waits for a sim that is away."""
+        seen = self._robot.look()
+        self._boot_id = seen.boot_id
+        return seen.scene
+
+    def simulate(self, plan: Plan) -> dict[str, Any]:
+        """Return what would come of a plan on the sim's twin.
+
+        Raises:
+            SkillError: The sim is busy, or refuses.
+        """
+        return self._robot.ask("simulate", Simulate(steps=plan.steps), Trial, _SIMULATE_SECONDS).result
+
+    def _allow(self, timeout: float | None) -> None:
+        self._timeout = self._left = timeout
+
+    def call(self, skill: str, arguments: Mapping[str, Any]) -> SkillResult:
+        """Run a skill on the robot.
+
+        Raises:
+            SkillError: It failed, was cancelled, or took too long.
+        """
+        if self._cancelled.is_set():
+            self._cancelled.clear()
+            raise CancelledError("cancelled; the arm holds where it was")
+        if self._left is not None and self._left <= 0.0:
+            timeout = self._timeout or 0.0
+            raise GoalTimeoutError(
+                f"not done after {timeout:g} s; allow more time or ask for less at once",
+                evidence=TimeoutEvidence(deadline=timeout, elapsed=timeout - self._left),
+            )
+        goal = self._robot.send(
+            skill, arguments, timeout=self._left, boot_id=self._boot_id, intents=bool(self.intent_listeners)
+        )
+        asked = False
+        try:
+            for feedback in goal.follow():
+                if feedback is not None:
+                    for listener in tuple(self.listeners):
+                        listener(feedback.phase)
+                for intent in goal.intents():
+                    for show in tuple(self.intent_listeners):
+                        show(intent)
+                if self._cancelled.is_set() and not asked:
+                    asked = True
+                    goal.cancel()
+            return goal.goal.outcome()
+        finally:
+            self._robot.forget(goal)
+            if self._left is not None and goal.goal.began is not None and goal.goal.ended is not None:
+                self._left -= goal.goal.ended - goal.goal.began
+
+
+class RemoteSkill:
+    """A skill of a remote robot, with the schema that the robot gave."""
+
+    def __init__(self, robot: RemoteRobot, info: SkillInfo) -> None:
+        self._robot = robot
+        self._info = info
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._info.name
+
+    @property
+    def description(self) -> str:
+        """What it does, in a line."""
+        return self._info.description
+
+    @property
+    def schema(self) -> Mapping[str, Any]:
+        """JSON schema of the arguments."""
+        return self._info.arguments
+
+    @property
+    def contract(self) -> Any:
+        """What makes the contract of a call, where this machine has the same skill; else None."""
+        return getattr(self._installed, "contract", None)
+
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the arguments, checked where this machine has the same skill; the sim checks them before anything moves."""
+        return arguments if self._installed is None else self._installed.check(arguments)
+
+    @cached_property
+    def _installed(self) -> Skill | None:
+        same = (skill for skill in load_skills() if skill.name == self.name and skill.schema == self.schema)
+        return next(same, None)
+
+    def __call__(self, ctx: RemoteContext, arguments: Mapping[str, Any]) -> SkillResult:
+        """Run it on the robot; raises SkillError."""
+        return ctx.call(self.name, arguments)

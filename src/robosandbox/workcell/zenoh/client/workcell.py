@@ -1,0 +1,152 @@
+"""A workcell that is another process's: the same prompts, resets and verdicts as in an embedded one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.planners import make_planner
+from robosandbox.errors import InputError
+from robosandbox.tasks.task import Task
+from robosandbox.types import Observation, ObservedScene, Truth
+from robosandbox.validation import validate
+from robosandbox.workcell.options import USUAL, WorkcellOptions
+from robosandbox.workcell.workcell import Workcell
+from robosandbox.workcell.zenoh.client.context import RemoteContext
+from robosandbox.workcell.zenoh.client.robot import RemoteRobot
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RemoteCheckpoint:
+    """A world that a sim keeps.
+
+    Attributes:
+        name: What the sim calls it.
+        seed: The last reset's.
+        start: The state after that reset, which success is judged against.
+    """
+
+    name: str
+    seed: int
+    start: Truth | None
+
+
+class RemoteWorkcell(Workcell[RemoteContext]):
+    """The task that a sim process has loaded, and an agent here that acts in it.
+
+    Args:
+        robot: The connection.
+        options: Who plans: `planner`, `planner_options`, `camera`, `dialogue` and `max_replans` count; the rest is the sim's.
+
+    Attributes:
+        robot: The connection.
+
+    Raises:
+        InputError: No such planner is installed, it takes no such option, or there is no such camera.
+    """
+
+    def __init__(self, robot: RemoteRobot, options: WorkcellOptions = USUAL) -> None:
+        self.robot = robot
+        self._options = options
+        camera = options.camera
+        self._planner_options = dict(options.planner_options or {})
+        if camera is not None:
+            if camera not in robot.cameras:
+                raise InputError(f"camera {camera!r} is not one of {', '.join(robot.cameras)}")
+            self._planner_options["picture"] = lambda: self._pixels(camera)
+        self._loaded: dict[str, Any] = {}
+        self.adopt()
+
+    def adopt(self) -> None:
+        """Take over what the sim has loaded, whoever did; there is another agent then."""
+        info, options, robot = self.robot.survey(), self._options, self.robot
+        mind = make_planner(options.planner, robot.skills, self._planner_options, dialogue=options.dialogue)
+        agent = Agent(ctx=robot.ctx, skills=robot.skills, planner=mind, max_replans=options.max_replans)
+        super().__init__(validate(info.task, Task, source="the sim's task"), agent, seed=info.seed)
+        self._loaded = info.task
+        self._start = robot.truth() if info.truth else None
+
+    @property
+    def robot_name(self) -> str:
+        """The robot's model."""
+        return self.robot.info().robot
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names that `picture` takes."""
+        return self.robot.cameras
+
+    def load(self, task: Task) -> Self:
+        """Have the sim load another task; return the workcell itself.
+
+        Raises:
+            InputError: The sim refuses it.
+            BusyError: The robot is at work.
+        """
+        self.robot.load(document=task.model_dump(mode="json"))
+        self.adopt()
+        return self
+
+    def catch_up(self) -> bool:
+        """Take over the seed of a reset by another client; return whether the same task is loaded still."""
+        info = self.robot.info()
+        if info.task != self._loaded:
+            return False
+        if info.seed != self.seed:
+            self.seed = info.seed
+            self._start = self.robot.truth() if self._start is not None else None
+        return True
+
+    def observe(self) -> ObservedScene:
+        """Return what perception sees now; unlike the agent's own look it is no base of a plan."""
+        return self.robot.observe()
+
+    def state(self) -> Observation:
+        """Return joints, TCP and gripper."""
+        return self.robot.state().robot
+
+    def truth(self) -> Truth:
+        """Return the simulated state; raises a ForbiddenError where the sim keeps it to itself."""
+        return self.robot.truth()
+
+    def wait(self, seconds: float) -> None:
+        """Let simulated time pass, the arm holding."""
+        self.robot.step(seconds)
+
+    def elapsed(self) -> tuple[float, int | None]:
+        """Return simulated seconds and physics steps since the last reset."""
+        state = self.robot.state()
+        return state.robot.time, state.physics_steps
+
+    def picture(self, camera: str, format: str = "png") -> bytes:
+        """Return a camera's picture as a file's bytes."""
+        return self.robot.picture(camera, format=format)[0]
+
+    def reset(self, seed: int = 0) -> None:
+        """Start over with this seed's layout."""
+        truth = self.robot.reset(seed)
+        self._start = truth if self._start is not None else None
+        self.seed = seed
+
+    def checkpoint(self) -> RemoteCheckpoint:
+        """Return the world as it is; the sim keeps the last 64."""
+        return RemoteCheckpoint(name=self.robot.checkpoint(), seed=self.seed, start=self._start)
+
+    def restore(self, checkpoint: RemoteCheckpoint) -> None:
+        """Go back to a checkpoint; the arm holds."""
+        self.robot.reset(checkpoint=checkpoint.name)
+        self.seed, self._start = checkpoint.seed, checkpoint.start
+
+    def close(self) -> None:
+        """Nothing to free: the connection is the client's."""
+
+    def _pixels(self, camera: str) -> NDArray[Any]:
+        import cv2
+
+        # OpenCV's order of channels is blue, green, red.
+        decoded = cv2.imdecode(np.frombuffer(self.picture(camera), np.uint8), cv2.IMREAD_COLOR)
+        return np.asarray(decoded)[:, :, ::-1]

@@ -1,0 +1,303 @@
+"""What a sim answers and publishes."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any, Literal, Self
+
+from robosandbox.errors import ErrorRecord
+from robosandbox.types import (
+    Finite,
+    Intent,
+    Intrinsics,
+    NonNegative,
+    Observation,
+    ObservedScene,
+    Pose,
+    Positive,
+    SkillResult,
+    StrictModel,
+    Truth,
+)
+from robosandbox.workcell.zenoh.messages.message import Count, GoalId, Message, Numbers, RobotId, decode
+
+
+class Joint(StrictModel):
+    """An arm joint.
+
+    Attributes:
+        name: In the robot's model.
+        lower: The least position, rad or m.
+        upper: The greatest position, rad or m.
+        velocity: The greatest speed, rad/s or m/s.
+    """
+
+    name: str
+    lower: Finite
+    upper: Finite
+    velocity: NonNegative
+
+
+class GripperInfo(StrictModel):
+    """How far the fingers come together and apart.
+
+    Attributes:
+        min_aperture: Metres between them when closed.
+        max_aperture: Metres between them when open.
+    """
+
+    min_aperture: Finite
+    max_aperture: Finite
+
+
+class Camera(StrictModel):
+    """A camera.
+
+    Attributes:
+        name: In keys.
+        width: Pixels.
+        height: Pixels.
+    """
+
+    name: str
+    width: Count
+    height: Count
+
+
+class SkillInfo(StrictModel):
+    """A skill of the catalogue.
+
+    Attributes:
+        name: In keys.
+        description: What it does, in a line.
+        arguments: JSON schema of what `send_goal` takes as arguments.
+    """
+
+    name: str
+    description: str
+    arguments: dict[str, Any]
+
+
+class Info(Message):
+    """What a sim is: the answer to `info`.
+
+    Attributes:
+        robot_id: In keys.
+        boot_id: New with every start of the sim process.
+        robot: The robot's model.
+        joints: In the order of `q`.
+        home_q: Configuration, one value per joint.
+        base_xy: Where the robot stands, metres.
+        gripper: None for an arm without one.
+        cameras: Under `obs/camera/`.
+        skills: The catalogue.
+        task: The loaded task, as its YAML would have it, defaults filled in.
+        seed: The layout.
+        pace: How simulated time passes.
+        control_timestep: Seconds between commands.
+        truth: Whether `truth` answers.
+        doing: The running skill, or "reset" and the like; None when it is free.
+    """
+
+    robot_id: RobotId
+    boot_id: str
+    robot: str
+    joints: tuple[Joint, ...]
+    home_q: Numbers
+    base_xy: tuple[Finite, Finite]
+    gripper: GripperInfo | None
+    cameras: tuple[Camera, ...]
+    skills: tuple[SkillInfo, ...]
+    task: dict[str, Any]
+    seed: Count
+    pace: Literal["realtime", "fast"]
+    control_timestep: Positive
+    truth: bool
+    doing: str | None = None
+
+
+class GoalStatus(StrEnum):
+    """How far a goal is; the last three are final."""
+
+    ACCEPTED = "accepted"
+    EXECUTING = "executing"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    @property
+    def final(self) -> bool:
+        """Whether it will not change any more."""
+        return self not in (GoalStatus.ACCEPTED, GoalStatus.EXECUTING)
+
+
+class Goal(Message):
+    """A goal as the sim has it: the answer to `send_goal`, `cancel_goal`, `get_result`; on `goal/<id>/status` at each change.
+
+    Attributes:
+        goal_id: The client's.
+        boot_id: The sim process that took it.
+        skill: Its name.
+        status: How far it is.
+        began: Trial seconds at its start.
+        ended: Trial seconds at its end.
+        result: After it succeeded.
+        error: After it failed or was cancelled.
+    """
+
+    goal_id: GoalId
+    boot_id: str
+    skill: str
+    status: GoalStatus
+    began: Finite | None = None
+    ended: Finite | None = None
+    result: SkillResult | None = None
+    error: ErrorRecord | None = None
+
+    def outcome(self) -> SkillResult:
+        """Return a final goal's result, or raise its error.
+
+        Raises:
+            SkillError: It failed or was cancelled.
+        """
+        if self.error is not None:
+            raise self.error.exception()
+        if self.result is None:
+            raise ValueError(f"goal {self.goal_id} is {self.status}, which is not final")
+        return self.result
+
+
+class Feedback(Message):
+    """On `goal/<id>/feedback`: a phase begins.
+
+    Attributes:
+        goal_id: The client's.
+        skill: Its name.
+        phase: What it does now.
+        number: Of the phase, from 1.
+        time: Trial seconds.
+        elapsed: Trial seconds since the goal began.
+    """
+
+    goal_id: GoalId
+    skill: str
+    phase: str
+    number: Count
+    time: Finite
+    elapsed: NonNegative
+
+
+class Intended(Message):
+    """On `goal/<id>/intent`, where the goal asked for it: what the skill is about to do.
+
+    Attributes:
+        goal_id: The client's.
+        intent: A path of at most 64 configurations, or the grasps that were weighed, at most 64.
+    """
+
+    goal_id: GoalId
+    intent: Intent
+
+
+class State(Message):
+    """On `obs/state`, 50 times a second.
+
+    Attributes:
+        boot_id: The sim process.
+        seq: Counts messages.
+        stamp: Unix seconds when it was read.
+        robot: How the robot stands.
+        held: Id of the held object: as contacts tell, or without them as perception believed at its last look.
+        goal_id: The running goal.
+        skill: Its skill.
+        phase: Its phase.
+        physics_steps: Since the last reset; None where nothing is simulated.
+        loads: Tasks that were loaded since the process began: with another number, or boot id, ask `info` again.
+    """
+
+    boot_id: str
+    seq: Count
+    stamp: Finite
+    robot: Observation
+    held: str | None
+    goal_id: GoalId | None = None
+    skill: str | None = None
+    phase: str | None = None
+    physics_steps: Count | None
+    loads: Count = 0
+
+
+class Objects(Message):
+    """What perception sees: on `obs/objects`, and the answer to it.
+
+    Attributes:
+        boot_id: The sim process; put it into `send_goal` to be refused when another one has taken its place.
+        scene: What planners see.
+    """
+
+    boot_id: str
+    scene: ObservedScene
+
+
+class TrueState(Message):
+    """The simulated state: the answer to `truth`, `reset`, `load` and `clock`.
+
+    Attributes:
+        boot_id: The sim process.
+        physics_steps: Since the last reset; None where nothing is simulated.
+        truth: The state; without objects, and with nothing held, where `truth` is switched off or the driver knows none.
+    """
+
+    boot_id: str
+    physics_steps: Count | None
+    truth: Truth
+
+
+class Saved(Message):
+    """The answer to `checkpoint`.
+
+    Attributes:
+        checkpoint: Its name, for `reset`.
+        time: Trial seconds of it.
+    """
+
+    checkpoint: str
+    time: Finite
+
+
+class Trial(Message):
+    """The answer to `simulate`.
+
+    Attributes:
+        result: What came of the calls: `ok`, `would_work`, `would_fail` with its `error`, `would_touch`, `changes`, `seconds`; or the
+            `problems` for which they are not begun at all.
+    """
+
+    result: dict[str, Any]
+
+
+class Picture(Message):
+    """The attachment of a camera picture.
+
+    Attributes:
+        camera: Its name.
+        boot_id: The sim process.
+        stamp: Unix seconds when the state was taken.
+        time: Trial seconds of it.
+        intrinsics: The camera's pinhole.
+        format: `jpeg`, `png` or `raw`: rows of RGB bytes; depth as 16-bit millimetres in a PNG, or raw float32 metres.
+        pose_camera_in_world: x right, y down, z into the scene.
+    """
+
+    camera: str
+    boot_id: str
+    stamp: Finite
+    time: Finite
+    intrinsics: Intrinsics
+    format: Literal["jpeg", "png", "raw"]
+    pose_camera_in_world: Pose
+
+    @classmethod
+    def read(cls, attachment: bytes) -> Self:
+        """Return the message in an attachment."""
+        return decode(attachment, cls)

@@ -1,0 +1,158 @@
+"""Messages that describe a world: what it is, its state, what is true in it, and what a skill intends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from robosandbox.driver import Simulated
+from robosandbox.sim.modelled import Modelled
+from robosandbox.types import GraspSearch, Intent, Trajectory, Truth, frozen_array
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.zenoh.messages import Camera, GripperInfo, Info, Joint, Objects, SkillInfo, State, TrueState
+from robosandbox.workcell.zenoh.server.goals import LiveGoal
+
+# Configurations or grasps of an intent that are sent; chosen as many as a viewer can draw apart.
+_MOST_SHOWN = 64
+
+
+def info_of(
+    served: EmbeddedWorkcell,
+    *,
+    robot_id: str,
+    boot_id: str,
+    truth: bool,
+    pace: Literal["realtime", "fast"],
+    sizes: Mapping[str, tuple[int, int]],
+) -> Info:
+    """Return what a loaded task is.
+
+    Args:
+        served: The task.
+        robot_id: In keys.
+        boot_id: The sim process.
+        truth: Whether `truth` answers.
+        pace: How simulated time passes.
+        sizes: (height, width) of pictures in pixels, by camera.
+    """
+    robot = served.sim.spec
+    joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
+    geometry = robot.gripper.geometry if robot.gripper else None
+    return Info(
+        robot_id=robot_id,
+        boot_id=boot_id,
+        robot=robot.name,
+        joints=tuple(
+            Joint(name=name, lower=float(low), upper=float(high), velocity=float(speed))
+            for name, low, high, speed in joints
+        ),
+        home_q=tuple(float(value) for value in robot.home_q),
+        base_xy=(float(robot.base_position[0]), float(robot.base_position[1])),
+        gripper=GripperInfo(min_aperture=geometry.min_aperture, max_aperture=geometry.max_aperture)
+        if geometry
+        else None,
+        cameras=tuple(Camera(name=name, width=width, height=height) for name, (height, width) in sizes.items()),
+        skills=tuple(
+            SkillInfo(name=skill.name, description=skill.description, arguments=dict(skill.schema))
+            for skill in served.skills
+        ),
+        task=served.task.model_dump(mode="json"),
+        seed=served.seed,
+        pace=pace,
+        control_timestep=served.sim.control_timestep,
+        truth=truth,
+    )
+
+
+class Readings:
+    """What is asked again and again: state, objects, truth; only in the world's thread.
+
+    Args:
+        served: Returns what is served now.
+        running: Returns the goal that runs.
+        boot_id: The sim process.
+        with_truth: Whether the truth is told with its objects.
+
+    Attributes:
+        loads: Tasks that were loaded since the process began.
+    """
+
+    def __init__(
+        self,
+        served: Callable[[], EmbeddedWorkcell],
+        running: Callable[[], LiveGoal | None],
+        *,
+        boot_id: str,
+        with_truth: bool,
+    ) -> None:
+        self.loads: int = 0
+        self._served = served
+        self._running = running
+        self._boot_id = boot_id
+        self._with_truth = with_truth
+
+    def state(self) -> State:
+        """Return how the robot stands and what it does."""
+        served, goal = self._served(), self._running()
+        return State(
+            boot_id=self._boot_id,
+            seq=0,
+            stamp=time.time(),
+            robot=served.sim.state(),
+            held=self._held(),
+            goal_id=goal.goal.goal_id if goal else None,
+            skill=goal.goal.skill if goal else None,
+            phase=served.ctx.phase if goal else None,
+            physics_steps=self._physics_steps(),
+            loads=self.loads,
+        )
+
+    def objects(self) -> Objects:
+        """Return what perception sees; while a goal runs in a world that does not stand still for a look, what it saw last."""
+        ctx = self._served().ctx
+        moving = self._running() is not None and not self._served().sim.capabilities.truth
+        return Objects(boot_id=self._boot_id, scene=ctx.seen if moving and ctx.seen is not None else ctx.look())
+
+    def truth(self) -> TrueState:
+        """Return the simulated state; without objects where it is not told or not known."""
+        sim = self._served().sim
+        if isinstance(sim, Simulated):
+            truth = sim.truth()
+        else:
+            seen, height = sim.state(), self._served().task.scene.table_height
+            truth = Truth(time=seen.time, q=seen.q, home_q=sim.spec.home_q, table_height=height, objects={}, held=None)
+        return TrueState(
+            boot_id=self._boot_id,
+            physics_steps=self._physics_steps(),
+            truth=truth if self._with_truth else replace(truth, objects={}, held=None),
+        )
+
+    def _held(self) -> str | None:
+        """Return what contacts say is held, where they are known, else what perception believed at its last look."""
+        sim, seen = self._served().sim, self._served().ctx.seen
+        if isinstance(sim, Modelled):
+            return sim.held()
+        return seen.held if seen is not None else None
+
+    def _physics_steps(self) -> int | None:
+        sim = self._served().sim
+        return sim.physics_steps if isinstance(sim, Simulated) else None
+
+
+def thinned(intent: Intent) -> Intent:
+    """Return what a skill is about to do, thinned out to what a picture needs."""
+    if isinstance(intent, GraspSearch):
+        kept = list(range(min(len(intent.candidates), _MOST_SHOWN)))
+        if intent.chosen is not None and intent.chosen >= len(kept):
+            kept[-1] = intent.chosen
+        return GraspSearch(
+            candidates=tuple(intent.candidates[index] for index in kept),
+            chosen=None if intent.chosen is None else kept.index(intent.chosen),
+        )
+    rows = len(intent.q)
+    picked = np.linspace(0, rows - 1, min(rows, _MOST_SHOWN)).round().astype(int)
+    return Trajectory(q=frozen_array(intent.q[picked]), dt=intent.duration / max(1, len(picked) - 1))
