@@ -25,7 +25,6 @@ from robosandbox.agent.tools import (
 )
 from robosandbox.errors import InputError, SkillError
 from robosandbox.printable import printable
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import (
     MAX_PROMPT_LENGTH,
     Observation,
@@ -37,6 +36,7 @@ from robosandbox.types import (
 )
 from robosandbox.world.arguments import terms
 from robosandbox.world.described import describe_scene
+from robosandbox.world.operators import Operator
 
 
 class LookArguments(StrictModel):
@@ -123,7 +123,7 @@ OWN: dict[str, Own] = {
 """Tools of the server's own, by name."""
 
 
-def catalogue(skills: Sequence[Skill[Any]], *, loads: bool = True) -> list[types.Tool]:
+def catalogue(skills: Sequence[Operator], *, loads: bool = True) -> list[types.Tool]:
     """Return the tools: the skills under their own names and schemas, and the server's own.
 
     Args:
