@@ -234,12 +234,15 @@ def why_not(ctx: GoalContext, skills: Mapping[str, Operator], call: SkillCall) -
         return None
     scene = ctx.look()
     try:
-        bound = bind(call, skills)
-        require(ctx, bound.contract, scene)
+        contract = bind(call, skills).contract
+    except InvalidArgumentError:
+        return None
+    try:
+        require(ctx, contract, scene)
     except InvalidArgumentError:
         return None
     except SkillError as error:
-        failure = Failure(call=call, error=error, contract=bound.contract.resolved(scene), before=scene, scene=scene)
+        failure = Failure(call=call, error=error, contract=contract.resolved(scene), before=scene, scene=scene)
         error.repairs = error.repairs or ctx.repairs_for(failure)
         return error.record()
     return None

@@ -35,19 +35,23 @@ class Skill:
         translations: The same in languages that are data: lines of a lexicon and of rules, by language.
     """
 
-    name: ClassVar[str]
+    name: str
     run: Any
     words: ClassVar[Words | None] = None
     translations: ClassVar[Mapping[str, str]] = {}
 
-    @cached_property
+    @property
     def description(self) -> str:
         """The first line of run's docstring."""
         return (inspect.getdoc(type(self).run) or "").partition("\n")[0]
 
-    @cached_property
+    @property
     def schema(self) -> Mapping[str, Any]:
         """JSON schema of the arguments."""
+        return self._schema
+
+    @cached_property
+    def _schema(self) -> Mapping[str, Any]:
         return self._arguments.model_json_schema()
 
     def contract(self, *args: Any, **arguments: Any) -> Contract:

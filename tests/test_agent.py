@@ -53,7 +53,7 @@ class Act(Skill):
     """A skill that does what its list of outcomes says."""
 
     def __init__(self, name: str, *outcomes: Exception | None) -> None:
-        self.name = name  # type: ignore[misc]
+        self.name = name
         self.outcomes = list(outcomes)
 
     def run(self, ctx: SkillContext) -> SkillResult:
