@@ -171,7 +171,9 @@ class Agent(Generic[WorldT]):
                 answer, calls = self._checked(answer, scene)
             if isinstance(answer, Refusal):
                 told.refusal = answer
-                return FinalReason.GAVE_UP if report else FinalReason.REFUSED, answer.message
+                if report is None:
+                    return FinalReason.REFUSED, answer.message
+                return FinalReason.GAVE_UP, _closing_line(told.cause(), answer)
             report = self._reported(answer, calls, course, told, monitor, report)
             if report is None:
                 return FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
@@ -182,12 +184,14 @@ class Agent(Generic[WorldT]):
                     return FinalReason.PLAN_COMPLETE, answered or summary(told.steps)
                 continue
             final = self._final(failure, told, max_replans)
+            if final is FinalReason.REPLANS_EXHAUSTED:
+                return final, _closing_line(told.cause())
             if final is not None:
                 return final, f"{failure.failed}: {failure.error.message}"
 
     def _final(self, failure: FailedAttempt, told: Progress, max_replans: int) -> FinalReason | None:
         """Take down a failure; return why it is the last, or None where the course is asked again."""
-        told.attempts.append(failure)
+        told.fail(failure)
         final = _FINAL_ERRORS.get(type(failure.error))
         if final is not None or told.replans == max_replans:
             return final or FinalReason.REPLANS_EXHAUSTED
@@ -327,3 +331,13 @@ def check_prompt(prompt: str) -> None:
 
 def _reason_of(error: PlannerError) -> FinalReason:
     return next((why for kind, why in _PLANNER_REASONS.items() if isinstance(error, kind)), FinalReason.PLANNER_FAILED)
+
+
+def _closing_line(cause: FailedAttempt | None, refusal: Refusal | None = None) -> str:
+    """Return why an episode failed: its first cause, and a question that is left open; the refusal where nothing failed."""
+    if cause is None:
+        return refusal.message if refusal else ""
+    said = f"{cause.failed}: {cause.error.message}"
+    if refusal is None or refusal.code is not RefusalCode.AMBIGUOUS:
+        return said
+    return f"{said}; {refusal.message}"

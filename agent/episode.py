@@ -82,7 +82,7 @@ class Episode:
         final_detail: The same as a sentence.
         attempts: The plans that ended early.
         refusal: The planner's no, at first or after a failure.
-        error: The last failure; None after a success.
+        error: The first failure that nothing mended; None after a success.
         model_usage: What language models were asked meanwhile, and every exchange with them; none where none was asked.
         consulted: What a director looked up, tried out and asked between its calls, in order.
         claim: What a director says was done; "" without one.

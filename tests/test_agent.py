@@ -14,7 +14,7 @@ from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode, FinalReason
 from robosandbox.agent.protocols import Attempt
 from robosandbox.driver import ControlLoop, Driver
-from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, SkillError
+from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, PushError, SkillError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
@@ -116,6 +116,38 @@ def test_failure_is_told_to_the_planner_which_sees_a_fresh_scene() -> None:
     assert after.time > before_replan.time
 
 
+JAMMED = PushError("pushed against the arm's own elbow")
+
+
+@pytest.mark.parametrize(
+    ("answers", "outcomes", "said"),
+    [
+        # A push fails, and the plan after it by what the robot lacks: the push is told of.
+        ([calls("push"), calls("pick")], {"push": [JAMMED], "pick": [MISSED]}, "push(): pushed against"),
+        ([calls("push"), calls("pick"), NO], {"push": [JAMMED], "pick": [MISSED]}, "push(): pushed against"),
+        ([calls("push"), NO], {"push": [JAMMED]}, "push(): pushed against"),
+        # The push is made good by another push, so that what failed afterwards is the cause.
+        ([calls("push", "pick"), calls("push", "pick")], {"push": [JAMMED], "pick": [MISSED]}, "pick(): closed on"),
+        ([calls("push"), calls("push", "pick"), NO], {"push": [JAMMED], "pick": [MISSED]}, "pick(): closed on"),
+        ([calls("pick"), calls("pick")], {"pick": [MISSED, JAMMED]}, "pick(): closed on nothing"),
+    ],
+)
+def test_the_first_cause_that_nothing_mended_is_the_closing_line(
+    answers: list[Plan | Refusal], outcomes: dict[str, list[Exception]], said: str
+) -> None:
+    planner = Script(*answers, NO)
+    agent, _, _ = make(planner, *(Act(name, *errors) for name, errors in outcomes.items()), max_replans=len(answers))
+    ep = agent.run("go")
+    assert not ep.success and ep.final_detail.startswith(said), ep.final_detail
+    assert ep.error is not None and ep.error.message in ep.final_detail
+
+
+def test_a_question_that_is_left_open_stands_behind_the_cause() -> None:
+    asks = Refusal(code=RefusalCode.AMBIGUOUS, message="Which one do you mean?")
+    agent, _, _ = make(Script(calls("pick"), asks), Act("pick", MISSED))
+    assert agent.run("go").final_detail == "pick(): closed on nothing; Which one do you mean?"
+
+
 def test_replanning_stops_after_max_replans() -> None:
     agent, _, _ = make(Script(calls("pick")), Act("pick", *[MISSED] * 9), max_replans=2)
     ep = agent.run("go")
@@ -128,7 +160,8 @@ def test_refusal_ends_at_once(replans: int) -> None:
     answers = [calls("pick")] * replans + [NO]
     agent, _, _ = make(Script(*answers), Act("pick", MISSED))
     ep = agent.run("go")
-    assert not ep.success and ep.refusal == NO and ep.final_detail == "out of reach" and ep.replans == replans
+    assert not ep.success and ep.refusal == NO and ep.replans == replans
+    assert ep.final_detail == ("pick(): closed on nothing" if replans else "out of reach")
     assert ep.final_reason is (FinalReason.GAVE_UP if replans else FinalReason.REFUSED)
 
 
