@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Generic, TypeVar
 
@@ -25,6 +25,7 @@ from robosandbox.agent.overheard import overheard
 from robosandbox.agent.progress import Progress, summary
 from robosandbox.agent.protocols import Planner
 from robosandbox.agent.usage import metered
+from robosandbox.agent.written_calls import written_calls
 from robosandbox.errors import (
     CancelledError,
     GoalTimeoutError,
@@ -76,6 +77,7 @@ class Agent(Generic[WorldT]):
         max_replans: How often a failure may be answered with a new plan.
 
     Attributes:
+        calls: What a plan may call: the skills, and what else people write out, as moves of the hand alone.
         approve: Asked about each plan before the first of its calls; None approves all.
         ask: Puts a question of a planner to the person and returns the answer; None where nobody is there to answer.
         streams: Whether listeners are told what a model writes while it writes.
@@ -90,6 +92,7 @@ class Agent(Generic[WorldT]):
         self.skills: dict[str, Operator] = {skill.name: skill for skill in skills}
         if len(self.skills) != len(skills):
             raise ValueError(f"two skills share a name: {', '.join(sorted(skill.name for skill in skills))}")
+        self.calls: Mapping[str, Operator] = self.skills
         ctx.skills = self.skills
         self.planner = planner
         self.max_replans = max_replans
@@ -241,7 +244,9 @@ class Agent(Generic[WorldT]):
             self.thinks = False
 
     def _planner_for(self, prompt: str) -> Planner:
-        """Return who plans for a prompt: the search over contracts where it lists relations, else the planner."""
+        """Return who plans for a prompt: nobody where it is calls, the search where it lists relations, else the planner."""
+        if written := written_calls(prompt, self.calls):
+            return GivenPlan(Plan(steps=written))
         return GoalPlanner(list(self.skills.values()), self.ctx.abilities()) if is_goal(prompt) else self.planner
 
     def _checked(self, plan: Plan, scene: ObservedScene) -> tuple[Plan | Refusal, tuple[BoundCall, ...]]:
@@ -250,7 +255,7 @@ class Agent(Generic[WorldT]):
         What something done first may mend is left to the skill that meets it: it says so before it moves, and repairs are
         tried. No calls come with a plan of which one is wrong in itself.
         """
-        verdict = verify(plan, scene, list(self.skills.values()))
+        verdict = verify(plan, scene, list(self.calls.values()))
         hopeless = next((problem for problem in verdict.problems if problem.is_final), None)
         if hopeless is not None:
             return Refusal(code=RefusalCode.IMPOSSIBLE, message=str(hopeless)), ()
@@ -305,7 +310,7 @@ class Agent(Generic[WorldT]):
 
     def _bound(self, call: SkillCall) -> BoundCall:
         try:
-            return bind(call, self.skills)
+            return bind(call, self.calls)
         except InvalidArgumentError as error:
             self._emit(SkillFailed(call, error.record()))
             raise

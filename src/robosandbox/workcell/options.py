@@ -26,7 +26,8 @@ class WorkcellOptions:
         planner: Name of an installed planner.
         planner_options: What it takes besides the skills, such as `model`.
         camera: The camera whose picture the planner is to see.
-        dialogue: Whether prompts may refer to those before them, where the planner can do that.
+        dialogue: Whether a prompt may answer the question that came of the one before, correct it, or refer to it, and
+            what it did can be undone.
         perception: Name of an installed perception.
         perception_options: What it takes besides.
         grasp: Name of an installed grasp planner.
@@ -49,7 +50,7 @@ class WorkcellOptions:
     planner: str = "stub"
     planner_options: Mapping[str, Any] | None = None
     camera: str | None = None
-    dialogue: bool = False
+    dialogue: bool = True
     perception: str = "ground_truth"
     perception_options: Mapping[str, Any] | None = None
     grasp: str = "analytic"

@@ -87,7 +87,7 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
             tempo=find_tempo(options.tempo),
         )
         agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
-        workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed)
+        workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed, undoes=options.dialogue)
         if sim.capabilities.reset and (options.seed != 0 or task.start_q is not None):
             workcell.reset(options.seed)
     except BaseException:

@@ -77,6 +77,7 @@ class RemoteRobot:
         self._goals: dict[str, set[RemoteGoal]] = {}
         self._info: Info | None = None
         self._skills: list[RemoteSkill] = []
+        self._calls: dict[str, RemoteSkill] = {}
         self._token = self._session.liveliness().declare_token(key(robot_id, "client", client.id))
         self._news = self.watch("goal/*/*", self._on_news)
         self.survey()
@@ -91,13 +92,19 @@ class RemoteRobot:
     def survey(self) -> Info:
         """Ask what it is, and take over its skills as they are now."""
         info = self.info()
-        self._skills = [RemoteSkill(item) for item in info.skills]
+        self._skills = [RemoteSkill(item) for item in info.skills if not item.by_hand]
+        self._calls = {item.name: RemoteSkill(item) for item in info.skills}
         return info
 
     @property
     def skills(self) -> list[RemoteSkill]:
         """Its skills, for planners and agents."""
         return self._skills
+
+    @property
+    def calls(self) -> Mapping[str, RemoteSkill]:
+        """What may be called, by name: its skills, and the moves of its hand alone."""
+        return self._calls
 
     @property
     def cameras(self) -> tuple[str, ...]:

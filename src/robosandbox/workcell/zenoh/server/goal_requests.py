@@ -55,7 +55,7 @@ class GoalRequests:
                 "the sim was restarted since the plan was made; look again and plan anew",
                 evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=True),
             )
-        call = bind(SkillCall(skill=_skill_of(request), arguments=message.arguments), self._served().agent.skills)
+        call = bind(SkillCall(skill=_skill_of(request), arguments=message.arguments), self._served().calls)
         try:
             goal, new = self._ledger.admit(message, call, self._changes.doing)
         except OSError as error:
