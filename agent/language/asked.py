@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 
-from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.discourse import Discourse, RefusedError, cannot_see, listed
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.ground import Grounder
-from robosandbox.agent.language.intent import Ref
+from robosandbox.agent.language.intent import Ref, replace, unseen
 from robosandbox.agent.language.question_forms import FORMS_BY_WORD, OPENING, Alternatives, Form
 from robosandbox.agent.language.tokens import SceneWords, Token, scene_words
 from robosandbox.agent.language.world import World
@@ -16,6 +16,7 @@ from robosandbox.types import DetectedObject, ObservedScene, RefusalCode
 from robosandbox.world.predicate import View
 
 _THINGS = frozenset({"thing", "object", "item"})
+_ANY = Ref(text="")
 
 Span = tuple[int, int]
 Found = tuple[tuple[str, ...], str]
@@ -85,8 +86,17 @@ class Asked:
         return sorted({end for end, _ in self._grammar.np_list(start)}, reverse=True)
 
     def _refs(self, span: Span) -> list[Ref]:
+        """Return what a description says.
+
+        Raises:
+            RefusedError: It has a word that names nothing which can be perceived.
+        """
         start, end = span
-        return next([*refs] for stop, refs in self._grammar.np_list(start) if stop == end)
+        found = [refs for stop, refs in self._grammar.np_list(start) if stop == end]
+        plainest = min(found, key=lambda refs: len(unseen(refs)))
+        if unseen(plainest):
+            raise cannot_see(unseen(plainest))
+        return [*plainest]
 
     def meant(self, span: Span) -> Found:
         """Return the ids that a description means, and its words.
@@ -106,7 +116,7 @@ class Asked:
 
     def _things(self, ref: Ref) -> list[str]:
         """Return all that "things" are, of a colour where one is said: who asks means bins too, who orders does not."""
-        if not {*ref.nouns} <= _THINGS or ref.names or ref.relations or ref.ranks or ref.without or ref.not_colours:
+        if not {*ref.nouns} <= _THINGS or replace(ref, text="", determiner="the", nouns=(), colours=(), plural=False, one=False) != _ANY:
             return []
         return [item.id for item in self.scene.objects if not ref.colours or item.colour in ref.colours]
 

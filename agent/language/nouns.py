@@ -146,7 +146,9 @@ class Nouns(Modifiers):
         word = self.text(start)
         if word in SHAPES and not any(end > start + 1 for end, _ in self.tag(start, "NOUN")):
             step.append((start + 1, replace(ref, shapes=(*ref.shapes, word))))
-        if word in FEELINGS or (word in TINTS and self.tag(start + 1, "COLOUR")):
+        if word in FEELINGS:
+            step.append((start + 1, replace(ref, felt=(*ref.felt, word))))
+        if word in TINTS and (word not in CLAIMS or self.text(start + 1) == "pink") and self.tag(start + 1, "COLOUR"):
             step.append((start + 1, ref))
         if word in DISTINCT:
             step.append((start + 1, replace(ref, distinct=True)))

@@ -89,6 +89,8 @@ def answered(
                     # Of words that are not known the grammar says more.
                     refusal = refusal or (error.refusal if error.refusal.sure else None)
         said = replied(tokens, scene, discourse) if tokens else None
+    except RefusedError as error:
+        return refusal or error.refusal
     except TooComplicatedError:
         return None
     return Answer(*said) if said else refusal
