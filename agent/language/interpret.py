@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
+from dataclasses import replace
 from functools import lru_cache
 
 from robosandbox.agent.language import lazy_regex
@@ -28,6 +29,7 @@ from robosandbox.agent.language.tokens import (
     SceneWords,
     Token,
     TooLongError,
+    passed_over,
     scene_words,
     spoken,
     tokenize,
@@ -87,8 +89,11 @@ def interpret(
     language = language_of(prompt)
     if language != ENGLISH:
         return _interpreted_in(language, prompt, scene, names, discourse, chosen)
+    goes_on = discourse is not None and discourse.last is not None
     made = _interpreted(prompt, scene, names, discourse, chosen)
-    if isinstance(made, Draft) or len(prompt) > _MOST_REMEMBERED:
+    if isinstance(made, Draft):
+        return _accounted(prompt, scene, made, goes_on=goes_on)
+    if len(prompt) > _MOST_REMEMBERED:
         return made
 
     def works(sentence: str) -> bool:
@@ -100,6 +105,23 @@ def interpret(
         return with_offer(made, said.tokens, said.grammar, works)
     except (TooLongError, TooComplicatedError):
         return made
+
+
+def _accounted(prompt: str, scene: ObservedScene, draft: Draft, *, goes_on: bool) -> Draft | Refusal:
+    """Return a plan with a note of the words that it takes no account of, or a refusal for one that it may not do without.
+
+    Args:
+        prompt: What was said.
+        scene: What perception sees.
+        draft: The plan.
+        goes_on: Whether there was an order before.
+    """
+    over = passed_over(prompt, scene_words(tuple(item.id for item in scene.objects)))
+    anew = [each.words for each in over if each.kind == "repeat" and not (each.follows or goes_on)]
+    if anew:
+        return _unrecognized(f"I have done nothing yet that “{anew[0]}” could mean.", anew)
+    manners = listed([f"“{each.words}”" for each in over if each.kind == "manner"])
+    return replace(draft, note=f"No skill takes {manners}: I go at my usual speed.") if manners != "nothing" else draft
 
 
 def _interpreted_in(

@@ -9,42 +9,59 @@ from robosandbox.agent.language.wordlist import word_set
 
 FILLERS = (
     "please, pls, plz, plase, kindly, um, umm, uh, uhh, uhm, er, erm, err, hmm, hm, mmm, ah, oh, okay, ok, "
-    "okey, okie, hey, hi, hello, yo, "
+    "no hurry, no rush, okey, okie, hey, hi, hello, yo, "
     "centre to centre, center to center, measured centre to centre, measured center to center, "
     "pretty pretty please, pretty please, vroom, beep, beep beep, whoops, whoopsie, oopsie, wow, yay, hooray, hurray, woohoo, yippee, boom, wheee, "
     "hey there, hi there, hello there, good morning, good afternoon, good evening, greetings, dear, "
     "hey robot, hi robot, hello robot, ok robot, okay robot, dear robot, mr robot, hey arm, robot friend, "
-    "hurry up and, hurry up, hurry, get a move on and, get a move on, and make it snappy, make it snappy, and make it quick, make it quick, chop chop, on the double, pronto, step on it, be quick about it, and be quick about it, and be quick, be quick, "
     "buddy, mate, pal, dude, bro, bruv, man, friend, my friend, bot, "
-    "now, just, simply, only, lightly, delicately, tenderly, cautiously, swiftly, rapidly, promptly, firmly, safely, "
-    "precisely,  thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
+    "now, just, simply, "
+    " thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
     "ta, much appreciated, "
     "if you please, if you do not mind, if possible, if that is okay, if that is ok, if that is possible, "
     "if you have a moment, if you have time, if it is not too much trouble, if it is no trouble, "
     "if you would be so kind, "
     "when you get a chance, when you have a moment, when you have time, when you can, when you are ready, "
     "whenever you are ready, when possible, "
-    "pretty please, again, one more time, once again, for me, for us, carefully, gently, slowly, quickly, fast, softly, smoothly, nicely, "
-    "neatly, properly, "
-    "real quick, real quickly, right now, right away, straight away, immediately, asap, at once, this instant, "
-    "this minute, very carefully, very gently, very slowly, "
-    "once more, also, too, as well, alright, all right, basically, literally, honestly, "
+    "pretty please, for me, for us, "
+    "right now, right away, straight away, immediately, asap, at once, this instant, "
+    "this minute, "
+    "also, too, as well, alright, all right, basically, literally, honestly, "
     "quite, really, directly, simply, there is a good robot, there you go, "
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
     "using your arm, with your claw, using the arm, with the claw, "
-    "with your hand, with the hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
-    "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, "
+    "with your hand, with the hand, using your hand, with your robotic arm, in one go, in that order, in this order, "
+    "like so, you know, i think, "
     "right there, "
     "that would be great, that would be lovely, that would be nice, would be great, would be nice, "
     "would be lovely, much obliged, "
     "good robot, be a dear, be a dear and, be a darling and, be a love and, be an angel and, be a sweetheart and, be a good lad and, under any circumstances, whatever happens, be so kind as to, be so kind to, be so kind and, be kind enough to, be a good robot and, "
     "do me a favor and, do me a favour and, do me a favor, do me a favour, "
     "there is a dear, darling, sweetheart, lad, sir, madam, "
-    "be careful, be gentle, take care, take your time, easy, nice and easy, nice and slow, nice and gently, "
-    "steady, one at a time, one by one, one after another, one after the other, in turn, mister, mister robot, mr, "
+    "one at a time, one by one, one after another, one after the other, in turn, mister, mister robot, mr, "
     "step by step, task, next task, your next task, command, instruction, then please, so please, simple task, "
     "yeah, yep, yup, good job, well done, lol, haha"
 )
+LIMITS = "only"
+"""A plan does no more than it is asked for; a question is another one without it."""
+REPEATS = "again, one more time, once again, once more"
+"""Said of what was done before, in the same breath or the one before."""
+_ADVERBS = word_set(
+    """
+    carefully gently slowly quickly fast softly smoothly lightly delicately tenderly cautiously swiftly rapidly promptly firmly
+    safely precisely neatly nicely properly quietly silently calmly steadily slow quick easy
+    """
+)
+MANNERS = (
+    "steady, for a moment, for a second, for a sec, with care, with great care, in slow motion, without a sound, without noise, without a noise, with no noise, "
+    "be careful, be gentle, take care, take your time, easy does it, careful now, steady now, gently now, "
+    "hurry up and, hurry up, hurry, chop chop, on the double, pronto, step on it, get a move on and, get a move on"
+    + "".join(f", {at} {speed} speed" for at in ("at", "with") for speed in ("full", "top", "half", "low", "high", "maximum", "minimum"))
+    + "".join(f", {also}{make}" for also in ("", "and ") for make in ("make it snappy", "make it quick", "be quick", "be quick about it"))
+    + "".join(f", {how}{adverb}" for how in ("", "very ", "very very ", "really ", "real ", "nice and ", "so ") for adverb in sorted(_ADVERBS))
+    + "".join(f", as {adverb} as {can}" for adverb in sorted(_ADVERBS) for can in ("you can", "possible", "you are able to"))
+)
+"""How fast or with how much care, which no skill is told: a plan is made, and its note says so."""
 PREAMBLES = (
     "you please, please you, now you, you now, "
     "you are welcome to, be sure and, why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, could you possibly, can you maybe, can you perhaps, can you possibly, would you maybe, would you perhaps, maybe you could, perhaps you could, maybe you can, perhaps you can, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
