@@ -67,6 +67,8 @@ class Asked:
                 yield ()
             return
         part, rest = parts[0], parts[1:]
+        if part.is_rest and start < len(self.tokens):
+            yield ((start, len(self.tokens)),)
         for end in self.ends(start) if part.is_slot else ():
             yield from (((start, end), *more) for more in self.matches(rest, end))
         for words in part.words:
@@ -83,7 +85,11 @@ class Asked:
         """Return where descriptions that begin here may end, the longest first."""
         if start >= len(self.tokens):
             return []
-        return sorted({end for end, _ in self._grammar.np_list(start)}, reverse=True)
+        return sorted({end for end, _ in self._described(start)}, reverse=True)
+
+    def _described(self, start: int) -> Iterator[tuple[int, tuple[Ref, ...]]]:
+        yield from self._grammar.np_list(start)
+        yield from ((end, (ref,)) for end, ref in self._grammar.adjectives(start) if ref.shapes or ref.claims or ref.felt)
 
     def _refs(self, span: Span) -> list[Ref]:
         """Return what a description says.
@@ -92,7 +98,7 @@ class Asked:
             RefusedError: It has a word that names nothing which can be perceived.
         """
         start, end = span
-        found = [refs for stop, refs in self._grammar.np_list(start) if stop == end]
+        found = [refs for stop, refs in self._described(start) if stop == end]
         plainest = min(found, key=lambda refs: len(unseen(refs)))
         if unseen(plainest):
             raise cannot_see(unseen(plainest))

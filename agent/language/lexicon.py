@@ -186,6 +186,7 @@ EDGE_FILLERS = Phrases()
 EDGE_FILLERS.add_all(speech.EDGE_FILLERS, "FILLER")
 END_FILLERS = Phrases()
 END_FILLERS.add_all(speech.END_FILLERS, "FILLER")
+END_FILLERS.add_all(speech.RATHER, "FILLER", "repeat")
 ASIDE_FILLERS = Phrases()
 ASIDE_FILLERS.add_all(speech.ASIDE_FILLERS, "FILLER")
 START_FILLERS = Phrases()
@@ -202,6 +203,7 @@ WORDS = frozenset(
     | speech.QUESTIONS
     | speech.CONDITIONS
     | speech.GRAMMAR_WORDS
+    | speech.DEGREES
 )
 MEANING: dict[str, str] = {}
 for _name, _table_ in (

@@ -120,6 +120,11 @@ class Nouns(Modifiers):
                 found.append((j, replace(ref, one=True)))
         return found
 
+    def adjectives(self, i: int) -> Found[Ref]:
+        """Adjectives that stand alone, as what is asked of a thing: "round", "big and round"."""
+        found = self._adjectives(i, Ref(text="", one=True), 0)
+        return [(j, replace(ref, text=self.said(i, j), determiner="bare")) for j, ref in found if j > i]
+
     def _adjectives(self, i: int, ref: Ref, depth: int) -> Found[Ref]:
         found: Found[Ref] = [(i, ref)]
         if depth > 5:

@@ -21,15 +21,17 @@ from robosandbox.agent.language.describing import (
     size,
     whereabouts,
 )
-from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.discourse import Discourse, RefusedError, cannot_see, listed
+from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.question_forms import Form
-from robosandbox.agent.language.tokens import Token, TooLongError, tokenize
+from robosandbox.agent.language.tokens import Token, TooLongError, passed_over, tokenize
 from robosandbox.agent.language.whether import replied
 from robosandbox.agent.language.world import World
 from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.relations import centre, contents, gap, loose
+from robosandbox.world.relations import bounds, centre, contents, gap, loose
+from robosandbox.world.spots import in_easy_reach
 from robosandbox.world.standing import standing_on
 from robosandbox.world.whereabouts import where
 
@@ -75,10 +77,15 @@ def answered(
         None for what is no question that is known here; a refusal where it asks for what is not there or may be several things.
     """
     try:
-        tokens = _words(prompt, scene)
-    except TooLongError:
+        found = _found(_Answers(_words(prompt, scene), scene, discourse, skills, told))
+        over = [f"“{each.words}”" for each in passed_over(prompt, words_of(scene))] if isinstance(found, Answer) else []
+    except (TooLongError, TooComplicatedError):
         return None
-    asked = _Answers(tokens, scene, discourse, skills, told)
+    message = f"I do not know what {listed(over)} asks here; say the question without it."
+    return Refusal(code=RefusalCode.UNSUPPORTED, message=message) if over else found
+
+
+def _found(asked: _Answers) -> Answer | Refusal | None:
     refusal: Refusal | None = None
     try:
         for start, form in asked.forms():
@@ -88,11 +95,9 @@ def answered(
                 except RefusedError as error:
                     # Of words that are not known the grammar says more.
                     refusal = refusal or (error.refusal if error.refusal.sure else None)
-        said = replied(tokens, scene, discourse) if tokens else None
+        said = replied(asked.tokens, asked.scene, asked.discourse) if asked.tokens else None
     except RefusedError as error:
         return refusal or error.refusal
-    except TooComplicatedError:
-        return None
     return Answer(*said) if said else refusal
 
 
@@ -225,9 +230,13 @@ class _Answers(Asked):
         noun = " ".join(token.text for token in self.tokens[span[0] : span[1]] if token.text not in _ARTICLES)
         of_both = f"what is {words.removesuffix(' one')} {noun}"
         again = _Answers(_words(of_both, self.scene), self.scene, self.discourse, self._skills, self._told)
-        if len(again.tokens) not in again.ends(2):
+        if len(again.tokens) in again.ends(2):
+            return again._say_what((2, len(again.tokens)))
+        if any(ref.ranks for ref in self._refs(other)):
             raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what “{words} {noun}” is.")
-        return again._say_what((2, len(again.tokens)))
+        (ids, _), (such, _) = self.fitting(span), self.fitting(other)
+        names = tuple(name for name in ids if name in such)
+        return Answer(f"{listed(names)} {be(names)}." if names else "None of what I see.", names)
 
     def _say_whether(self, span: Span, other: Span, relation: str) -> Answer:
         item, target = self.one(span), self.one(other)
@@ -265,14 +274,30 @@ class _Answers(Asked):
             return Answer(f"I cannot see how far {item.id} is open.", (item.id,))
         return Answer(f"{yes}: {item.id} is {1e3 * abs(item.opening):.0f} mm open.", (item.id,))
 
+    def _say_opening(self, span: Span) -> Answer:
+        told = self._say_whether_state(span, "open")
+        return Answer(told.text.removeprefix("Yes: ").removeprefix("No: "), told.about)
+
+    def _say_alike(self, span: Span, **told: str) -> Answer:
+        ids, said = self.meant(span)
+        if len(ids) < 2:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"“{said}”: alike to what?", ids)
+        seen = [self.view.get(name) for name in ids]
+        sizes = [bounds(item)[1] - bounds(item)[0] for item in seen]
+        height = told["in"] == "height"
+        same = all(np.allclose(size[2 * height :], sizes[0][2 * height :], rtol=_SAME) for size in sizes)
+        same = len({item.colour for item in seen}) == 1 if told["in"] == "colour" else same
+        return Answer(f"{'Yes' if same else 'No'}: {' '.join(description(self.scene, item) for item in seen)}", ids)
+
     def _say_whether_held(self, span: Span) -> Answer:
         item = self.one(span)
         return self._yes(item.id == self.scene.held, item)
 
     def _say_whether_there(self, span: Span) -> Answer:
         ids, said = self.fitting(span)
+        number = next((ref.number for ref in self._refs(span) if ref.number), None)
         if ids:
-            return Answer(f"Yes: {listed(ids)}.", ids)
+            return Answer(f"{'Yes' if number in (None, len(ids)) else f'No, {len(ids)}'}: {listed(ids)}.", ids)
         words = [word for word in said.split() if word not in _ARTICLES]
         none = (
             f"nothing {' '.join(words[1:])}" if words[:1] in (["anything"], ["something"]) else f"no {' '.join(words)}"
@@ -282,8 +307,11 @@ class _Answers(Asked):
     def _say_whether_is(self, span: Span, other: Span) -> Answer:
         if any(ref.options and any(one.nouns for one in ref.options) for ref in self._refs(other)):
             raise RefusedError(RefusalCode.UNSUPPORTED, "Ask about one of them at a time.")
-        item, (fitting, _) = self.one(span), self.fitting(other)
-        return Answer(f"{'Yes' if item.id in fitting else 'No'}: {description(self.scene, item)}", (item.id,))
+        (ids, _), (fitting, _) = self.meant(span), self.fitting(other)
+        if not all(ref.plural for ref in self._refs(span)):
+            ids = (self.one(span).id,)
+        told = " ".join(description(self.scene, self.view.get(name)) for name in ids)
+        return Answer(f"{'Yes' if {*ids} <= {*fitting} else 'No'}: {told}", ids)
 
     def _say_more(self, span: Span, other: Span, wanted: str) -> Answer:
         (ours, said), (theirs, than) = self.fitting(span), self.fitting(other)
@@ -293,7 +321,7 @@ class _Answers(Asked):
     def _say_compared(self, span: Span, other: Span, word: str) -> Answer:
         one, two = self.one(span), self.one(other)
         if word in ("heavier", "lighter"):
-            return Answer("I see them and do not know what they weigh.", (one.id, two.id))
+            raise cannot_see((word,))
         first, second = (measure(item, word) for item in (one, two))
         sizes = f"{one.id} measures {size(one)}, {two.id} {size(two)}."
         if abs(first - second) <= _SAME * max(first, second):
@@ -303,11 +331,47 @@ class _Answers(Asked):
 
     def _say_mass(self, span: Span) -> Answer:
         item = self.one(span)
-        return Answer(f"I see {item.id} and do not know what it weighs; its size is {size(item)}.", (item.id,))
+        told = f"I see {item.id} and do not know what it weighs; its size is {size(item)}."
+        raise RefusedError(RefusalCode.UNSUPPORTED, told, (item.id,))
 
     def _say_abilities(self) -> Answer:
         own = ", ".join(name.replace("_", " ") for name in self._skills)
         return Answer(f"My skills are {own}. I also say where things are, how many, how big and how far apart.")
+
+    def _say_colours(self) -> Answer:
+        return Answer(f"{listed(tuple(dict.fromkeys(item.colour for item in self.scene.objects)))}.")
+
+    def _say_able(self, span: Span) -> Answer:
+        verbs = [end for end, tag, _ in LEXICON.at(self.tokens, span[0]) if tag == "VERB"]
+        yes = "Yes" if span[1] in verbs else "No"
+        return Answer(f"{yes}: {self._say_abilities().text}")
+
+    def _say_reach(self, span: Span, beyond: str = "") -> Answer:
+        ids, _ = self.meant(span)
+        found = [self._reaches(self.view.get(name)) for name in ids]
+        yes = not any(found) if beyond else all(found)
+        where = " ".join(whereabouts(self.scene, self.view.get(name)) for name in ids)
+        return Answer(f"{'Yes' if yes else 'No'}: {where}", ids)
+
+    def _say_reached(self, *span: Span, beyond: str = "") -> Answer:
+        among = self.fitting(*span)[0] if span else [item.id for item in self.scene.objects]
+        names = tuple(name for name in among if self._reaches(self.view.get(name)) != bool(beyond))
+        where = f"{'out of' if beyond else 'within'} my reach."
+        return Answer(f"{listed(names)} {be(names)} {where}" if names else f"Nothing is {where}", names)
+
+    def _reaches(self, item: DetectedObject) -> bool:
+        """Say whether the hand gets to a thing, as every skill asks before it moves.
+
+        Raises:
+            RefusedError: It is at a distance where only the arm's kinematics tell, which are not asked here.
+        """
+        if in_easy_reach(self.scene, item):
+            return True
+        if find(fact("reachable", item.id), self.view).holds:
+            far = length(from_base(self.scene, item))
+            told = f"{item.id} is {far} from my base, at the edge of my reach: an order to pick it up would show."
+            raise RefusedError(RefusalCode.UNSUPPORTED, told, (item.id,))
+        return False
 
     def _say_fits(self, span: Span, other: Span) -> Answer:
         item, target = self.one(span), self.one(other)
@@ -327,7 +391,8 @@ class _Answers(Asked):
 
     def _contents(self, item: DetectedObject) -> Answer:
         if not item.shape.holds_things:
-            return Answer(f"{item.id} holds nothing: it is {item.shape.name}.")
+            told = f"{item.id} is {item.shape.name}, which is no container; I see it from outside."
+            raise RefusedError(RefusalCode.UNSUPPORTED, told, (item.id,))
         inside = [name for name, _ in contents(self.scene.objects, item)]
         if not inside and not find(fact("empty", item.id), self.view).is_sure:
             return Answer(f"I cannot see what is in {item.id}.")

@@ -18,7 +18,7 @@ FILLERS = (
     "now, just, simply, "
     " thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
     "ta, much appreciated, "
-    "if you please, if you do not mind, if possible, if that is okay, if that is ok, if that is possible, "
+    "if you please, if you like, if you want, if you wish, if you do not mind, if possible, if that is okay, if that is ok, if that is possible, "
     "if you have a moment, if you have time, if it is not too much trouble, if it is no trouble, "
     "if you would be so kind, "
     "when you get a chance, when you have a moment, when you have time, when you can, when you are ready, "
@@ -42,9 +42,12 @@ FILLERS = (
     "step by step, task, next task, your next task, command, instruction, then please, so please, simple task, "
     "yeah, yep, yup, good job, well done, lol, haha"
 )
+DEGREES = word_set("nearly almost hardly barely scarcely")
+"""Words that no slip of the pen turns into others."""
 LIMITS = "only"
 """A plan does no more than it is asked for; a question is another one without it."""
 REPEATS = "again, one more time, once again, once more"
+RATHER = "instead"
 """Said of what was done before, in the same breath or the one before."""
 _ADVERBS = word_set(
     """
@@ -399,7 +402,7 @@ LIGHT_ADJECTIVES = (
 )
 LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
 END_FILLERS = (
-    "boss, chief, but do not knock anything over, without knocking anything over, and do not knock anything over, do not knock anything over, without bumping into anything, without hitting anything, without touching anything else, otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "boss, chief, but do not knock anything over, without knocking anything over, and do not knock anything over, do not knock anything over, without bumping into anything, without hitting anything, without touching anything else, otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, though, tho, mind you, love, careful now, careful, steady, steady now, gently now, nice and easy, easy does it, ta, ever so much, me duck, mate, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, "

@@ -244,7 +244,8 @@ def passed_over(prompt: str, words: SceneWords) -> list[PassedOver]:
     found: list[PassedOver] = []
     i = 0
     while i < len(said):
-        dropped = [(end, kind or "") for end, _, kind in FILLERS.at(said, i) if kept.isdisjoint(map(id, said[i:end]))]
+        fillers = (*FILLERS.at(said, i), *END_FILLERS.at(said, i))
+        dropped = [(end, kind or "") for end, _, kind in fillers if kept.isdisjoint(map(id, said[i:end]))]
         after = LEXICON.at(said, i + 1) if i + 1 < len(said) else []
         stroke = said[i].text in _STROKES and any(tag == "LIGHT_NOUN" for _, tag, _ in after)
         end, kind = max([*dropped, (i + 1, "manner" if stroke else "")])

@@ -19,6 +19,7 @@ from robosandbox.types import ObservedScene, RefusalCode
 
 Reply = tuple[str, tuple[str, ...]]
 _BE = frozenset({"is", "are"})
+_BEING = _BE | {"stands", "stand", "lies", "lie", "sits", "sit"}
 _WHICH = frozenset({"which", "what"})
 
 
@@ -110,14 +111,14 @@ def _such(ref: Ref, ground: Grounder) -> Iterator[str]:
 def _which(tokens: Sequence[Token], scene: ObservedScene, ground: Grounder) -> Reply | None:
     """As in "which cube is in the middle", "which of the cubes is closest to the bin"."""
     words = [token.text for token in tokens]
-    if words[0] not in _WHICH or _BE.isdisjoint(words[2:]):
+    if words[0] not in _WHICH or _BEING.isdisjoint(words[2:]):
         return None
-    k = next(k for k in range(2, len(words)) if words[k] in _BE)
+    k = next(k for k in range(2, len(words)) if words[k] in _BEING)
     begin = 2 if words[1] == "of" else 1
     noun = [token for token in tokens[begin:k] if token.text not in ("the", "these", "those")]
     one = [*noun[:-1], Token(noun[-1].text.removesuffix("s"), noun[-1].raw, "word")] if noun else []
     rest = [token for token in tokens[k + 1 :] if token.text != "the"]
-    several = words[k] == "are"
+    several = words[k] in ("are", "stand", "lie", "sit")
     orders = ((*one, *rest), (*rest[:1], *one, *rest[1:])) if not several else ((*noun, *rest),)
     for order in orders if one and rest else ():
         described = (*_said(["the"]), *order)
