@@ -117,7 +117,8 @@ class Asked:
     def fitting(self, span: Span) -> Found:
         """Return all that a description is true of; nothing where it is true of nothing that is seen."""
         grounder = Grounder(World(self.scene), Discourse())
-        ids = [name for ref in self._refs(span) for name in self._things(ref) or grounder.fitting(ref)]
+        refs = [one for ref in self._refs(span) for one in ref.options or (ref,)]
+        ids = [name for ref in refs for name in self._things(ref) or grounder.fitting(ref)]
         return tuple(dict.fromkeys(ids)), self._grammar.said(*span)
 
     def _things(self, ref: Ref) -> list[str]:

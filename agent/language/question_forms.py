@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-_SEE = "do_you_see|can_you_see|you_see|are_there|is_there|there_are|are_here|are_visible|have_you|do_you_have|are_left"
+_SEE = "do_you_see|can_you_see|you_see|are_there|is_there|there_are|do_you_count|do_you_find|are_here|are_visible|have_you|do_you_have|are_left"
 _NOW = "now|right_now|at_the_moment|currently|please|then|exactly|still|already|yet|altogether|in_total|all_in_all"
 _IN = "in|inside|inside_of|within"
 _ON = "on|on_top_of|upon|sitting_on|standing_on|lying_on|stacked_on"
@@ -28,6 +28,7 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("held", "what have_you_got|do_you_have|are_you_holding in your|the hand|gripper", {}),
     ("held", f"are_you_holding|do_you_hold|have_you_got anything|something|a_thing {_NOW}?", {}),
     ("held", "is your|the hand|gripper empty|free|full", {}),
+    ("held", "is your|the hand|gripper holding anything|something", {}),
     ("whether_held", f"are_you_holding|do_you_hold|have_you_got|do_you_have * {_NOW}?", {}),
     ("all", "list|name|describe everything|all|all_objects|all_things|what you|that_you see|can_see", {}),
     ("all", f"what do_you_see|can_you_see|is_there|is_here|objects_do_you_see|things_do_you_see {_NOW}?", {}),
@@ -41,7 +42,10 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("where", f"where * {_ARE}", {}),
     ("where", "where is|are * standing|lying|sitting|placed|located", {}),
     ("where", "where did|has|have * go|gone|move|moved|end_up", {}),
-    ("where", "where can i|you find|see *", {}),
+    ("where", "what is|are the position|location|coordinates of *", {}),
+    ("where", f"is|are * {_IN} * or {_IN} *", {}),
+    ("where", f"is|are * {_IN} * or {_ON} {_TABLE}", {}),
+    ("where", "where can|could i|you find|see *", {}),
     ("where", "in_what|on_what|what place|which_place|container is|are *", {}),
     ("in", f"what {_ARE} {_IN} * {_NOW}?", {}),
     ("in", "what does * contain|hold|have_in_it|have_inside", {}),
@@ -73,7 +77,10 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("count", f"how_many * {_SEE} {_NOW}?", {}),
     ("count", f"how_many * {_ARE} there|here|on_the_table", {}),
     ("count", "how_many * there_are|you_see|are_there", {}),
+    ("colours", f"how_many colours|colors {_SEE} {_NOW}?", {}),
+    ("count_such", f"how_many of? * {_ARE} *", {}),
     ("count", "how_many *", {}),
+    ("count", "list|enumerate|name *", {}),
     ("colours", "what|which colours|colors do_you_see|can_you_see|are_there|are_here", {}),
     ("count", "what|which * do_you_see|can_you_see|are_there", {}),
     ("more", "are_there|do_you_see more * than *", {"wanted": "more"}),
@@ -95,6 +102,9 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("which", f"which|what of? * {_ARE} *", {}),
     ("whether_there", f"is|are there any|a|an|some|still|even? * {_NOW}?|here?|anywhere?|around?", {}),
     ("whether_there", "do|can you see|spot|find|have any|some? *", {}),
+    ("on_table", f"is|are anything|something {_ON} {_TABLE} {_NOW}?", {}),
+    ("in", f"is|are anything|something {_IN} * {_NOW}?", {}),
+    ("on", f"is|are anything|something {_ON} * {_NOW}?", {}),
     ("whether_there", "is|are anything|something *", {}),
     ("whether_there", "is|are * still? there|here|around", {}),
     ("whether_there", "there is|are * right|correct|no|is_not_there|are_not_there", {}),
@@ -117,6 +127,7 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("whether_state", f"is|are * {_NOW}? open|opened", {"relation": "open"}),
     ("opening", "is|are * open|opened|closed|shut or open|opened|closed|shut", {}),
     ("whether_state", "how far|wide open is|are *", {"relation": "open"}),
+    ("whether_state", "how far|wide is|are * open", {"relation": "open"}),
     ("whether_state", f"is|are * {_NOW}? closed|shut", {"relation": "closed"}),
     ("whether_state", f"is|are * {_NOW}? empty", {"relation": "empty"}),
     ("whether_state", f"is|are * {_NOW}? upright|standing|standing_up", {"relation": "upright"}),
@@ -137,13 +148,17 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
         for form, rest in (("is|are *", " than *"), ("which|what is", " * or *"), ("which|what of? * or * is", ""))
     ),
     *(
-        ("alike", f"is|are * {way} {words}", {"in": key})
-        for way in ("all|both? the_same", "all|both? of_the_same")
+        ("alike", form.format(words), {"of": key})
+        for form in ("is|are * all|both? the_same|of_the_same {}", "do|does * all|both? have the_same {}", "is|are * the_same {} as *")
         for key, words in (("size", "size|sizes"), ("colour", "colour|color|colours|colors"), ("height", "height|heights"))
     ),
+    ("alike", "is|are * as big|large as *", {"of": "size"}),
+    ("alike", "is|are * as tall|high as *", {"of": "height"}),
+    ("nearer", "which|what is|one_is closer|nearer to_you|to_the_robot? * or *", {}),
+    ("whether_is", "if|whether * is|are *", {}),
     ("whether_is", "is|are * *", {}),
     ("what", f"what|which {_ARE} *", {}),
-    ("what", "which one is|are *", {}),
+    ("what", "which one|of_them|of_these|of_those is|are *", {}),
     ("abilities", "what can|could you do|make", {}),
     ("abilities", "what can|could i say|ask|tell_you", {}),
     ("abilities", "what are you able to do", {}),
@@ -153,11 +168,18 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("abilities", "what|who are you", {}),
     ("abilities", "what_is your name|job|purpose", {}),
     ("abilities", "what|which skills|commands do you have|know", {}),
+    ("abilities", "what are your skills|abilities", {}),
     ("last", "what did|have you just? do|done last|before|first?", {}),
+    ("last", "what was the_last_thing you did|have_done", {}),
+    ("last", "have you moved|done anything|something yet|already?", {}),
     ("last", "what happened|went_wrong|was_that", {}),
     ("last", "why did that|it|you|this fail|not_work|stop", {}),
     ("last", "did that|it|you work|succeed|do_it|manage", {}),
 )
+
+# How a statement asks whether it is so: before it, or after it.
+TRUTH = ("is it true that", "is it so that", "is it right that")
+TAGS = ("is it not", "is not it", "are they not", "are not they", "right", "correct", "no", "yes")
 
 # What a question may be wrapped in.
 _GREETING = "please|and|so|ok|okay|robot|hey|hi|hello?"

@@ -23,7 +23,7 @@ from robosandbox.agent.language.describing import (
 )
 from robosandbox.agent.language.discourse import Discourse, RefusedError, cannot_see, listed
 from robosandbox.agent.language.lexicon import LEXICON
-from robosandbox.agent.language.question_forms import Form
+from robosandbox.agent.language.question_forms import TAGS, TRUTH, Form
 from robosandbox.agent.language.tokens import Token, TooLongError, passed_over, tokenize
 from robosandbox.agent.language.whether import replied
 from robosandbox.agent.language.world import World
@@ -46,6 +46,9 @@ _ARTICLES = frozenset({"the", "a", "an", "any", "some", "these", "those", "all"}
 _LESS = frozenset({"smaller", "shorter"})
 # Ratio up to which two sizes count as one. Chosen: what cannot be told by eye.
 _SAME = 0.02
+# How questions begin that an order may look like: "do the cubes touch?".
+_NO_ORDERS = tuple(f"{do} {what} " for do in ("do", "does", "did") for what in ("the", "these", "those", "all", "any", "they"))
+_WHETHER = Token("whether", "whether", "word")
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +85,9 @@ def answered(
     except (TooLongError, TooComplicatedError):
         return None
     message = f"I do not know what {listed(over)} asks here; say the question without it."
+    if found is None and prompt.rstrip().endswith("?") and prompt.lower().startswith(_NO_ORDERS):
+        message = "I say where things are, how many, how big, how far apart and what holds of them, and not this."
+        return Refusal(code=RefusalCode.UNSUPPORTED, message=message)
     return Refusal(code=RefusalCode.UNSUPPORTED, message=message) if over else found
 
 
@@ -95,14 +101,26 @@ def _found(asked: _Answers) -> Answer | Refusal | None:
                 except RefusedError as error:
                     # Of words that are not known the grammar says more.
                     refusal = refusal or (error.refusal if error.refusal.sure else None)
-        said = replied(asked.tokens, asked.scene, asked.discourse) if asked.tokens else None
+        unseen = refusal is not None and refusal.code is RefusalCode.UNSUPPORTED
+        said = replied(asked.tokens, asked.scene, asked.discourse) if asked.tokens and not unseen else None
     except RefusedError as error:
         return refusal or error.refusal
     return Answer(*said) if said else refusal
 
 
 def _words(text: str, scene: ObservedScene) -> tuple[Token, ...]:
-    return tuple(token for token in tokenize(text, words_of(scene)) if token.kind != "mark")
+    """Return the words of a question; "is not it there?" asks what "is it there?" does, and "it is there, right?" as well."""
+    tokens = tuple(token for token in tokenize(text, words_of(scene)) if token.kind != "mark")
+    texts = [token.text for token in tokens]
+    if texts[1:2] == ["not"] and texts[0] in ("is", "are", "do", "does"):
+        return (tokens[0], *tokens[2:])
+    for truth in map(str.split, TRUTH):
+        if texts[: len(truth)] == truth:
+            return (_WHETHER, *tokens[len(truth) :])
+    if text.rstrip().endswith("?") and texts[:1] == ["the"] and {"is", "are"} & {*texts}:
+        tag = next((len(tag) for tag in map(str.split, TAGS) if texts[-len(tag) :] == tag), 0)
+        return (_WHETHER, *tokens[: len(tokens) - tag])
+    return tokens
 
 
 class _Answers(Asked):
@@ -140,7 +158,7 @@ class _Answers(Asked):
             "; ".join(f"{name} is {place(self.scene, self.view.get(name))}" for name in names) + ".", tuple(names)
         )
 
-    def _say_where(self, span: Span) -> Answer:
+    def _say_where(self, span: Span, *others: Span) -> Answer:
         ids, _ = self.meant(span)
         return Answer(" ".join(whereabouts(self.scene, self.view.get(name)) for name in ids), ids)
 
@@ -276,17 +294,18 @@ class _Answers(Asked):
 
     def _say_opening(self, span: Span) -> Answer:
         told = self._say_whether_state(span, "open")
-        return Answer(told.text.removeprefix("Yes: ").removeprefix("No: "), told.about)
+        said = told.text.replace("Yes: ", "Open: ").replace("No: ", "Closed: ")
+        return Answer(said, told.about)
 
-    def _say_alike(self, span: Span, **told: str) -> Answer:
-        ids, said = self.meant(span)
+    def _say_alike(self, *spans: Span, of: str) -> Answer:
+        ids = tuple(dict.fromkeys(name for span in spans for name in self.meant(span)[0]))
         if len(ids) < 2:
-            raise RefusedError(RefusalCode.AMBIGUOUS, f"“{said}”: alike to what?", ids)
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"{listed(ids)}: alike to what?", ids)
         seen = [self.view.get(name) for name in ids]
         sizes = [bounds(item)[1] - bounds(item)[0] for item in seen]
-        height = told["in"] == "height"
+        height = of == "height"
         same = all(np.allclose(size[2 * height :], sizes[0][2 * height :], rtol=_SAME) for size in sizes)
-        same = len({item.colour for item in seen}) == 1 if told["in"] == "colour" else same
+        same = len({item.colour for item in seen}) == 1 if of == "colour" else same
         return Answer(f"{'Yes' if same else 'No'}: {' '.join(description(self.scene, item) for item in seen)}", ids)
 
     def _say_whether_held(self, span: Span) -> Answer:
@@ -338,13 +357,25 @@ class _Answers(Asked):
         own = ", ".join(name.replace("_", " ") for name in self._skills)
         return Answer(f"My skills are {own}. I also say where things are, how many, how big and how far apart.")
 
+    def _say_count_such(self, span: Span, other: Span) -> Answer:
+        (ids, _), (such, _) = self.fitting(span), self.fitting(other)
+        names = tuple(name for name in ids if name in such)
+        return Answer(f"{len(names)}: {listed(names)}." if names else "None of what I see.", names)
+
+    def _say_nearer(self, span: Span, other: Span) -> Answer:
+        told = sorted((from_base(self.scene, item), item.id) for item in (self.one(span), self.one(other)))
+        return Answer(" ".join(f"{name} is {length(far)} from my base." for far, name in told), (told[0][1],))
+
     def _say_colours(self) -> Answer:
-        return Answer(f"{listed(tuple(dict.fromkeys(item.colour for item in self.scene.objects)))}.")
+        colours = tuple(dict.fromkeys(item.colour for item in self.scene.objects))
+        return Answer(f"{len(colours)}: {listed(colours)}.")
 
     def _say_able(self, span: Span) -> Answer:
         verbs = [end for end, tag, _ in LEXICON.at(self.tokens, span[0]) if tag == "VERB"]
-        yes = "Yes" if span[1] in verbs else "No"
-        return Answer(f"{yes}: {self._say_abilities().text}")
+        if verbs and span[1] not in verbs:
+            # "are you able to pick up the can?" asks for it.
+            raise RefusedError(RefusalCode.UNRECOGNIZED, "That is an order.")
+        return Answer(f"{'Yes' if verbs else 'No'}: {self._say_abilities().text}")
 
     def _say_reach(self, span: Span, beyond: str = "") -> Answer:
         ids, _ = self.meant(span)

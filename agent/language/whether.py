@@ -117,15 +117,15 @@ def _which(tokens: Sequence[Token], scene: ObservedScene, ground: Grounder) -> R
     begin = 2 if words[1] == "of" else 1
     noun = [token for token in tokens[begin:k] if token.text not in ("the", "these", "those")]
     one = [*noun[:-1], Token(noun[-1].text.removesuffix("s"), noun[-1].raw, "word")] if noun else []
-    rest = [token for token in tokens[k + 1 :] if token.text != "the"]
+    rest = [*tokens[k + 1 + (words[k + 1 : k + 2] == ["the"]) :]]
     several = words[k] in ("are", "stand", "lie", "sit")
-    orders = ((*one, *rest), (*rest[:1], *one, *rest[1:])) if not several else ((*noun, *rest),)
+    orders = ((*one, *tokens[k + 1 :]), (*one, *rest), (*rest[:1], *one, *rest[1:])) if not several else ((*noun, *rest),)
     for order in orders if one and rest else ():
         described = (*_said(["the"]), *order)
         for end, ref in _grammar(described, scene).np(0):
             if end == len(described) and unseen(ref):
                 raise cannot_see(unseen(ref))
-            if end == len(described):
+            if end == len(described) and not ref.options:
                 return _described(ref, scene, ground)
     return None
 
