@@ -9,13 +9,14 @@ from robosandbox.agent.language.discourse import Discourse, RefusedError, cannot
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Ref, replace, unseen
+from robosandbox.agent.language.match import NOUN_CLASS, SHAPE_KINDS, THING_KINDS
 from robosandbox.agent.language.question_forms import FORMS_BY_WORD, OPENING, Alternatives, Form
 from robosandbox.agent.language.tokens import SceneWords, Token, scene_words
 from robosandbox.agent.language.world import World
 from robosandbox.types import DetectedObject, ObservedScene, RefusalCode
 from robosandbox.world.predicate import View
 
-_THINGS = frozenset({"thing", "object", "item"})
+_THINGS = frozenset({"thing", "object", "item", "piece", "stuff", "thingy"})
 _ANY = Ref(text="")
 
 Span = tuple[int, int]
@@ -25,6 +26,12 @@ Found = tuple[tuple[str, ...], str]
 def words_of(scene: ObservedScene) -> SceneWords:
     """Return the words that a scene's ids bring."""
     return scene_words(tuple(item.id for item in scene.objects))
+
+
+def no_container(item: DetectedObject) -> RefusedError:
+    """Return the refusal of a question for what is in a thing that holds nothing."""
+    told = f"{item.id} is {item.shape.name}, which is no container; I see it from outside."
+    return RefusedError(RefusalCode.UNSUPPORTED, told, (item.id,))
 
 
 class Asked:
@@ -100,8 +107,10 @@ class Asked:
         start, end = span
         found = [refs for stop, refs in self._described(start) if stop == end]
         plainest = min(found, key=lambda refs: len(unseen(refs)))
-        if unseen(plainest):
-            raise cannot_see(unseen(plainest))
+        # Anything may be called a toy, and nothing is seen to be one.
+        vague = [noun for ref in plainest for noun in ref.nouns if NOUN_CLASS.get(noun) == "thing" and noun not in _THINGS]
+        if vague or unseen(plainest):
+            raise cannot_see((*unseen(plainest), *vague))
         return [*plainest]
 
     def meant(self, span: Span) -> Found:
@@ -118,8 +127,25 @@ class Asked:
         """Return all that a description is true of; nothing where it is true of nothing that is seen."""
         grounder = Grounder(World(self.scene), Discourse())
         refs = [one for ref in self._refs(span) for one in ref.options or (ref,)]
+        for relation in (relation for ref in refs for relation in ref.relations):
+            anchors = [self.view.get(name) for ref in relation.refs for name in grounder.many(ref, lambda name: True).ids]
+            if relation.kind == "in" and anchors and not any(item.shape.holds_things for item in anchors):
+                raise no_container(anchors[0])
         ids = [name for ref in refs for name in self._things(ref) or grounder.fitting(ref)]
         return tuple(dict.fromkeys(ids)), self._grammar.said(*span)
+
+    def such(self, span: Span) -> Found:
+        """Return all that a description is true of, where it tells a kind of thing that shape or name shows.
+
+        Raises:
+            RefusedError: It tells another kind.
+        """
+        ids, said = self.fitting(span)
+        nouns = [noun for ref in self._refs(span) for one in ref.options or (ref,) for noun in one.nouns]
+        strange = [noun for noun in nouns if NOUN_CLASS.get(noun, noun) not in {"thing", *SHAPE_KINDS, *THING_KINDS}]
+        if strange and not ids:
+            raise cannot_see(strange)
+        return ids, said
 
     def _things(self, ref: Ref) -> list[str]:
         """Return all that "things" are, of a colour where one is said: who asks means bins too, who orders does not."""

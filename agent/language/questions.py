@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosandbox.agent.language.asked import Asked, Span, words_of
+from robosandbox.agent.language.asked import Asked, Span, no_container, words_of
+from robosandbox.agent.language.asides_clauses import ADDRESSING
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.describing import (
     apart,
@@ -46,8 +47,12 @@ _ARTICLES = frozenset({"the", "a", "an", "any", "some", "these", "those", "all"}
 _LESS = frozenset({"smaller", "shorter"})
 # Ratio up to which two sizes count as one. Chosen: what cannot be told by eye.
 _SAME = 0.02
-# How questions begin that an order may look like: "do the cubes touch?".
-_NO_ORDERS = tuple(f"{do} {what} " for do in ("do", "does", "did") for what in ("the", "these", "those", "all", "any", "they"))
+# How questions begin that an order may look like: "do the cubes touch?", "is the cup easy to grasp?".
+_NO_ORDERS = tuple(
+    f"{be} {what} "
+    for be in ("do", "does", "did", "is", "are", "was", "were", "has", "have")
+    for what in ("the", "these", "those", "all", "any", "they", "something", "anything")
+)
 _WHETHER = Token("whether", "whether", "word")
 
 
@@ -250,11 +255,9 @@ class _Answers(Asked):
         again = _Answers(_words(of_both, self.scene), self.scene, self.discourse, self._skills, self._told)
         if len(again.tokens) in again.ends(2):
             return again._say_what((2, len(again.tokens)))
-        if any(ref.ranks for ref in self._refs(other)):
+        if any(ref.ranks or not ref.plural for ref in self._refs(other)):
             raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what “{words} {noun}” is.")
-        (ids, _), (such, _) = self.fitting(span), self.fitting(other)
-        names = tuple(name for name in ids if name in such)
-        return Answer(f"{listed(names)} {be(names)}." if names else "None of what I see.", names)
+        return self._say_count_such(span, other)
 
     def _say_whether(self, span: Span, other: Span, relation: str) -> Answer:
         item, target = self.one(span), self.one(other)
@@ -326,7 +329,7 @@ class _Answers(Asked):
     def _say_whether_is(self, span: Span, other: Span) -> Answer:
         if any(ref.options and any(one.nouns for one in ref.options) for ref in self._refs(other)):
             raise RefusedError(RefusalCode.UNSUPPORTED, "Ask about one of them at a time.")
-        (ids, _), (fitting, _) = self.meant(span), self.fitting(other)
+        (ids, _), (fitting, _) = self.meant(span), self.such(other)
         if not all(ref.plural for ref in self._refs(span)):
             ids = (self.one(span).id,)
         told = " ".join(description(self.scene, self.view.get(name)) for name in ids)
@@ -358,8 +361,8 @@ class _Answers(Asked):
         return Answer(f"My skills are {own}. I also say where things are, how many, how big and how far apart.")
 
     def _say_count_such(self, span: Span, other: Span) -> Answer:
-        (ids, _), (such, _) = self.fitting(span), self.fitting(other)
-        names = tuple(name for name in ids if name in such)
+        such, _ = self.such(other)
+        names = tuple(name for name in self.fitting(span)[0] if name in such)
         return Answer(f"{len(names)}: {listed(names)}." if names else "None of what I see.", names)
 
     def _say_nearer(self, span: Span, other: Span) -> Answer:
@@ -375,6 +378,8 @@ class _Answers(Asked):
         if verbs and span[1] not in verbs:
             # "are you able to pick up the can?" asks for it.
             raise RefusedError(RefusalCode.UNRECOGNIZED, "That is an order.")
+        if not verbs and self.tokens[span[0]].text in ADDRESSING:
+            raise RefusedError(RefusalCode.UNRECOGNIZED, "That is no skill.")
         return Answer(f"{'Yes' if verbs else 'No'}: {self._say_abilities().text}")
 
     def _say_reach(self, span: Span, beyond: str = "") -> Answer:
@@ -422,8 +427,7 @@ class _Answers(Asked):
 
     def _contents(self, item: DetectedObject) -> Answer:
         if not item.shape.holds_things:
-            told = f"{item.id} is {item.shape.name}, which is no container; I see it from outside."
-            raise RefusedError(RefusalCode.UNSUPPORTED, told, (item.id,))
+            raise no_container(item)
         inside = [name for name, _ in contents(self.scene.objects, item)]
         if not inside and not find(fact("empty", item.id), self.view).is_sure:
             return Answer(f"I cannot see what is in {item.id}.")

@@ -23,10 +23,10 @@ FILLERS = (
     "if you would be so kind, "
     "when you get a chance, when you have a moment, when you have time, when you can, when you are ready, "
     "whenever you are ready, when possible, "
-    "pretty please, for me, for us, "
+    "pretty please, "
     "right now, right away, straight away, immediately, asap, at once, this instant, "
     "this minute, "
-    "also, too, as well, alright, all right, basically, literally, honestly, "
+    "alright, all right, basically, literally, honestly, "
     "quite, really, directly, simply, there is a good robot, there you go, "
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
     "using your arm, with your claw, using the arm, with the claw, "
@@ -44,8 +44,8 @@ FILLERS = (
 )
 DEGREES = word_set("nearly almost hardly barely scarcely")
 """Words that no slip of the pen turns into others."""
-LIMITS = "only"
-"""A plan does no more than it is asked for; a question is another one without it."""
+LIMITS = "only, also, too, as well, for me, for us"
+"""A plan does no more than it is asked for, for whoever asks; a question is another one without it."""
 REPEATS = "again, one more time, once again, once more"
 RATHER = "instead"
 """Said of what was done before, in the same breath or the one before."""
