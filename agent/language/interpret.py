@@ -18,7 +18,7 @@ from robosandbox.agent.language.discourse import Discourse, RefusedError, cannot
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.foreign import ENGLISH, language_of, read_in, says_in_turn, told_in
 from robosandbox.agent.language.grammar import Grammar
-from robosandbox.agent.language.intent import Sentence
+from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.loosely import loosely
 from robosandbox.agent.language.offers import with_offer
@@ -121,8 +121,9 @@ def _accounted(prompt: str, scene: ObservedScene, draft: Draft, *, goes_on: bool
     anew = [each.words for each in over if each.kind == "repeat" and not (each.follows or goes_on)]
     if anew:
         return _unrecognized(f"I have done nothing yet that “{anew[0]}” could mean.", anew)
-    manners = listed([f"“{each.words}”" for each in over if each.kind == "manner"])
-    return replace(draft, note=f"No skill takes {manners}: I go at my usual speed.") if manners != "nothing" else draft
+    manners = [f"“{each.words}”" for each in over if each.kind == "manner"]
+    told = f"No skill takes {listed(manners)}: I go at my usual speed." if manners else ""
+    return replace(draft, note=f"{told} {draft.note}".strip())
 
 
 def _interpreted_in(
@@ -366,6 +367,8 @@ def choose(
         context = deepcopy(discourse) if discourse else Discourse()
         try:
             draft = build(reading, scene, skills, context, chosen)
+            felt = [f"“{word}”" for word in unseen(reading) if word in FEELINGS]
+            draft = replace(draft, note=f"I do not see what is {listed(felt)}.") if felt else draft
         except RefusedError as error:
             # Without its frames it is freed at once, and no garbage piles up.
             refused.append(error.with_traceback(None))
