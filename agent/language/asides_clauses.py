@@ -186,6 +186,9 @@ ORDERED = frozenset({"ORDINAL", "FIRST", "THEN", "SUPER"})
 NO_MATTER = word_set("rush hurry pressure worries worry problem stress trouble fuss")
 
 
+_OF_SAYING = frozenset({"so", "to", "saying", "asking", "having", "said", "asked"})
+
+
 class Clause(NamedTuple):
     """Tokens from `start` up to `end`, and where the next clause begins.
 
@@ -286,7 +289,7 @@ class Clausewise:
         """Say whether somebody's remark has no matter of its own, and so is about the order: "my wife disagrees", "I doubt it"."""
         verb = self._subject(start)
         person = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE
-        return person and verb is not None and {*self.texts[verb + 1 : end]} <= OBJECTS | {"so", "to"}
+        return person and verb is not None and {*self.texts[verb + 1 : end]} <= OBJECTS | _OF_SAYING
 
     def _verb(self, k: int) -> bool:
         """Say whether a word looks like a finite verb of somebody: "my son spilled it"."""

@@ -437,7 +437,7 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             elif (
                 length
                 and kept
-                and after < len(tokens) - 1
+                and (after < len(tokens) - 1 or not END_FILLERS.match(tokens, i))
                 and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i))
             ):
                 # "..., hang on, the blue one": corrects what was said before it.
