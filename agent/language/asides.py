@@ -297,7 +297,12 @@ class _Asides(Talk):
         start = i + 2 if self.texts[i : i + 2] in (["let", "us"], ["let", "me"], ["do", "not"]) else i
         turned = start + 1 < end and self._text(start) in ADDRESSING
         acts = any("VERB" in self.tags[k] and self._text(k) in BASE_FORMS for k in range(start + 1, end))
-        return turned and not acts and "first" not in self.texts[start:end] and not any(self._refers(k, end) for k in range(start, end))
+        return (
+            turned
+            and not acts
+            and "first" not in self.texts[start:end]
+            and not any(self._refers(k, end) for k in range(start, end))
+        )
 
     def _orders(self, i: int, end: int) -> bool:
         """Say whether a clause asks for an act: "pick ...", "you should put ...", "I want to move ..."."""

@@ -149,7 +149,9 @@ ADDRESSING = word_set(
 GREETINGS = word_set("sorry thanks thank cheers hello hi welcome congratulations apologies excuse pardon bravo")
 GENERIC = word_set("thing things one guy piece stuff")
 """Nouns that name a thing of the scene only with a word that describes it."""
-CONDITIONAL = word_set("if unless assuming provided providing supposing until till when whenever once while whether before after")
+CONDITIONAL = word_set(
+    "if unless assuming provided providing supposing until till when whenever once while whether before after"
+)
 JOKING = word_set(
     """
     joking kidding joke pretend pretending hypothetically fictional imaginary opposite example following wrong suppose supposing imagine

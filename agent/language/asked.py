@@ -96,7 +96,9 @@ class Asked:
 
     def _described(self, start: int) -> Iterator[tuple[int, tuple[Ref, ...]]]:
         yield from self._grammar.np_list(start)
-        yield from ((end, (ref,)) for end, ref in self._grammar.adjectives(start) if ref.shapes or ref.claims or ref.felt)
+        yield from (
+            (end, (ref,)) for end, ref in self._grammar.adjectives(start) if ref.shapes or ref.claims or ref.felt
+        )
 
     def _refs(self, span: Span) -> list[Ref]:
         """Return what a description says.
@@ -108,7 +110,9 @@ class Asked:
         found = [refs for stop, refs in self._described(start) if stop == end]
         plainest = min(found, key=lambda refs: len(unseen(refs)))
         # Anything may be called a toy, and nothing is seen to be one.
-        vague = [noun for ref in plainest for noun in ref.nouns if NOUN_CLASS.get(noun) == "thing" and noun not in _THINGS]
+        vague = [
+            noun for ref in plainest for noun in ref.nouns if NOUN_CLASS.get(noun) == "thing" and noun not in _THINGS
+        ]
         if vague or unseen(plainest):
             raise cannot_see((*unseen(plainest), *vague))
         return [*plainest]
@@ -128,7 +132,9 @@ class Asked:
         grounder = Grounder(World(self.scene), Discourse())
         refs = [one for ref in self._refs(span) for one in ref.options or (ref,)]
         for relation in (relation for ref in refs for relation in ref.relations):
-            anchors = [self.view.get(name) for ref in relation.refs for name in grounder.many(ref, lambda name: True).ids]
+            anchors = [
+                self.view.get(name) for ref in relation.refs for name in grounder.many(ref, lambda name: True).ids
+            ]
             if relation.kind == "in" and anchors and not any(item.shape.holds_things for item in anchors):
                 raise no_container(anchors[0])
         ids = [name for ref in refs for name in self._things(ref) or grounder.fitting(ref)]
@@ -149,7 +155,10 @@ class Asked:
 
     def _things(self, ref: Ref) -> list[str]:
         """Return all that "things" are, of a colour where one is said: who asks means bins too, who orders does not."""
-        if not {*ref.nouns} <= _THINGS or replace(ref, text="", determiner="the", nouns=(), colours=(), plural=False, one=False) != _ANY:
+        if (
+            not {*ref.nouns} <= _THINGS
+            or replace(ref, text="", determiner="the", nouns=(), colours=(), plural=False, one=False) != _ANY
+        ):
             return []
         return [item.id for item in self.scene.objects if not ref.colours or item.colour in ref.colours]
 

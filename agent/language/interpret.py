@@ -9,12 +9,12 @@ from dataclasses import replace
 from functools import lru_cache
 
 from robosandbox.agent.language import lazy_regex
-from robosandbox.agent.language.adjectives import CLAIMS, FEELINGS
+from robosandbox.agent.language.adjectives import FEELINGS
 from robosandbox.agent.language.asides import without_asides
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.corrections import may_correct, set_right
-from robosandbox.agent.language.discourse import Discourse, RefusedError, cannot_see, listed
+from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.foreign import ENGLISH, language_of, read_in, says_in_turn, told_in
 from robosandbox.agent.language.grammar import Grammar
@@ -455,16 +455,12 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
         _SAID_AS.get(token.text, token.raw) for i, token in enumerate(tokens)
         if token.kind == "word" and not LEXICON.at(tokens, i) and not {token.text, token.text.removesuffix("s")} & known.parts and not _inside_phrase(tokens, i)
     ]  # fmt: skip
-    judged = next((i for i, token in enumerate(tokens) if token.text in CONDITIONS), 0 if words[0] in QUESTIONS else len(words))
-    hidden = [token.raw for token in tokens[judged:] if token.text in CLAIMS | FEELINGS]
-    if hidden:
-        return cannot_see(hidden).refusal
+    told = [f"“{word}”" for word in strange if word not in QUESTIONS | CONDITIONS]
     if words[0] in QUESTIONS:
-        told = [word for word in strange if word not in QUESTIONS]
         return Refusal(
             code=RefusalCode.UNSUPPORTED,
             message="I say where things are, how many, how big, how far apart and what holds of them, and not "
-            f"{listed([f'“{word}”' for word in told], 'or') if told else 'this'}; or tell me what to do.",
+            f"{listed(told, 'or') if told else 'this'}; or tell me what to do.",
             candidates=tuple(skills),
         )
     bare = _only_a_thing(said.grammar)
@@ -492,7 +488,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
         if token.text in CONDITIONS:
             return Refusal(
                 code=RefusalCode.UNSUPPORTED,
-                message=f"I cannot make out what follows “{token.raw}”: I follow conditions on what is there, where it is and how it looks.",
+                message=f"I cannot make out {listed(told) + ' after' if told else 'what follows'} “{token.raw}”: I follow conditions on what is there, where it is and how it looks.",
                 candidates=tuple(skills),
             )
     for j, verb in said.grammar.tag(0, "VERB"):

@@ -149,8 +149,16 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ),
     *(
         ("alike", form.format(words), {"of": key})
-        for form in ("is|are * all|both? the_same|of_the_same {}", "do|does * all|both? have the_same {}", "is|are * the_same {} as *")
-        for key, words in (("size", "size|sizes"), ("colour", "colour|color|colours|colors"), ("height", "height|heights"))
+        for form in (
+            "is|are * all|both? the_same|of_the_same {}",
+            "do|does * all|both? have the_same {}",
+            "is|are * the_same {} as *",
+        )
+        for key, words in (
+            ("size", "size|sizes"),
+            ("colour", "colour|color|colours|colors"),
+            ("height", "height|heights"),
+        )
     ),
     ("alike", "is|are * as big|large as *", {"of": "size"}),
     ("alike", "is|are * as tall|high as *", {"of": "height"}),

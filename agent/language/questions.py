@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosandbox.agent.language.asked import Asked, Span, no_container, words_of
 from robosandbox.agent.language.asides_clauses import ADDRESSING
+from robosandbox.agent.language.asked import Asked, Span, no_container, words_of
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.describing import (
     apart,

@@ -59,10 +59,24 @@ MANNERS = (
     "steady, for a moment, for a second, for a sec, with care, with great care, in slow motion, without a sound, without noise, without a noise, with no noise, "
     "be careful, be gentle, take care, take your time, easy does it, careful now, steady now, gently now, "
     "hurry up and, hurry up, hurry, chop chop, on the double, pronto, step on it, get a move on and, get a move on"
-    + "".join(f", {at} {speed} speed" for at in ("at", "with") for speed in ("full", "top", "half", "low", "high", "maximum", "minimum"))
-    + "".join(f", {also}{make}" for also in ("", "and ") for make in ("make it snappy", "make it quick", "be quick", "be quick about it"))
-    + "".join(f", {how}{adverb}" for how in ("", "very ", "very very ", "really ", "real ", "nice and ", "so ") for adverb in sorted(_ADVERBS))
-    + "".join(f", as {adverb} as {can}" for adverb in sorted(_ADVERBS) for can in ("you can", "possible", "you are able to"))
+    + "".join(
+        f", {at} {speed} speed"
+        for at in ("at", "with")
+        for speed in ("full", "top", "half", "low", "high", "maximum", "minimum")
+    )
+    + "".join(
+        f", {also}{make}"
+        for also in ("", "and ")
+        for make in ("make it snappy", "make it quick", "be quick", "be quick about it")
+    )
+    + "".join(
+        f", {how}{adverb}"
+        for how in ("", "very ", "very very ", "really ", "real ", "nice and ", "so ")
+        for adverb in sorted(_ADVERBS)
+    )
+    + "".join(
+        f", as {adverb} as {can}" for adverb in sorted(_ADVERBS) for can in ("you can", "possible", "you are able to")
+    )
 )
 """How fast or with how much care, which no skill is told: a plan is made, and its note says so."""
 PREAMBLES = (

@@ -119,7 +119,9 @@ def _which(tokens: Sequence[Token], scene: ObservedScene, ground: Grounder) -> R
     one = [*noun[:-1], Token(noun[-1].text.removesuffix("s"), noun[-1].raw, "word")] if noun else []
     rest = [*tokens[k + 1 + (words[k + 1 : k + 2] == ["the"]) :]]
     several = words[k] in ("are", "stand", "lie", "sit")
-    orders = ((*one, *tokens[k + 1 :]), (*one, *rest), (*rest[:1], *one, *rest[1:])) if not several else ((*noun, *rest),)
+    orders = (
+        ((*one, *tokens[k + 1 :]), (*one, *rest), (*rest[:1], *one, *rest[1:])) if not several else ((*noun, *rest),)
+    )
     for order in orders if one and rest else ():
         described = (*_said(["the"]), *order)
         for end, ref in _grammar(described, scene).np(0):
