@@ -17,7 +17,6 @@ from robosandbox.types import DetectedObject, ObservedScene, RefusalCode
 from robosandbox.world.predicate import View
 
 _THINGS = frozenset({"thing", "object", "item", "piece", "stuff", "thingy"})
-_ANY = Ref(text="")
 
 Span = tuple[int, int]
 Found = tuple[tuple[str, ...], str]
@@ -110,11 +109,10 @@ class Asked:
         found = [refs for stop, refs in self._described(start) if stop == end]
         plainest = min(found, key=lambda refs: len(unseen(refs)))
         # Anything may be called a toy, and nothing is seen to be one.
-        vague = [
-            noun for ref in plainest for noun in ref.nouns if NOUN_CLASS.get(noun) == "thing" and noun not in _THINGS
-        ]
-        if vague or unseen(plainest):
-            raise cannot_see((*unseen(plainest), *vague))
+        nouns = {noun for ref in plainest for noun in ref.nouns if NOUN_CLASS.get(noun) == "thing"}
+        words = (*unseen(plainest), *sorted(nouns - _THINGS))
+        if words:
+            raise cannot_see(words)
         return [*plainest]
 
     def meant(self, span: Span) -> Found:
@@ -132,11 +130,9 @@ class Asked:
         grounder = Grounder(World(self.scene), Discourse())
         refs = [one for ref in self._refs(span) for one in ref.options or (ref,)]
         for relation in (relation for ref in refs for relation in ref.relations):
-            anchors = [
-                self.view.get(name) for ref in relation.refs for name in grounder.many(ref, lambda name: True).ids
-            ]
-            if relation.kind == "in" and anchors and not any(item.shape.holds_things for item in anchors):
-                raise no_container(anchors[0])
+            for name in (name for ref in relation.refs for name in grounder.many(ref, lambda name: True).ids):
+                if relation.kind == "in" and not self.view.get(name).shape.holds_things:
+                    raise no_container(self.view.get(name))
         ids = [name for ref in refs for name in self._things(ref) or grounder.fitting(ref)]
         return tuple(dict.fromkeys(ids)), self._grammar.said(*span)
 
@@ -155,10 +151,8 @@ class Asked:
 
     def _things(self, ref: Ref) -> list[str]:
         """Return all that "things" are, of a colour where one is said: who asks means bins too, who orders does not."""
-        if (
-            not {*ref.nouns} <= _THINGS
-            or replace(ref, text="", determiner="the", nouns=(), colours=(), plural=False, one=False) != _ANY
-        ):
+        plain = replace(ref, text="", determiner="the", nouns=(), colours=(), plural=False, one=False) == Ref(text="")
+        if not plain or not {*ref.nouns} <= _THINGS:
             return []
         return [item.id for item in self.scene.objects if not ref.colours or item.colour in ref.colours]
 

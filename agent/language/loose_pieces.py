@@ -217,11 +217,8 @@ class Pieces(Things):
         if text not in WISHING | MODALS or named or spanned:
             return i, None
         # "the cube I like" tells which.
-        liked = (
-            clause.has("verb")
-            and self.text(i - 1) in ("i", "you")
-            and (not self.text(i + 1) or self.text(i + 1) in MARKS)
-        )
+        ends = self.text(i + 1) in MARKS or not self.text(i + 1)
+        liked = ends and clause.has("verb") and self.text(i - 1) in ("i", "you")
         if liked or (text in ("have", "has", "having") and not self._obliges(i)):
             raise NotPlainError(text)
         # "would be possible the bolt in the tray?" asks for it; "it is possible that it is there" supposes.

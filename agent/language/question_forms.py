@@ -19,6 +19,8 @@ _LEFT = "left_of|to_the_left_of|on_the_left_of|on_the_left_side_of"
 _RIGHT = "right_of|to_the_right_of|on_the_right_of|on_the_right_side_of"
 _FRONT = "in_front_of|before"
 _BACK = "behind|in_back_of"
+_COLOUR = "colour|color|colours|colors"
+_LIKE = "is|are * the_same {} as *"
 _ARE = "is|are|lies|lie|sits|sit|stands|stand"
 
 # What each form asks about, the form, and what it gives besides what fills its slots. The first that fits is answered.
@@ -58,14 +60,10 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("reach", f"can|could you reach|get_to * {_NOW}?", {}),
     ("reach", "is|are * out_of|outside|beyond your|the? reach|range", {"beyond": "yes"}),
     ("reach", f"is|are * unreachable|too_far_away|too_far for_you|to_reach? {_NOW}?", {"beyond": "yes"}),
-    ("reached", "what|which objects|things? can you reach|get_to", {}),
-    ("reached", "what|which objects|things? can not you reach|get_to", {"beyond": "yes"}),
-    ("reached", "what|which objects|things? can you not reach|get_to", {"beyond": "yes"}),
-    ("reached", "what|which of? * can you reach|get_to", {}),
-    ("reached", "what|which of? * is|are in|within your|the? reach|range", {}),
-    ("reached", "what|which of? * is|are out_of|outside|beyond your|the? reach|range", {"beyond": "yes"}),
-    ("reached", "what|which objects|things? is|are in|within your|the? reach|range", {}),
-    ("reached", "what|which objects|things? is|are out_of|outside|beyond your|the? reach|range", {"beyond": "yes"}),
+    ("reached", "what|which of? *? can you reach|get_to", {}),
+    ("reached", "what|which of? *? can not_you|you_not reach|get_to", {"beyond": "yes"}),
+    ("reached", "what|which of? *? is|are in|within your|the? reach|range", {}),
+    ("reached", "what|which of? *? is|are out_of|outside|beyond your|the? reach|range", {"beyond": "yes"}),
     ("fits", "can|does|will|would|could|do * fit in|into|inside *", {}),
     ("beside", f"what {_ARE} {_LEFT} *", {"side": "left"}),
     ("beside", f"what {_ARE} {_RIGHT} *", {"side": "right"}),
@@ -148,17 +146,9 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
         for form, rest in (("is|are *", " than *"), ("which|what is", " * or *"), ("which|what of? * or * is", ""))
     ),
     *(
-        ("alike", form.format(words), {"of": key})
-        for form in (
-            "is|are * all|both? the_same|of_the_same {}",
-            "do|does * all|both? have the_same {}",
-            "is|are * the_same {} as *",
-        )
-        for key, words in (
-            ("size", "size|sizes"),
-            ("colour", "colour|color|colours|colors"),
-            ("height", "height|heights"),
-        )
+        ("alike", form.replace("{}", f"{key}|{key}s".replace("colour|colours", _COLOUR)), {"of": key})
+        for form in ("is|are * all|both? the_same|of_the_same {}", "do|does * all|both? have the_same {}", _LIKE)
+        for key in ("size", "colour", "height")
     ),
     ("alike", "is|are * as big|large as *", {"of": "size"}),
     ("alike", "is|are * as tall|high as *", {"of": "height"}),
@@ -230,8 +220,8 @@ class Form:
 
 
 def _part(written: str) -> Alternatives:
-    if written == "*":
-        return Alternatives(is_slot=True)
+    if written in ("*", "*?"):
+        return Alternatives(is_slot=True, may_be_left_out=written == "*?")
     if written == "...":
         return Alternatives(is_rest=True)
     words = tuple(tuple(one.rstrip("?").split("_")) for one in written.split("|"))

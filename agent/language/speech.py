@@ -5,6 +5,8 @@ Each table maps what people say to one canonical value. Multi-word entries are m
 
 from __future__ import annotations
 
+from itertools import product
+
 from robosandbox.agent.language.wordlist import word_set
 
 FILLERS = (
@@ -49,34 +51,28 @@ LIMITS = "only, also, too, as well, for me, for us"
 REPEATS = "again, one more time, once again, once more"
 RATHER = "instead"
 """Said of what was done before, in the same breath or the one before."""
-_ADVERBS = word_set(
-    """
-    carefully gently slowly quickly fast softly smoothly lightly delicately tenderly cautiously swiftly rapidly promptly firmly
-    safely precisely neatly nicely properly quietly silently calmly steadily slow quick easy
-    """
+_ADVERBS = (
+    "carefully|gently|slowly|quickly|fast|softly|smoothly|lightly|delicately|tenderly|cautiously|swiftly|rapidly|promptly|firmly|"
+    "safely|precisely|neatly|nicely|properly|quietly|silently|calmly|steadily|slow|quick|easy"
 )
-MANNERS = (
-    "steady, for a moment, for a second, for a sec, with care, with great care, in slow motion, without a sound, without noise, without a noise, with no noise, "
-    "be careful, be gentle, take care, take your time, easy does it, careful now, steady now, gently now, "
-    "hurry up and, hurry up, hurry, chop chop, on the double, pronto, step on it, get a move on and, get a move on"
-    + "".join(
-        f", {at} {speed} speed"
-        for at in ("at", "with")
-        for speed in ("full", "top", "half", "low", "high", "maximum", "minimum")
+MANNERS = "".join(
+    f", {' '.join(words)}"
+    for said in (
+        (
+            "steady|easy does it|careful now|steady now|gently now|be careful|be gentle|take care|take your time|in slow motion",
+        ),
+        ("for a", "moment|second|sec"),
+        ("with care|with great care|without a sound|without noise|without a noise|with no noise",),
+        ("hurry up and|hurry up|hurry|chop chop|on the double|pronto|step on it|get a move on and|get a move on",),
+        (
+            "make it snappy|and make it snappy|make it quick|and make it quick|be quick|and be quick|be quick about it|and be quick about it",
+        ),
+        ("at|with", "full|top|half|low|high|maximum|minimum", "speed"),
+        (_ADVERBS,),
+        ("very|very very|really|real|nice and|so", _ADVERBS),
+        ("as", _ADVERBS, "as", "you can|possible|you are able to"),
     )
-    + "".join(
-        f", {also}{make}"
-        for also in ("", "and ")
-        for make in ("make it snappy", "make it quick", "be quick", "be quick about it")
-    )
-    + "".join(
-        f", {how}{adverb}"
-        for how in ("", "very ", "very very ", "really ", "real ", "nice and ", "so ")
-        for adverb in sorted(_ADVERBS)
-    )
-    + "".join(
-        f", as {adverb} as {can}" for adverb in sorted(_ADVERBS) for can in ("you can", "possible", "you are able to")
-    )
+    for words in product(*(part.split("|") for part in said))
 )
 """How fast or with how much care, which no skill is told: a plan is made, and its note says so."""
 PREAMBLES = (
