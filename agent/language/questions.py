@@ -242,7 +242,8 @@ class _Answers(Asked):
             ids, _ = self.meant(span)
         except RefusedError as error:
             alike = error.refusal.candidates
-            if error.refusal.code is not RefusalCode.AMBIGUOUS or not alike:
+            told = all(rank.key for ref in self._refs(span) for rank in ref.ranks)
+            if error.refusal.code is not RefusalCode.AMBIGUOUS or not alike or not told:
                 raise
             return Answer(f"{listed(alike)} are alike in that.", tuple(alike))
         return Answer(" ".join(description(self.scene, self.view.get(name)) for name in ids), ids)
@@ -329,6 +330,8 @@ class _Answers(Asked):
     def _say_whether_is(self, span: Span, other: Span) -> Answer:
         if any(ref.options and any(one.nouns for one in ref.options) for ref in self._refs(other)):
             raise RefusedError(RefusalCode.UNSUPPORTED, "Ask about one of them at a time.")
+        if any(ref.determiner == "bare" and ref.nouns and not ref.plural for ref in self._refs(other)):
+            raise RefusedError(RefusalCode.UNRECOGNIZED, "“is the red cube?” asks nothing of it.")
         (ids, _), (fitting, _) = self.meant(span), self.such(other)
         if not all(ref.plural for ref in self._refs(span)):
             ids = (self.one(span).id,)

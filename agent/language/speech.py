@@ -421,7 +421,7 @@ END_FILLERS = (
     "no matter which, any will do, whichever you like, your choice, you choose, you decide"
 )
 ASIDE_FILLERS = (
-    "boss, chief, any one, any two, any three, any four, any of them, any one of them, any two of them, right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
+    "boss, chief, go on, any one, any two, any three, any four, any of them, any one of them, any two of them, right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
     "you know what, guess what, alright, very good, brilliant, thanks, quick one, listen, listen up, "
     "cheers, wow, hang on, hold on"
 )
