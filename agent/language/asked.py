@@ -96,7 +96,9 @@ class Asked:
     def _described(self, start: int) -> Iterator[tuple[int, tuple[Ref, ...]]]:
         yield from self._grammar.np_list(start)
         yield from (
-            (end, (ref,)) for end, ref in self._grammar.adjectives(start) if ref.shapes or ref.claims or ref.felt
+            (end, (ref,))
+            for end, ref in self._grammar.adjectives(start)
+            if ref.shapes or ref.ranks or ref.claims or ref.felt
         )
 
     def _refs(self, span: Span) -> list[Ref]:
