@@ -95,11 +95,10 @@ class Asked:
 
     def _described(self, start: int) -> Iterator[tuple[int, tuple[Ref, ...]]]:
         yield from self._grammar.np_list(start)
-        yield from (
-            (end, (ref,))
-            for end, ref in self._grammar.adjectives(start)
-            if ref.shapes or ref.ranks or ref.claims or ref.felt
-        )
+        for end, ref in self._grammar.adjectives(start):
+            # "right" alone may mean correct.
+            if ref.shapes or ref.claims or ref.felt or (ref.ranks and end > start + 1):
+                yield end, (ref,)
 
     def _refs(self, span: Span) -> list[Ref]:
         """Return what a description says.
