@@ -416,6 +416,10 @@ class _Answers(Asked):
         item, target = self.one(span), self.one(other)
         if not target.shape.holds_things:
             return Answer(f"{target.id} holds nothing: it is {target.shape.name}.", (item.id,))
+        if item.shape.is_granular:
+            raise RefusedError(
+                RefusalCode.UNSUPPORTED, f"I cannot see how much room {item.id} take up in all.", (item.id,)
+            )
         fits = World(self.scene).fits_in(item.id, target.id)
         sizes = f"{item.id} measures {size(item)}, {target.id} {size(target)}."
         return Answer(f"{'Yes' if fits else 'No'}: {sizes}", (item.id,))
