@@ -218,7 +218,9 @@ class Agent(Generic[WorldT]):
         before = told.plan
         told.plan = answer
         if before is not None and (course.goes_on or before.then):
-            told.plan = Plan(steps=(*(step.call for step in told.steps), *answer.steps), then=answer.then)
+            told.plan = Plan(
+                steps=(*(step.call for step in told.steps), *answer.steps), then=answer.then, note=before.note
+            )
         self._emit(Planned(answer, told.replans))
         if answer.steps and self.approve is not None and not self.approve(answer):
             return None

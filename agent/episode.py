@@ -117,6 +117,7 @@ class Episode:
             "replans": self.replans,
             "plan": self.plan.model_dump(mode="json")["steps"] if self.plan else None,
             "answer": self.answer,
+            "note": self.plan.note if self.plan else "",
             "steps": [
                 {"call": step.call.model_dump(mode="json"), "result": step.result.model_dump(mode="json")}
                 for step in self.steps

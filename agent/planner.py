@@ -84,4 +84,4 @@ class StubPlanner:
 
 def _plan_of(draft: Draft) -> Plan:
     answer = draft.nothing.message if draft.nothing else ""
-    return Plan(steps=draft.calls, answer=answer, then=draft.rest.text if draft.rest else "")
+    return Plan(steps=draft.calls, answer=answer, then=draft.rest.text if draft.rest else "", note=draft.note)

@@ -122,6 +122,7 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
 
 
 _PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
+_ONCE = frozenset({"pick", "put", "release", "stack", "pour", "open", "close", "home"})
 _SELVES = frozenset({"itself", "themselves"})
 _SKILLS_OF = {
     "pick": frozenset({"pick", "stack"}),
@@ -162,6 +163,8 @@ class _Builder(Deciding):
             spared = without_what_is_denied(command, Grounder(self.world, Discourse()))
             self._check_tower(spared)
             check_where_told(spared, Grounder(self.world, Discourse()))
+            if spared.times != 1 and spared.verb in _ONCE:
+                raise RefusedError(RefusalCode.IMPOSSIBLE, f"I cannot do that {spared.times} times: it is done once.")
             getattr(self, f"_{command.verb}")(spared)
         avoid |= self._avoided(others, self.world.movable)
         self._check_forbidden()

@@ -33,6 +33,13 @@ class RefusedError(Exception):
         self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates), sure=sure)
 
 
+def cannot_see(words: Sequence[str]) -> RefusedError:
+    """Return the refusal of what would have to be judged by words that name nothing which can be perceived."""
+    quoted = listed([f"“{word}”" for word in words], "or")
+    told = f"I cannot see whether something is {quoted}; I see shape, colour, size and place."
+    return RefusedError(RefusalCode.UNSUPPORTED, told, words, firm=True)
+
+
 @dataclass
 class Discourse:
     """What was spoken of, oldest first: what "it", "them", "the other one" and "one" refer back to.
