@@ -39,8 +39,16 @@ class StubPlanner:
 
     def remember(self, episode: Episode) -> None:
         """Take note of what came of an order, for who asks."""
-        if not episode.answer:
-            self._told = f"“{episode.prompt}”: {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
+        if episode.steps or episode.attempts:
+            done = ", ".join(str(step.call) for step in episode.steps) or "nothing"
+            failed = (
+                "" if episode.success else f"; then {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
+            )
+            self._told = f"For “{episode.prompt}” I did {done}{failed}"
+        elif not self._told and not episode.answer:
+            self._told = (
+                f"Nothing yet; “{episode.prompt}” was {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
+            )
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the skill calls for a sentence, or what remains of them after failures; an answer to a question.

@@ -19,7 +19,7 @@ from robosandbox.agent.language.apart import (
     without_what_is_denied,
 )
 from robosandbox.agent.language.deciding import Deciding
-from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft, Rest
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
@@ -177,7 +177,7 @@ class _Builder(Deciding):
                 (name,),
             )
         if not self.steps:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
+            raise AlreadySoError("That is already so; there is nothing to do.")
         return Draft(tuple(self.steps), self.substitutes)
 
     def _check_tower(self, command: Command) -> None:
@@ -237,7 +237,7 @@ class _Builder(Deciding):
             return
         if self.world.held == names[0]:
             if self.world.is_carried(names[0]):
-                raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {names[0]} already.", names)
+                raise AlreadySoError(f"The gripper holds {names[0]} already.", names)
             self._add("pick", object=names[0])
             return
         self._take(names[0])

@@ -33,6 +33,14 @@ class RefusedError(Exception):
         self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates), sure=sure)
 
 
+class AlreadySoError(RefusedError):
+    """Carries out of the depth of a plan that an order is fulfilled as things stand."""
+
+    def __init__(self, message: str, about: Iterable[str] = ()) -> None:
+        """Say by which evidence, about these things."""
+        super().__init__(RefusalCode.IMPOSSIBLE, message, about)
+
+
 def cannot_see(words: Sequence[str]) -> RefusedError:
     """Return the refusal of what would have to be judged by words that name nothing which can be perceived."""
     quoted = listed([f"“{word}”" for word in words], "or")

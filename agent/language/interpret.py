@@ -14,7 +14,7 @@ from robosandbox.agent.language.asides import without_asides
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.corrections import may_correct, set_right
-from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.foreign import ENGLISH, language_of, read_in, says_in_turn, told_in
 from robosandbox.agent.language.grammar import Grammar
@@ -359,7 +359,7 @@ def choose(
 ) -> Draft | Refusal:
     """Return the plan of the plainest reading that has one; two different plans of equal right are ambiguous."""
     plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
-    refused: list[RefusedError] = []
+    refused: list[tuple[RefusedError, Sentence]] = []
     best, limit = 0.0, float("inf")
     for strain, reading in readings:
         if (plans and strain > best + CLOSE) or strain > limit:
@@ -371,7 +371,7 @@ def choose(
             draft = replace(draft, note=f"I do not see what is {listed(felt)}.") if felt else draft
         except RefusedError as error:
             # Without its frames it is freed at once, and no garbage piles up.
-            refused.append(error.with_traceback(None))
+            refused.append((error.with_traceback(None), reading))
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
                 unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS) and not error.firm
@@ -384,9 +384,12 @@ def choose(
         both = " or ".join("; ".join(calls) or "nothing" for calls in list(plans)[:2])
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
     if not plans:
+        plainest, reading = refused[0]
+        if isinstance(plainest, AlreadySoError) and len(reading.steps) == 1:
+            return Draft((), nothing=plainest.refusal)
         if discourse is not None:
-            discourse.question = refused[0].about
-        return refused[0].refusal
+            discourse.question = plainest.about
+        return plainest.refusal
     draft, context = next(iter(plans.values()))
     if draft.nothing is not None:
         return draft.nothing
