@@ -18,6 +18,7 @@ import pytest
 from mcp import Client
 from mcp.client.stdio import StdioServerParameters
 from mcp.shared.exceptions import MCPError
+from support.flatness import unflat
 from support.processes import mcp_command, mcp_over_http
 
 from robosandbox.apps.cli import app
@@ -118,9 +119,11 @@ async def _lists_tools(client: Client) -> None:
     skills = load_skills()
     assert {*(skill.name for skill in skills), *tools.OWN} <= set(listed)
     assert all(tool.output_schema and tool.annotations for tool in listed.values())
+    assert not [(name, found) for name, tool in listed.items() for found in unflat(tool.input_schema)]
+    assert not any("anyOf" in tool.output_schema for tool in listed.values())
     assert listed["look"].annotations.read_only_hint and listed["reset"].annotations.destructive_hint
     for skill in skills:
-        assert listed[skill.name].input_schema == {"type": "object", **skill.schema}
+        assert set(listed[skill.name].input_schema.get("properties", {})) == set(skill.schema["properties"])
         assert listed[skill.name].description.startswith(skill.description)
 
 
