@@ -60,8 +60,8 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
         camera = options.camera
         planner_options["picture"] = lambda: sim.state([camera]).images[camera]
     mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue)
-    grasps: GraspPlanner = make_plugin("grasp_planners", options.grasp, options=options.grasp_options)
-    paths: MotionPlanner = make_plugin("motion_planners", options.motion, options=options.motion_options)
+    grasps: GraspPlanner = make_plugin("grasp_planners", GraspPlanner, options.grasp, options=options.grasp_options)
+    paths: MotionPlanner = make_plugin("motion_planners", MotionPlanner, options.motion, options=options.motion_options)
     eyes = make_perception(options.perception, Setup.of(task.scene), options.perception_options)
     sensor = None if options.sensor == "ideal" else options.sensor
     connect = partial(
