@@ -4,6 +4,7 @@ import json
 import logging
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -243,6 +244,37 @@ def test_fault_of_a_skill_becomes_an_internal_error_with_an_id_in_the_log(caplog
         assert fault_id in caplog.text and "a fault on purpose" in caplog.text
         assert "a fault on purpose" not in raised.value.message
         assert robot.send("home").wait().skill == "home"
+
+
+def test_after_a_cancel_send_says_that_the_goal_is_being_stopped_and_how_to_wait() -> None:
+    stopped = threading.Event()
+
+    class Slow(Skill):
+        name = "slow"
+
+        def run(self, ctx: SkillContext) -> SkillResult:
+            """End when it is let."""
+            stopped.wait(60.0)
+            return SkillResult(skill="slow")
+
+    loader = TaskLoader()
+    host = loader.open("home")
+    host.agent.skills["slow"] = Slow()
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    session, _ = open_listener(endpoint)
+    with session, SimServer(host, session, robot_id="arm-1", load=loader.load), connect(endpoint) as client:
+        robot = client.robot("arm-1")
+        goal = robot.send("slow")
+        with pytest.raises(BusyError, match="busy with slow; cancel it, wait for it, or send with queue"):
+            robot.send("home")
+        goal.cancel()
+        with pytest.raises(BusyError, match=r"slow; it was cancelled and is being stopped; wait for its end \(`wait`"):
+            robot.send("home")
+        with pytest.raises(BusyError, match="slow; it is being stopped; wait for its end"):
+            robot.reset(0)
+        queued = robot.send("home", queue=True)
+        stopped.set()
+        assert queued.wait().skill == "home"
 
 
 def test_nan_from_python_is_refused_as_such(robot: RemoteRobot) -> None:
