@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.forked import told_in_forked_child
 from support.processes import SimProcess, free_port
 
 from robosandbox.agent.agent import Agent
@@ -34,7 +35,9 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import SkillResult
 from robosandbox.workcell.zenoh.client import Client, RemoteRobot, connect
+from robosandbox.workcell.zenoh.client.goal import RemoteGoal
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
+from robosandbox.workcell.zenoh.messages import Goal, GoalStatus
 from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld, StateFile
 from robosandbox.workcell.zenoh.server.loader import TaskLoader
 from robosandbox.workcell.zenoh.server.server import SimServer
@@ -244,6 +247,19 @@ def test_fault_of_a_skill_becomes_an_internal_error_with_an_id_in_the_log(caplog
         assert fault_id in caplog.text and "a fault on purpose" in caplog.text
         assert "a fault on purpose" not in raised.value.message
         assert robot.send("home").wait().skill == "home"
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_client_in_a_forked_process_says_that_it_was_forked(sim: SimProcess, client: Client) -> None:
+    robot = client.robot()
+    goal = robot.send("home")
+    goal.wait()
+    running = RemoteGoal(robot, Goal(goal_id=goal.id, boot_id="", skill="home", status=GoalStatus.ACCEPTED))
+    for work in (robot.state, robot.observe, running.wait, running.cancel, lambda: connect(sim.endpoint)):
+        told = told_in_forked_child(work)
+        assert told.startswith("ServiceUnavailableError: Zenoh was used in process") and "'spawn'" in told
+    assert told_in_forked_child(client.close) == ""
+    assert robot.state().held is None
 
 
 def test_after_a_cancel_send_says_that_the_goal_is_being_stopped_and_how_to_wait() -> None:
