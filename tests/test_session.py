@@ -15,6 +15,7 @@ from robosandbox.workcell.session import open_session
 
 def test_open_session_is_a_name_of_the_package() -> None:
     assert robosandbox.open_session is open_session
+    assert set(robosandbox.__all__) <= set(dir(robosandbox))
 
 
 def test_a_bare_scene_takes_prompts() -> None:
