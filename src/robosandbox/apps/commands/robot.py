@@ -132,7 +132,7 @@ def _found_as(model: Path, sidecar: Path) -> str:
     expected = model.with_suffix(".robosandbox.yaml")
     if sidecar.resolve() == expected.resolve():
         return ""
-    return f"; it is found by itself as {expected}, else name it: --sidecar of `robot check`, robot_config of a task"
+    return f"; it is found by itself as {expected}, else name it: --sidecar of any command, robot_config of a task"
 
 
 def _model(name: str) -> Path:
