@@ -16,6 +16,7 @@ from robosandbox.robots.gripper.calibrate import servo_map
 from robosandbox.robots.gripper.collision import ensure_solid_tool, refine_fingers
 from robosandbox.robots.gripper.geometry import DerivedGripper
 from robosandbox.robots.gripper.hand import settle_listed
+from robosandbox.robots.importers.files import is_file
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
@@ -27,6 +28,7 @@ from robosandbox.robots.measurements import home_by_address, measurements
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar, SuctionRoles
+from robosandbox.suggestions import did_you_mean_file
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, Scene, frozen_array
 from robosandbox.types.robot import RobotFiles
 from robosandbox.validation import load_yaml_model
@@ -153,8 +155,10 @@ def load_robot(
     """
     path = resolve_robot(robot_urdf).resolve()
     if arm is not None or gripper is not None:
+        if gripper is not None and not is_file(gripper):
+            raise InputError(f"robot_gripper: {str(gripper)!r} is no file{did_you_mean_file(gripper)}")
         gripper = gripper.resolve() if gripper else None
-        stamp = gripper.stat().st_mtime_ns if gripper and gripper.is_file() else 0
+        stamp = gripper.stat().st_mtime_ns if gripper else 0
         return _inferred(path, arm, gripper, package_paths, table_height, path.stat().st_mtime_ns, stamp)
     config = find_sidecar(path, robot_config)
     stamp = config.stat().st_mtime_ns if config else 0

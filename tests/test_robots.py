@@ -263,6 +263,8 @@ def test_a_sidecar_of_another_place_is_run_with_and_says_arm_and_gripper(tmp_pat
         assert session.sim.robot.files.sidecar == sidecar.resolve()
     with pytest.raises(InputError, match="--arm: the sidecar says that; leave out --sidecar or --arm"):
         open_session(robot=TOYS / "toy_jaw.xml", sidecar=sidecar, arm="left")
+    with pytest.raises(InputError, match=r"robot_gripper: 'none\.xml' is no file"):
+        open_session(Scene(robot_gripper="none.xml"))
     with pytest.raises(InputError, match=r"--sidecar: .*: no such file"):
         open_session(sidecar=tmp_path / "none.yaml")
 

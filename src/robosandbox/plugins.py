@@ -236,7 +236,12 @@ def _unusable(group: str, point: EntryPoint, error: _BrokenError) -> InputError:
 
 @cache
 def _warn_once(text: str) -> None:
-    _log.warning(text)
+    # Loads for ten milliseconds, for a warning alone.
+    from multiprocessing import parent_process
+
+    # Whoever started a worker process has said it.
+    if parent_process() is None:
+        _log.warning(text)
 
 
 @cache
