@@ -14,14 +14,14 @@ from robosandbox.agent.language.questions import Answer, answered
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.worded import learn
 from robosandbox.agent.protocols import Attempt
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.world.operators import Operator
 
 
 class StubPlanner:
     """Plans from the sentence and the scene alone; no network, no model, the same answer every time."""
 
-    def __init__(self, skills: Sequence[Skill], *, dialogue: bool = False) -> None:
+    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False) -> None:
         """Plan with these skills only.
 
         Args:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robosandbox.plugins import make_installed
-from robosandbox.skills.protocols import Skill
+from robosandbox.skills.base import Skill
 
 
 def load_skills() -> list[Skill]:

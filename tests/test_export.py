@@ -36,7 +36,7 @@ def episodes(tmp_path_factory: pytest.TempPathFactory) -> list[RecordedEpisode]:
     found = []
     with open_session("pick_cube_franka") as session:
         recorder = Recorder(folder, session)
-        recorder.follow(session.agent)
+        recorder.follow()
         for seed, prompt in ((1, None), (2, "push the red cube 10 cm to the left")):
             session.reset(seed)
             session.run(prompt)
@@ -271,7 +271,7 @@ def test_mcap_joint_states_are_the_recorded_ones(log: dict[str, list[Any]], epis
 def test_mcap_draws_arm_bins_and_drawers_as_bodies_in_their_frames(tmp_path: Path) -> None:
     with open_session("put_in_drawer") as session:
         recorder = Recorder(tmp_path, session)
-        recorder.follow(session.agent)
+        recorder.follow()
         session.run("open the drawer")
         folder = recorder.finish(judged=None)
         recorder.close()

@@ -122,7 +122,10 @@ def test_what_is_installed_and_broken_is_left_out_with_a_line_each(tmp_path: Pat
     assert len(warned) == 2
     assert "the shape 'cone' is left out: the package half-made 1.0 has the entry point" in warned[0]
     assert "cone = not_importable:Cone, which does not import (ModuleNotFoundError" in warned[0]
-    assert "the skill 'wave' is left out" in warned[1] and "Waver lacks check, description, schema" in warned[1]
+    assert (
+        "the skill 'wave' is left out" in warned[1]
+        and "Waver lacks alternatives, check, contract, description, run" in warned[1]
+    )
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,7 @@ def test_remote_bench_gives_the_rows_of_an_embedded_one(robot: RemoteRobot) -> N
 def test_same_agent_class_drives_a_remote_robot(robot: RemoteRobot) -> None:
     phases: list[str] = []
     agent = Agent(ctx=robot.ctx, skills=robot.skills, planner=StubPlanner(robot.skills))
-    agent.listeners.append(lambda event: phases.append(getattr(event, "phase", "")))
+    agent.ctx.events.subscribe(lambda event: phases.append(getattr(event, "phase", "")))
     assert agent.run("put the red cube to the left of the blue cube").success
     assert {"approach", "grasp", "lift", "release"} <= set(phases)
 

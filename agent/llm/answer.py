@@ -11,9 +11,9 @@ from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.llm.correction import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
 from robosandbox.agent.tools import RefuseArguments, said_of, step_schema
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.arguments import fitting, object_arguments
+from robosandbox.world.operators import Operator
 from robosandbox.world.verifier import MAX_STEPS, Constraints, verify
 
 PLAN = "plan"
@@ -34,7 +34,7 @@ class PlanAnswer(StrictModel):
 
 
 def answer_tools(
-    skills: Sequence[Skill[Any]], scene: ObservedScene | None = None, *, max_steps: int = MAX_STEPS
+    skills: Sequence[Operator], scene: ObservedScene | None = None, *, max_steps: int = MAX_STEPS
 ) -> list[Tool]:
     """Return the two tools, `plan` with a variant of its steps for each skill.
 
@@ -80,7 +80,7 @@ def answer_tools(
 def read_answer(
     call: Call,
     scene: ObservedScene,
-    skills: Sequence[Skill[Any]],
+    skills: Sequence[Operator],
     *,
     max_steps: int = MAX_STEPS,
     constraints: Constraints | None = None,
@@ -103,7 +103,7 @@ def read_answer(
 
 
 def _plan(
-    data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]], max_steps: int, constraints: Constraints | None
+    data: Any, scene: ObservedScene, skills: Sequence[Operator], max_steps: int, constraints: Constraints | None
 ) -> Plan:
     try:
         answer = PlanAnswer.model_validate(_with_plain_steps(data))
@@ -131,7 +131,7 @@ def _with_plain_steps(data: Any) -> Any:
     return {**data, "steps": steps}
 
 
-def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Refusal:
+def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Operator]) -> Refusal:
     try:
         answer = RefuseArguments.model_validate(data)
     except ValidationError as error:
@@ -146,7 +146,7 @@ def _told(error: ValidationError) -> str:
     return "; ".join(map(said_of, error.errors(include_url=False)[:5]))[:1000]
 
 
-def skill_arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any] | None:
+def skill_arguments(skill: Operator, scene: ObservedScene | None) -> dict[str, Any] | None:
     """Return a skill's flat schema with the ids that fit each argument; None where no object fits one."""
     schema = flat(skill.schema)
     if scene is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
@@ -21,9 +21,9 @@ from robosandbox.agent.tools import (
     schema as schema_of,
 )
 from robosandbox.errors import InputError
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, StrictModel
 from robosandbox.world.arguments import terms
+from robosandbox.world.operators import Operator
 
 _THOUGHT = (
     240  # Characters of a thought before a call. Chosen: a small model writes on for as long as a schema lets it.
@@ -51,7 +51,7 @@ OWN: dict[str, type[StrictModel]] = {
 
 
 def acting_tools(
-    skills: Sequence[Skill[Any]], scene: ObservedScene | None = None, *, can_ask: bool, can_program: bool = False
+    skills: Sequence[Operator], scene: ObservedScene | None = None, *, can_ask: bool, can_program: bool = False
 ) -> list[Tool]:
     """Return the tools.
 

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, ParamSpec
+from typing import ParamSpec
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from robosandbox.plugins import make_plugin
 from robosandbox.progress import doing
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.skills.protocols import Skill
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.layouts import Layouts
@@ -32,6 +31,7 @@ from robosandbox.types import Array, Scene, find_tempo
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.option_types import check_types
 from robosandbox.workcell.options import WorkcellOptions
+from robosandbox.world.operators import Operator
 
 DEFAULT_TASK = "pick_from_three"
 # How far from a task's start configuration a driver may begin, rad or m; chosen so that an encoder's noise stays far below.
@@ -53,7 +53,7 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
     """
     check_types(options)
     task = _task_of(options)
-    skills: list[Skill[Any]] = [*load_skills()]
+    skills: list[Operator] = [*load_skills()]
     sim: Driver
     planner_options = dict(options.planner_options or {})
     if options.camera is not None:

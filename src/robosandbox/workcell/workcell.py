@@ -11,10 +11,10 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import UnsupportedError
-from robosandbox.skills.protocols import Skill
 from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.task import Task
 from robosandbox.types import Observation, ObservedScene, Truth, Verdict
+from robosandbox.world.operators import Operator
 
 ContextT = TypeVar("ContextT", bound=GoalContext, default=Any)
 
@@ -40,7 +40,7 @@ class Workcell(ABC, Generic[ContextT]):
         return self.agent.ctx
 
     @property
-    def skills(self) -> tuple[Skill[ContextT], ...]:
+    def skills(self) -> tuple[Operator, ...]:
         """What the robot can do."""
         return tuple(self.agent.skills.values())
 

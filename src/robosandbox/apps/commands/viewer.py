@@ -140,7 +140,7 @@ def _here(
             if settings is not None:
                 recorder = open_recorder(settings, session)
                 recorded.close()
-                recorder.follow(session.agent)
+                recorder.follow()
                 recorded.callback(recorder.close)
             return session
 

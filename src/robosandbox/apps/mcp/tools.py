@@ -26,7 +26,6 @@ from robosandbox.agent.tools import (
 )
 from robosandbox.errors import InputError, SkillError
 from robosandbox.printable import printable
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import (
     MAX_PROMPT_LENGTH,
     Observation,
@@ -38,6 +37,7 @@ from robosandbox.types import (
 )
 from robosandbox.world.arguments import terms
 from robosandbox.world.described import describe_scene
+from robosandbox.world.operators import Operator
 
 
 class LookArguments(StrictModel):
@@ -120,7 +120,7 @@ OWN: dict[str, Own] = {
 """Tools of the server's own, by name."""
 
 
-def catalogue(skills: Sequence[Skill[Any]], *, loads: bool = True) -> list[types.Tool]:
+def catalogue(skills: Sequence[Operator], *, loads: bool = True) -> list[types.Tool]:
     """Return the tools: the skills under their own names and schemas, and the server's own.
 
     Args:

@@ -82,7 +82,8 @@ class Shell:
         self.said = ""
         self.interrupts = Interrupts(workcell.ctx, lambda: self.away)
         self._ways: deque[_Way] = deque(maxlen=_KEPT)
-        workcell.agent.listeners += [self.interrupts, self._note_plan]
+        workcell.ctx.events.subscribe(self.interrupts)
+        workcell.ctx.events.subscribe(self._note_plan)
 
     @property
     def away(self) -> bool:

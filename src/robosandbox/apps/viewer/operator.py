@@ -107,7 +107,7 @@ class Operator:
         self._lock = threading.Lock()
         self._doing = Doing.NOTHING
         self._stop = threading.Event()
-        source.workcell.agent.listeners.append(self.tell)
+        self._leave = source.workcell.ctx.events.subscribe(self.tell)
 
     @property
     def doing(self) -> Doing:
@@ -201,11 +201,11 @@ class Operator:
 
     def _exchange(self, load: Callable[[], None]) -> None:
         """Have the source open another world, and listen to the agent of that one."""
-        self._work.agent.listeners.remove(self.tell)
+        self._leave()
         try:
             load()
         finally:
-            self._work.agent.listeners.append(self.tell)
+            self._leave = self._work.ctx.events.subscribe(self.tell)
         self._ways.clear()
         self.tell(Loaded())
 

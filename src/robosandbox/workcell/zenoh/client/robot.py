@@ -90,7 +90,7 @@ class RemoteRobot:
     def survey(self) -> Info:
         """Ask what it is, and take over its skills as they are now."""
         info = self.info()
-        self._skills = [RemoteSkill(self, item) for item in info.skills]
+        self._skills = [RemoteSkill(item) for item in info.skills]
         return info
 
     @property

@@ -15,7 +15,6 @@ from robosandbox.validation import validate
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import USUAL, WorkcellOptions
 from robosandbox.workcell.recording.settings import RecordSettings, open_recorder
-from robosandbox.workcell.recording.skill import RecordedSkill
 from robosandbox.workcell.session import open_workcell
 from robosandbox.workcell.zenoh.messages import Load
 from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld
@@ -69,7 +68,7 @@ class TaskLoader:
             except InputError:
                 session.close()
                 raise
-            session.agent.skills.update({skill.name: RecordedSkill(skill, recorder) for skill in session.skills})
+            recorder.follow()
         return session
 
     def resume(self, world: SavedWorld) -> EmbeddedWorkcell:
