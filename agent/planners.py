@@ -27,6 +27,7 @@ def make_planner(
     """
     planner: Planner = make_plugin(
         "planners",
+        Planner,
         name,
         skills,
         options=options,

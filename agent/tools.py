@@ -14,6 +14,7 @@ from pydantic_core import ErrorDetails
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import FailedAttempt, Step
+from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.preview import preview
 from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, SkillError
@@ -110,9 +111,29 @@ def description(arguments: type[StrictModel]) -> str:
     return " ".join((arguments.__doc__ or "").split())
 
 
-def schema(arguments: type[StrictModel]) -> dict[str, Any]:
-    """Return the JSON schema of a tool's arguments."""
-    return {key: value for key, value in arguments.model_json_schema().items() if key not in ("description", "title")}
+def schema(arguments: type[StrictModel], skills: Sequence[Operator]) -> dict[str, Any]:
+    """Return the flat JSON schema of a tool's arguments.
+
+    Args:
+        arguments: What the tool takes.
+        skills: What its steps may call, where it has any.
+    """
+    found = flat(arguments.model_json_schema())
+    found.pop("description", None)
+    if "steps" in found.get("properties", {}):
+        found["properties"]["steps"]["items"] = flat({"anyOf": [step_schema(skill, skill.schema) for skill in skills]})
+    return found
+
+
+def step_schema(skill: Operator, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the JSON schema of a skill's call in a list of steps."""
+    return {
+        "type": "object",
+        "description": skill.description,
+        "properties": {"skill": {"const": skill.name}, "arguments": flat(arguments)},
+        "required": ["skill", "arguments"],
+        "additionalProperties": False,
+    }
 
 
 def wrong_arguments(tool: str, error: ValidationError, arguments: type[StrictModel]) -> str:

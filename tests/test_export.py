@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -333,6 +334,19 @@ def test_wrong_use_is_told_and_leaves_nothing(
     assert run_app(app, "robo-sandbox", ["export", *given]) == 2
     assert complaint in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
+
+
+def test_lerobot_ends_with_a_sum_and_the_target_is_all_of_stdout(
+    episodes: list[RecordedEpisode], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "picks"
+    assert (
+        run_app(app, "robo-sandbox", ["export", "lerobot", *(str(item.folder) for item in episodes), str(target)]) == 0
+    )
+    said = capsys.readouterr()
+    frames = load(target / "meta/info.json")["total_frames"]
+    assert re.fullmatch(rf"exported 2 episodes, {frames} frames, \d+\.\d MB, to {target}", said.err.splitlines()[-1])
+    assert said.out == f"{target}\n"
 
 
 def test_robots_are_not_mixed(episodes: list[RecordedEpisode], tmp_path: Path) -> None:

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
+from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.llm.correction import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
-from robosandbox.agent.tools import RefuseArguments, said_of
+from robosandbox.agent.tools import RefuseArguments, said_of, step_schema
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.arguments import fitting, object_arguments
 from robosandbox.world.operators import Operator
@@ -44,15 +45,7 @@ def answer_tools(
         max_steps: How many calls a plan may have.
     """
     variants = [
-        {
-            "type": "object",
-            "description": skill.description,
-            "properties": {"skill": {"const": skill.name}, "arguments": arguments},
-            "required": ["skill", "arguments"],
-            "additionalProperties": False,
-        }
-        for skill in skills
-        if (arguments := skill_arguments(skill, scene)) is not None
+        step_schema(skill, arguments) for skill in skills if (arguments := skill_arguments(skill, scene)) is not None
     ]
     if not variants and scene is not None:
         return answer_tools(skills, max_steps=max_steps)
@@ -154,14 +147,13 @@ def _told(error: ValidationError) -> str:
 
 
 def skill_arguments(skill: Operator, scene: ObservedScene | None) -> dict[str, Any] | None:
-    """Return a skill's schema with the ids that fit each argument; None where no object fits one."""
-    schema = dict(skill.schema)
-    fields: dict[str, Any] = {name: dict(field) for name, field in schema.get("properties", {}).items()}
+    """Return a skill's flat schema with the ids that fit each argument; None where no object fits one."""
+    schema = flat(skill.schema)
     if scene is None:
-        return {**schema, "properties": fields}
+        return schema
     for name in object_arguments(skill):
         ids = fitting(skill, name, scene)
         if not ids:
             return None
-        fields[name]["enum"] = ids
-    return {**schema, "properties": fields}
+        schema["properties"][name]["enum"] = ids
+    return schema

@@ -74,7 +74,7 @@ def acting_tools(
         if (arguments := skill_arguments(skill, scene)) is not None
     ]
     still = [
-        Tool(name=name, description=description(model), schema=schema_of(model))
+        Tool(name=name, description=description(model), schema=schema_of(model, skills))
         for name, model in OWN.items()
         if name not in left_out
     ]

@@ -26,6 +26,8 @@ _RECORDED = (
     "max_replans",
     "what_if",
 )
+# Those of them that stand in a row where they were said.
+_OF_THE_ROBOT = ("robot", "sidecar", "arm", "gripper")
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,7 @@ class BenchSettings(WorkcellOptions):
     def record(self) -> dict[str, Any]:
         """Return the settings that outcomes depend on as JSON data."""
         found = {name: getattr(self, name) for name in _RECORDED}
+        found |= {name: str(value) for name in _OF_THE_ROBOT if (value := getattr(self, name)) is not None}
         return {**found, "planner_options": dict(self.planner_options or {})}
 
 

@@ -57,12 +57,13 @@ async def serve_stdio(server: Server[Any], first: FirstLine | None = None) -> No
         await _serve_stdio(server, first)
     except* (BrokenPipeError, anyio.BrokenResourceError, anyio.ClosedResourceError):
         # Nobody reads any more; what Python still holds for stdout at its end would find that out once again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), first.stdout if first else sys.stdout.fileno())
 
 
 async def _serve_stdio(server: Server[Any], first: FirstLine | None) -> None:
     options = server.create_initialization_options()
-    async with stdio_server() as (read, write):
+    stdout = anyio.wrap_file(os.fdopen(first.stdout, "w", encoding="utf-8", closefd=False)) if first else None
+    async with stdio_server(stdout=stdout) as (read, write):
         if first is None:
             await server.run(read, write, options)
             return

@@ -72,13 +72,12 @@ class RemoteRobot:
         self.id = robot_id
         self.ctx: RemoteContext = RemoteContext(self)
         self._client = client
-        self._session = client.session
         self._asker = Asker(client, robot_id)
         self._goals: dict[str, set[RemoteGoal]] = {}
         self._info: Info | None = None
         self._skills: list[RemoteSkill] = []
         self._calls: dict[str, RemoteSkill] = {}
-        self._token = self._session.liveliness().declare_token(key(robot_id, "client", client.id))
+        self._token = client.session.liveliness().declare_token(key(robot_id, "client", client.id))
         self._news = self.watch("goal/*/*", self._on_news)
         self.survey()
 
@@ -159,7 +158,7 @@ class RemoteRobot:
             if self._asker.source.believes(origin.source_id if origin else None, suffix):
                 handler(sample)
 
-        return self._session.declare_subscriber(key(self.id, suffix), hear)
+        return self._client.session.declare_subscriber(key(self.id, suffix), hear)
 
     # Acting.
 

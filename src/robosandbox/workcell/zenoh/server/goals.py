@@ -112,7 +112,11 @@ class Ledger:
         if request.queue and len(self._live) <= MAX_WAITING:
             return
         name = first.goal.skill if first else str(doing)
-        what = f"{waiting} goals wait already" if request.queue else "cancel it, wait for it, or send with queue"
+        what = "cancel it, wait for it, or send with queue"
+        if request.queue:
+            what = f"{waiting} goals wait already"
+        elif first and first.cancelled:
+            what = "it was cancelled and is being stopped; wait for its end (`wait`, or its status), or send with queue"
         raise BusyError(
             f"the robot is busy with {name}; {what}",
             evidence=BusyEvidence(doing=name, goal_id=first.goal.goal_id if first else None, waiting=waiting),
@@ -194,6 +198,11 @@ class Ledger:
         """Return the skill of the goal that runs or is next."""
         with self._lock:
             return next((entry.goal.skill for entry in self._live.values()), None)
+
+    def is_stopping(self) -> bool:
+        """Return whether the goal that runs or is next was cancelled and has not ended."""
+        with self._lock:
+            return next((entry.cancelled for entry in self._live.values()), False)
 
     # Across restarts.
 
