@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
+
 import numpy as np
 
 from robosandbox.agent.agent import Agent
@@ -42,7 +44,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         undoes: bool = False,
     ) -> None:
         super().__init__(task, agent, seed=seed, undoes=undoes)
-        agent.calls = {**agent.skills, **{move.name: move for move in MANUAL}}
+        agent.calls = ChainMap(agent.skills, {move.name: move for move in MANUAL})
         self.sim = sim
         self._layouts = layouts
         self._start_state: Array | None = None
