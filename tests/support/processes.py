@@ -29,17 +29,24 @@ class SimProcess:
         state_file: Where the world is kept; `restart` then goes on from it.
         log: Where stderr goes; nowhere if left out.
         protocol: Of the endpoint, `tcp` or `tls`; None for a sim that connects to a router and listens nowhere.
+        first: Python that the process runs before the program, to break something in it.
 
     Attributes:
         endpoint: Where it listens; empty for a sim that does not.
     """
 
     def __init__(
-        self, *options: str, state_file: Path | None = None, log: Path | None = None, protocol: str | None = "tcp"
+        self,
+        *options: str,
+        state_file: Path | None = None,
+        log: Path | None = None,
+        protocol: str | None = "tcp",
+        first: str = "",
     ) -> None:
         self.endpoint: str = f"{protocol}/127.0.0.1:{free_port()}" if protocol else ""
         self._options = [*options, *(["--state-file", str(state_file)] if state_file else [])]
         self._log = log
+        self._first = first
         self._process = self._start()
 
     @property
@@ -51,6 +58,14 @@ class SimProcess:
     def running(self) -> bool:
         """Whether the process lives."""
         return self._process.poll() is None
+
+    def ended(self, timeout: float = 30.0) -> int:
+        """Wait until it has ended by itself and return its exit code.
+
+        Raises:
+            subprocess.TimeoutExpired: It did not end in time.
+        """
+        return self._process.wait(timeout)
 
     def kill(self) -> None:
         """End it at once, as a power cut would."""
@@ -84,7 +99,7 @@ class SimProcess:
 
     def _start(self) -> subprocess.Popen[str]:
         listen = ["--listen", self.endpoint] if self.endpoint else []
-        command = [sys.executable, "-c", _MAIN, "sim", *listen, *self._options]
+        command = [sys.executable, "-c", f"{self._first}\n{_MAIN}", "sim", *listen, *self._options]
         with open(self._log or os.devnull, "a", encoding="utf-8") as errors:
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
         watchdog = threading.Timer(_START_SECONDS, process.kill)

@@ -7,8 +7,10 @@ import logging
 import os
 import re
 import sys
-from collections.abc import Sequence
-from typing import Any, TextIO
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, NoReturn, TextIO
 
 import typer
 
@@ -120,6 +122,31 @@ def _exit_code(error: RoboSandboxError) -> int | None:
     if isinstance(error, UnsupportedError):
         return EXIT_USAGE
     return EXIT_UNAVAILABLE if isinstance(error, ServiceError) else None
+
+
+@contextmanager
+def ending_with_threads(program: str) -> Iterator[None]:
+    """Have the process end when any of its threads dies meanwhile: what the thread did would never be done again.
+
+    Zenoh's own panics are no `Exception`, and pass by all that keeps a thread alive.
+    """
+
+    def end(died: threading.ExceptHookArgs) -> None:
+        name = died.thread.name if died.thread else "?"
+        end_now(program, f"the thread {name!r} died of {died.exc_type.__name__}: {died.exc_value}")
+
+    before, threading.excepthook = threading.excepthook, end
+    try:
+        yield
+    finally:
+        threading.excepthook = before
+
+
+def end_now(program: str, cause: str) -> NoReturn:
+    """End the process at once, as a kill would, with a line that says why."""
+    _complain(program, f"{cause}; the process ends, start it again")
+    sys.stderr.flush()
+    os._exit(EXIT_UNAVAILABLE)
 
 
 def print_json(document: Any) -> None:

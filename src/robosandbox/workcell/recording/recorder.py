@@ -243,7 +243,7 @@ class Recorder:
         """Finish what is open and follow the world no longer."""
         self.finish()
         self._leave()
-        if self._simulated is not None:
+        if self._simulated is not None and self._jumped in self._simulated.jump_hooks:
             self._simulated.jump_hooks.remove(self._jumped)
         for agent in self._agents:
             agent.listeners.remove(self.on_event)
