@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from support.processes import SimProcess, mcp_command
+from support.processes import McpProcess, SimProcess
 
 from robosandbox.errors import SkillError
 from robosandbox.types import Plan, SkillCall
@@ -79,31 +78,17 @@ def service(name: str) -> Iterator[tuple[int, Call]]:
 @contextmanager
 def mcp(name: str) -> Iterator[tuple[int, Call]]:
     """Yield the process id of an MCP server on stdin and stdout, and a call of it."""
-    command = mcp_command("--task", _TASKS[-1])
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
-        assert server.stdin is not None
-        assert server.stdout is not None
-
-        def ask(method: str, number: int | None, **params: Any) -> Any:
-            message = {"jsonrpc": "2.0", "method": method, "params": params}
-            print(json.dumps(message if number is None else message | {"id": number}), file=server.stdin, flush=True)
-            if number is None:
-                return None
-            return next(found for line in server.stdout if (found := json.loads(line)).get("id") == number)
+    with McpProcess("--task", _TASKS[-1]) as server:
 
         def call(number: int) -> None:
             tool, arguments = _MCP[name](number)
-            answer = ask("tools/call", number + 1, name=tool, arguments=arguments)
+            answer = server.call(number + 1, tool, **arguments)
             if "result" not in answer or answer["result"].get("isError"):
                 raise SystemExit(f"mcp {name}: {json.dumps(answer)[:300]}")
             if tool == "home" or arguments.get("prompt") == "go home":
-                ask("tools/call", number + 1, name="reset", arguments={"seed": 0})
+                server.call(number + 1, "reset", seed=0)
 
-        client = {"name": "memory", "version": "1"}
-        ask("initialize", 0, protocolVersion="2025-06-18", capabilities={}, clientInfo=client)
-        ask("notifications/initialized", None)
-        yield server.pid, call
-        server.stdin.close()
+        yield server.process.pid, call
 
 
 def resident_mb(pid: int) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -11,7 +12,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 # Seconds that a sim process may take to start; chosen for a machine ten times as busy as one on which it takes 5 s of
 # CPU.
@@ -117,6 +118,47 @@ class SimProcess:
 def mcp_command(*options: str) -> list[str]:
     """Return what starts `robo-sandbox mcp` with options."""
     return [sys.executable, "-c", _MAIN, "mcp", *options]
+
+
+class McpProcess:
+    """`robo-sandbox mcp` on its stdin and stdout, spoken to message by message."""
+
+    def __init__(self, *options: str) -> None:
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(mcp_command(*options), stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+        client = {"name": "test", "version": "1"}
+        self.ask(0, "initialize", protocolVersion="2025-06-18", capabilities={}, clientInfo=client)
+        self.write(json.dumps({"jsonrpc": "2.0", "method": "notifications/initialized"}))
+
+    def write(self, line: str) -> None:
+        """Send a line as it is."""
+        print(line, file=self.process.stdin, flush=True)
+
+    def read(self) -> dict[str, Any]:
+        """Return the next message; raises EOFError where the server has ended."""
+        line = self.process.stdout.readline() if self.process.stdout else ""
+        if not line:
+            raise EOFError("the MCP server has ended")
+        message: dict[str, Any] = json.loads(line)
+        return message
+
+    def ask(self, number: int, method: str, **params: Any) -> dict[str, Any]:
+        """Return the answer to a request, whatever comes before it."""
+        self.write(json.dumps({"jsonrpc": "2.0", "id": number, "method": method, "params": params}))
+        while (message := self.read()).get("id") != number:
+            pass
+        return message
+
+    def call(self, number: int, tool: str, **arguments: Any) -> dict[str, Any]:
+        """Return a tool's result, or the error in its place."""
+        return self.ask(number, "tools/call", name=tool, arguments=arguments)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.kill()
+        self.process.communicate()
 
 
 @contextmanager
