@@ -92,6 +92,11 @@ class ResultsFile:
         """Return whether the row of an episode is there."""
         return self._offset(task, seed) != _ABSENT
 
+    def count(self, task: str, seeds: int) -> int:
+        """Return how many rows of a task's first seeds are there."""
+        pages = (range(at * _PAGE, (at + 1) * _PAGE) for name, at in self._pages if name == task)
+        return sum(self.holds(task, seed) for page in pages for seed in page if seed < seeds)
+
     def close(self) -> None:
         """Free the file; of a row that could not be written a part may be left, which the next bench cuts off."""
         # Closing would write it once more.

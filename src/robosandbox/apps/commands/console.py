@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import logging
 import os
@@ -34,6 +35,9 @@ _EXIT_INTERRUPTED = 130  # Exit code number: 128 and the number of SIGINT, as of
 _GL_REMEDY = (
     "unset it, or `apt-get install libegl1` for MUJOCO_GL=egl, `apt-get install libosmesa6` for MUJOCO_GL=osmesa"
 )
+
+# No room: of the disk, of its owner's share, of what a process may write into one file.
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 _HOME = re.compile(r"(--[a-z-]+=|)(~/.*)", re.DOTALL)
 
@@ -82,6 +86,13 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         # The reader has gone, as in `... | head`; closing stdout here keeps the interpreter from complaining at exit.
         sys.stdout = None
         return EXIT_FAILED
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        sys.stdout = None
+        where = repr(error.filename) if error.filename else "a file or stdout"
+        _complain(program, f"{where} cannot be written: {error.strerror}; make room, then run it again")
+        return EXIT_UNAVAILABLE
 
 
 def _at_home(arguments: Sequence[str]) -> list[str]:
