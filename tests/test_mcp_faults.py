@@ -31,6 +31,7 @@ def test_one_ctrl_c_ends_a_server_that_waits_for_its_client() -> None:
         ("{nonsense", None, -32700),
         ("[" * 100_000, None, -32700),
         ("[]", None, -32600),
+        ('\n \n{"jsonrpc": "2.0", "id": "\\ud800", "method": "tools/list"}', None, -32600),
         ('{"jsonrpc": "2.0", "id": 7}', 7, -32600),
         ('{"jsonrpc": "2.0", "id": 8, "method": "tools/call", "params": {"name": "\\ud800"}}', 8, -32600),
     ],

@@ -53,7 +53,7 @@ class Lines:
         self._put(None)
 
     def _put(self, line: str | None) -> None:
-        if not self._loop.is_closed():
+        if (line is None or line.strip()) and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._lines.put_nowait, line)
 
 
@@ -70,7 +70,13 @@ def read_message(line: str) -> SessionMessage:
         code, problem = types.PARSE_ERROR, f"is no JSON: {error}"
     else:
         code, problem = types.INVALID_REQUEST, "is no JSON-RPC 2.0 message, or holds half a character"
-        if isinstance(data, dict) and isinstance(found := data.get("id"), str | int) and not isinstance(found, bool):
-            number = found
+        match data:
+            case {"id": bool()}:
+                pass
+            case {"id": int(found)}:
+                number = found
+            case {"id": str(found)} if found.isprintable():
+                # Half a character cannot be sent back either.
+                number = found
     told = types.ErrorData(code=code, message=f"{line[:_SHOWN]!a} {problem}")
     return SessionMessage(types.JSONRPCError(jsonrpc="2.0", id=number, error=told))
