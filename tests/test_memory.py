@@ -1,4 +1,4 @@
-"""What is closed or tried out is freed at once, not when Python next looks for cycles."""
+"""Worlds that are closed or tried out are freed at once, not when Python next looks for cycles."""
 
 import gc
 import threading
