@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Generic, TypeVar
 
@@ -14,14 +14,8 @@ from robosandbox.agent.episode import (
     Episode,
     FailedAttempt,
     FinalReason,
-    Intended,
-    Listener,
-    PhaseEntered,
     Planned,
     Replanning,
-    SkillEnded,
-    SkillFailed,
-    SkillStarted,
     Started,
     Step,
 )
@@ -31,6 +25,7 @@ from robosandbox.agent.overheard import overheard
 from robosandbox.agent.progress import Progress, summary
 from robosandbox.agent.protocols import Planner
 from robosandbox.agent.usage import metered
+from robosandbox.agent.written_calls import written_calls
 from robosandbox.errors import (
     CancelledError,
     GoalTimeoutError,
@@ -40,13 +35,11 @@ from robosandbox.errors import (
     PlannerCancelledError,
     PlannerError,
     PlannerUnavailableError,
-    RoboSandboxError,
     SkillError,
 )
-from robosandbox.skills.protocols import Skill
+from robosandbox.skills.events import SkillFailed
 from robosandbox.types import (
     MAX_PROMPT_LENGTH,
-    Intent,
     ObservedScene,
     Plan,
     Refusal,
@@ -54,9 +47,8 @@ from robosandbox.types import (
     SkillCall,
     SkillResult,
 )
-from robosandbox.validation import did_you_mean
-from robosandbox.world.contracts import Contract, contract_of
 from robosandbox.world.monitor import Monitor
+from robosandbox.world.operators import BoundCall, Operator, bind
 from robosandbox.world.verifier import verify
 
 _log = logging.getLogger(__name__)
@@ -85,8 +77,7 @@ class Agent(Generic[WorldT]):
         max_replans: How often a failure may be answered with a new plan.
 
     Attributes:
-        listeners: Called with each event, in the thread of `run`.
-        permits: Called with each call before anything moves for it; one that raises a SkillError stops it.
+        calls: What a plan may call: the skills, and what else people write out, as moves of the hand alone.
         approve: Asked about each plan before the first of its calls; None approves all.
         ask: Puts a question of a planner to the person and returns the answer; None where nobody is there to answer.
         streams: Whether listeners are told what a model writes while it writes.
@@ -94,18 +85,17 @@ class Agent(Generic[WorldT]):
         left: Set by whoever interrupts `run`, before a KeyboardInterrupt: the planner is not waited for any longer.
     """
 
-    def __init__(self, ctx: WorldT, skills: Sequence[Skill[WorldT]], planner: Planner, max_replans: int = 3) -> None:
+    def __init__(self, ctx: WorldT, skills: Sequence[Operator], planner: Planner, max_replans: int = 3) -> None:
         if max_replans < 0:
             raise ValueError(f"max_replans is {max_replans}; it takes 0 or more")
         self.ctx = ctx
-        self.skills: dict[str, Skill[WorldT]] = {skill.name: skill for skill in skills}
+        self.skills: dict[str, Operator] = {skill.name: skill for skill in skills}
         if len(self.skills) != len(skills):
             raise ValueError(f"two skills share a name: {', '.join(sorted(skill.name for skill in skills))}")
+        self.calls: Mapping[str, Operator] = self.skills
         ctx.skills = self.skills
         self.planner = planner
         self.max_replans = max_replans
-        self.listeners: list[Listener] = []
-        self.permits: list[Callable[[SkillCall], None]] = []
         self.approve: Callable[[Plan], bool] | None = None
         self.ask: Callable[[str], str] | None = None
         self.streams: bool = False
@@ -130,7 +120,7 @@ class Agent(Generic[WorldT]):
         """
         with overheard(self._emit if self.streams else None):
             answer = self._planner_for(prompt).plan(prompt, scene, ())
-        return self._refused_if_hopeless(answer, scene)
+        return answer if isinstance(answer, Refusal) else self._checked(answer, scene)[0]
 
     def run(self, prompt: str) -> Episode:
         """Carry out a prompt.
@@ -154,12 +144,12 @@ class Agent(Generic[WorldT]):
 
     def _run(self, prompt: str, planner: Planner, max_replans: int) -> Episode:
         told = Progress()
-        self.listeners.append(told.hear)
+        leave = self.ctx.events.subscribe(told.hear)
         try:
             with metered() as usage, overheard(self._emit if self.streams else None):
                 reason, detail = self._carry_out(prompt, planner, told, max_replans)
         finally:
-            self.listeners.remove(told.hear)
+            leave()
         episode = told.ended(prompt, reason, detail, usage)
         if isinstance(planner, Remembering):
             planner.remember(episode)
@@ -179,11 +169,15 @@ class Agent(Generic[WorldT]):
                 answer = self._next(course, scene, report)
             except PlannerError as error:
                 return _reason_of(error), str(error)
-            answer = self._refused_if_hopeless(answer, scene) if isinstance(answer, Plan) else answer
+            calls: tuple[BoundCall, ...] = ()
+            if isinstance(answer, Plan):
+                answer, calls = self._checked(answer, scene)
             if isinstance(answer, Refusal):
                 told.refusal = answer
-                return FinalReason.GAVE_UP if report else FinalReason.REFUSED, answer.message
-            report = self._reported(answer, course, told, monitor, report)
+                if report is None:
+                    return FinalReason.REFUSED, answer.message
+                return FinalReason.GAVE_UP, _closing_line(told.cause(), answer)
+            report = self._reported(answer, calls, course, told, monitor, report)
             if report is None:
                 return FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
             failure = report.failure
@@ -193,12 +187,14 @@ class Agent(Generic[WorldT]):
                     return FinalReason.PLAN_COMPLETE, answered or summary(told.steps)
                 continue
             final = self._final(failure, told, max_replans)
+            if final is FinalReason.REPLANS_EXHAUSTED:
+                return final, _closing_line(told.cause())
             if final is not None:
                 return final, f"{failure.failed}: {failure.error.message}"
 
     def _final(self, failure: FailedAttempt, told: Progress, max_replans: int) -> FinalReason | None:
         """Take down a failure; return why it is the last, or None where the course is asked again."""
-        told.attempts.append(failure)
+        told.fail(failure)
         final = _FINAL_ERRORS.get(type(failure.error))
         if final is not None or told.replans == max_replans:
             return final or FinalReason.REPLANS_EXHAUSTED
@@ -207,7 +203,13 @@ class Agent(Generic[WorldT]):
         return None
 
     def _reported(
-        self, answer: Plan | Finished, course: Course, told: Progress, monitor: Monitor, last: Report | None
+        self,
+        answer: Plan | Finished,
+        calls: tuple[BoundCall, ...],
+        course: Course,
+        told: Progress,
+        monitor: Monitor,
+        last: Report | None,
     ) -> Report | None:
         """Carry out a plan, or look at what is said to be finished; None where the plan was not confirmed."""
         if isinstance(answer, Finished):
@@ -216,7 +218,9 @@ class Agent(Generic[WorldT]):
         before = told.plan
         told.plan = answer
         if before is not None and (course.goes_on or before.then):
-            told.plan = Plan(steps=(*(step.call for step in told.steps), *answer.steps), then=answer.then)
+            told.plan = Plan(
+                steps=(*(step.call for step in told.steps), *answer.steps), then=answer.then, note=before.note
+            )
         self._emit(Planned(answer, told.replans))
         if answer.steps and self.approve is not None and not self.approve(answer):
             return None
@@ -224,7 +228,7 @@ class Agent(Generic[WorldT]):
         # Who decides call by call has asked for each of them.
         failed = None if last is None or course.goes_on else last.failure
         asked = answer.steps if failed is None else (*failed.completed, failed.failed, *failed.remaining)
-        failure = self._execute(answer, told.steps, monitor, asked, ends=not course.goes_on)
+        failure = self._execute(answer, calls, told.steps, monitor, asked, ends=not course.goes_on)
         return Report(steps=tuple(told.steps[begun:]), failure=failure)
 
     def _next(self, course: Course, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
@@ -242,26 +246,32 @@ class Agent(Generic[WorldT]):
             self.thinks = False
 
     def _planner_for(self, prompt: str) -> Planner:
-        """Return who plans for a prompt: the search over contracts where it lists relations, else the planner."""
+        """Return who plans for a prompt: nobody where it is calls, the search where it lists relations, else the planner."""
+        if written := written_calls(prompt, self.calls):
+            return GivenPlan(Plan(steps=written))
         return GoalPlanner(list(self.skills.values()), self.ctx.abilities()) if is_goal(prompt) else self.planner
 
-    def _refused_if_hopeless(self, answer: Plan | Refusal, scene: ObservedScene) -> Plan | Refusal:
-        """Return a refusal in place of a plan with a step that nothing done first can make possible; else the answer itself.
+    def _checked(self, plan: Plan, scene: ObservedScene) -> tuple[Plan | Refusal, tuple[BoundCall, ...]]:
+        """Return a plan with its calls bound, or a refusal where nothing done first can make one of its steps possible.
 
-        What something done first may mend is left to the skill that meets it: it says so before it moves, and repairs are tried.
+        What something done first may mend is left to the skill that meets it: it says so before it moves, and repairs are
+        tried. No calls come with a plan of which one is wrong in itself.
         """
-        if isinstance(answer, Refusal):
-            return answer
-        problems = verify(answer, scene, list(self.skills.values())).problems
-        hopeless = next((problem for problem in problems if problem.is_final), None)
-        return answer if hopeless is None else Refusal(code=RefusalCode.IMPOSSIBLE, message=str(hopeless))
-
-    def _contract(self, call: SkillCall) -> Contract | None:
-        skill = self.skills[call.skill]
-        return contract_of(skill, skill.check(call.arguments))
+        verdict = verify(plan, scene, list(self.calls.values()))
+        hopeless = next((problem for problem in verdict.problems if problem.is_final), None)
+        if hopeless is not None:
+            return Refusal(code=RefusalCode.IMPOSSIBLE, message=str(hopeless)), ()
+        return plan, verdict.calls
 
     def _execute(
-        self, plan: Plan, steps: list[Step], monitor: Monitor, asked: Sequence[SkillCall], *, ends: bool
+        self,
+        plan: Plan,
+        calls: tuple[BoundCall, ...],
+        steps: list[Step],
+        monitor: Monitor,
+        asked: Sequence[SkillCall],
+        *,
+        ends: bool,
     ) -> FailedAttempt | None:
         """Run the plan's calls, adding those that succeed to `steps`; return the first failure.
 
@@ -269,17 +279,15 @@ class Agent(Generic[WorldT]):
         Other calls than those `asked` for are ways around a failure. `ends` tells whether nothing follows the plan.
         """
         for index, call in enumerate(plan.steps):
-            self._emit(SkillStarted(call, index, len(plan.steps)))
             try:
-                result = self.perform(call)
+                bound = calls[index] if calls else self._bound(call)
+                result = self.ctx.perform(bound, index=index, total=len(plan.steps))
             except SkillError as error:
-                self._emit(SkillFailed(call, error.record()))
                 return FailedAttempt(
                     completed=plan.steps[:index], failed=call, error=error, remaining=plan.steps[index + 1 :]
                 )
             steps.append(Step(call=call, result=result))
-            self._emit(SkillEnded(call, result))
-            monitor.add(call, self._contract(call), is_detour=call not in asked)
+            monitor.add(call, bound.contract, is_detour=call not in asked)
             left = plan.steps[index + 1 :]
             undone = self._undone(monitor, at_the_end=ends and not left)
             if undone is not None:
@@ -295,41 +303,22 @@ class Agent(Generic[WorldT]):
         return FailedAttempt(completed=(), failed=undone.call, error=undone.error, remaining=undone.to_repeat)
 
     def perform(self, call: SkillCall) -> SkillResult:
-        """Carry out one skill call; listeners hear of its phases.
+        """Carry out one skill call.
 
         Raises:
             SkillError: It did not reach its post-condition; a fault of the code is an InternalError with an id in the log.
         """
-        skill = self.skills.get(call.skill)
-        if skill is None:
-            hint = did_you_mean(call.skill, self.skills)
-            raise InvalidArgumentError(f"no skill {call.skill!r}; there is {', '.join(self.skills)}{hint}")
+        return self.ctx.perform(self._bound(call))
 
-        def tell(phase: str) -> None:
-            self._emit(PhaseEntered(call, phase))
-
-        def show(intent: Intent) -> None:
-            self._emit(Intended(call, intent))
-
-        self.ctx.listeners.append(tell)
-        if self.listeners:
-            self.ctx.intent_listeners.append(show)
+    def _bound(self, call: SkillCall) -> BoundCall:
         try:
-            for permit in self.permits:
-                permit(call)
-            return skill(self.ctx, call.arguments)
-        except RoboSandboxError:
+            return bind(call, self.calls)
+        except InvalidArgumentError as error:
+            self._emit(SkillFailed(call, error.record()))
             raise
-        except Exception as fault:
-            raise InternalError.log(call, fault, _log) from fault
-        finally:
-            self.ctx.listeners.remove(tell)
-            if show in self.ctx.intent_listeners:
-                self.ctx.intent_listeners.remove(show)
 
     def _emit(self, event: AgentEvent) -> None:
-        for listener in tuple(self.listeners):
-            listener(event)
+        self.ctx.events.emit(event)
 
 
 def check_prompt(prompt: str) -> None:
@@ -349,3 +338,13 @@ def check_prompt(prompt: str) -> None:
 
 def _reason_of(error: PlannerError) -> FinalReason:
     return next((why for kind, why in _PLANNER_REASONS.items() if isinstance(error, kind)), FinalReason.PLANNER_FAILED)
+
+
+def _closing_line(cause: FailedAttempt | None, refusal: Refusal | None = None) -> str:
+    """Return why an episode failed: its first cause, and a question that is left open; the refusal where nothing failed."""
+    if cause is None:
+        return refusal.message if refusal else ""
+    said = f"{cause.failed}: {cause.error.message}"
+    if refusal is None or refusal.code is not RefusalCode.AMBIGUOUS:
+        return said
+    return f"{said}; {refusal.message}"

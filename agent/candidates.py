@@ -10,15 +10,15 @@ import numpy as np
 from robosandbox.errors import ErrorCode
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
-from robosandbox.world.alternatives import Alternative, Failure, alternatives_of
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.enabling import Enabling
 from robosandbox.world.facts import Fact, fact
 from robosandbox.world.nearness import nearer
+from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import bottom, centre, gap, lies_in, support, top
 from robosandbox.world.search import NoWayError
 from robosandbox.world.standing import TIPPED, standing_on, tilt
-from robosandbox.world.ways import Plannable
 
 # How many others a thing counts for that stays where it is unless somebody names it; chosen above the number of others that
 # are ever in the way, so that it is moved after all of them.
@@ -49,13 +49,14 @@ class Candidates:
         skills: What may be called, by name.
     """
 
-    def __init__(self, failure: Failure, skills: Mapping[str, Plannable]) -> None:
+    def __init__(self, failure: Failure, skills: Mapping[str, Operator]) -> None:
         self._failure = failure
         self._skills = skills
         self._view = View.of(failure.scene)
         about = (failure.scene.find(name) for name in failure.contract.objects)
         self._about = [item for item in about if item is not None and item.id != failure.scene.held]
-        self._declared = tuple(alternatives_of(skills.get(failure.call.skill), failure))
+        skill = skills.get(failure.call.skill)
+        self._declared = () if skill is None else tuple(skill.alternatives(failure, **failure.call.arguments))
         # Of a change that has been brought about in part, the skill says what is left.
         rest = (way.call for way in self._declared if way.call and not way.first and not way.cleared)
         self._call = next(rest, failure.call) if failure.promises_a_change else failure.call

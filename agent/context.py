@@ -19,9 +19,12 @@ from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.motion.protocols import MotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.protocols import Glancing, Perception
-from robosandbox.types import DEFAULT_TEMPO, Intent, Limits, ObservedScene, SkillCall, Tempo, force_limits
+from robosandbox.skills.base import Skill
+from robosandbox.skills.executor import Executor
+from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, SkillResult, Tempo, force_limits
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure
+from robosandbox.world.operators import BoundCall
 
 _log = logging.getLogger(__name__)
 # Failures that a sidecar with a wrong joint list, home, tool centre point, gripper or base brings about.
@@ -149,7 +152,7 @@ class AgentContext(GoalContext):
         """Return what to plan among where things are believed to be as `seen`."""
         return self.perception.planning(self.sim, seen)
 
-    def permit(self, call: SkillCall) -> None:
+    def permit(self, call: BoundCall) -> None:
         """Check a call against the workspace before anything moves, and take note of what it means to touch.
 
         Raises:
@@ -157,7 +160,7 @@ class AgentContext(GoalContext):
         """
         if self._force is not None:
             held = self.seen.held if self.seen else None
-            meant = meant_by(call, self.skills.get(call.skill), held)
+            meant = meant_by(call, held)
             self._force.mean(meant)
             if self._sliding is not None:
                 # What only moves the arm, as going home, gets out of wherever it is.
@@ -165,7 +168,7 @@ class AgentContext(GoalContext):
                 self._sliding.keep(slides_under(self.planning, self.seen, named) if meant and self.seen else {})
         for limits in self._all_limits():
             if limits.workspace is not None:
-                check_call(call, self.look(), limits.workspace)
+                check_call(call.call, self.look(), limits.workspace)
 
     def twin(self) -> AgentContext:
         """Return a context in a simulation of what is believed now, for trying things out; nothing there touches this one.
@@ -229,13 +232,10 @@ class AgentContext(GoalContext):
         ended = self._ended()
         if ended is not None:
             raise ended
-        for listener in tuple(self.listeners):
-            listener(phase)
+        self.entered(phase)
 
-    def announce(self, intent: Intent) -> None:
-        """Tell listeners what a skill is about to do."""
-        for listener in tuple(self.intent_listeners):
-            listener(intent)
+    def _perform(self, call: BoundCall[Skill]) -> SkillResult:
+        return Executor(self).perform(call)
 
     def _allow(self, timeout: float | None) -> None:
         self._started = self.sim.time

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from robosandbox.agent.episode import Episode, FailedAttempt, Listener, Step
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.protocols import Attempt, Planner
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.world.operators import Operator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +54,7 @@ class Desk:
     """
 
     ctx: GoalContext
-    skills: Mapping[str, Skill[Any]]
+    skills: Mapping[str, Operator]
     ask: Callable[[str], str] | None
     emit: Listener
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from robosandbox.agent.candidates import Calls, Candidates
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import SkillError
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, SkillCall
 from robosandbox.world.alternatives import Failure
-from robosandbox.world.contracts import Contract, contract_of, error_for, first_refuted
+from robosandbox.world.contracts import Contract, error_for, first_refuted
 from robosandbox.world.facts import HELD
+from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View
 
 # Failures of one kind of one call that are answered with an untried way at most.
@@ -26,7 +25,7 @@ class Detours:
     Args:
         history: The attempts, oldest first.
         scene: What is seen now.
-        skills: What may be called, by name; those without a contract have no ways.
+        skills: What may be called, by name; those that promise nothing have no ways.
         held: What the gripper held when the failed call began, as far as is known.
     """
 
@@ -34,7 +33,7 @@ class Detours:
         self,
         history: Sequence[Attempt],
         scene: ObservedScene,
-        skills: Mapping[str, Skill[Any]],
+        skills: Mapping[str, Operator],
         *,
         held: str | None = None,
     ) -> None:
@@ -82,5 +81,4 @@ class Detours:
         return None
 
     def _contract(self, call: SkillCall) -> Contract | None:
-        skill = self._skills.get(call.skill)
-        return None if skill is None else contract_of(skill, skill.check(call.arguments))
+        return bind(call, self._skills).contract if call.skill in self._skills else None

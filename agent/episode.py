@@ -9,7 +9,15 @@ from typing import Any
 
 from robosandbox.agent.usage import Usage
 from robosandbox.errors import ErrorRecord, SkillError
-from robosandbox.types import Intent, Plan, Refusal, SkillCall, SkillResult
+from robosandbox.skills.events import (
+    Intended as Intended,
+    PhaseEntered as PhaseEntered,
+    SkillEnded as SkillEnded,
+    SkillEvent as SkillEvent,
+    SkillFailed as SkillFailed,
+    SkillStarted as SkillStarted,
+)
+from robosandbox.types import Plan, Refusal, SkillCall, SkillResult
 
 
 class FinalReason(StrEnum):
@@ -74,7 +82,7 @@ class Episode:
         final_detail: The same as a sentence.
         attempts: The plans that ended early.
         refusal: The planner's no, at first or after a failure.
-        error: The last failure; None after a success.
+        error: The first failure that nothing mended; None after a success.
         model_usage: What language models were asked meanwhile, and every exchange with them; none where none was asked.
         consulted: What a director looked up, tried out and asked between its calls, in order.
         claim: What a director says was done; "" without one.
@@ -109,6 +117,7 @@ class Episode:
             "replans": self.replans,
             "plan": self.plan.model_dump(mode="json")["steps"] if self.plan else None,
             "answer": self.answer,
+            "note": self.plan.note if self.plan else "",
             "steps": [
                 {"call": step.call.model_dump(mode="json"), "result": step.result.model_dump(mode="json")}
                 for step in self.steps
@@ -170,47 +179,6 @@ class Planned:
 
 
 @dataclass(frozen=True, slots=True)
-class SkillStarted:
-    """A step begins; `index` counts from 0 within the plan of `total` steps."""
-
-    call: SkillCall
-    index: int
-    total: int
-
-
-@dataclass(frozen=True, slots=True)
-class PhaseEntered:
-    """The running skill enters a phase."""
-
-    call: SkillCall
-    phase: str
-
-
-@dataclass(frozen=True, slots=True)
-class Intended:
-    """The running skill is about to follow a path, or has weighed how to hold something."""
-
-    call: SkillCall
-    intent: Intent
-
-
-@dataclass(frozen=True, slots=True)
-class SkillEnded:
-    """A step reached its post-condition."""
-
-    call: SkillCall
-    result: SkillResult
-
-
-@dataclass(frozen=True, slots=True)
-class SkillFailed:
-    """A step ended in an error."""
-
-    call: SkillCall
-    error: ErrorRecord
-
-
-@dataclass(frozen=True, slots=True)
 class Replanning:
     """The planner is asked again, for the `replan`-th time."""
 
@@ -225,18 +193,5 @@ class Ended:
     episode: Episode
 
 
-AgentEvent = (
-    Started
-    | Thought
-    | Writing
-    | Consulted
-    | Planned
-    | SkillStarted
-    | PhaseEntered
-    | Intended
-    | SkillEnded
-    | SkillFailed
-    | Replanning
-    | Ended
-)
+AgentEvent = Started | Thought | Writing | Consulted | Planned | SkillEvent | Replanning | Ended
 Listener = Callable[[AgentEvent], None]

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from robosandbox.driver import Driver
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
-from robosandbox.skills.protocols import Skill
-from robosandbox.types import Array, SkillCall
-from robosandbox.world.contracts import contract_of
+from robosandbox.types import Array
 from robosandbox.world.facts import HELD
+from robosandbox.world.operators import BoundCall
 
 # Control ticks in a row over the limit that make pressing out of a knock, and so many ticks ahead are looked; the knocks of
 # the bundled tasks last one (measured: up to 43 N in close_drawer and put_in_drawer).
@@ -24,22 +22,17 @@ _RUNNING_ON = 1.1
 _OVER = 0.8
 
 
-def meant_by(call: SkillCall, skill: Skill[Any] | None, held: str | None) -> frozenset[str]:
+def meant_by(call: BoundCall, held: str | None) -> frozenset[str]:
     """Return the names that a call means the robot to press: what its contract brings something about for, and what is held.
 
     Args:
-        call: Which one.
-        skill: What it calls; of one that is not known, or that promises nothing, every name in the call is meant.
+        call: Which one; of one that promises nothing, every name in it is meant.
         held: Id of what the gripper holds.
-
-    Raises:
-        InvalidArgumentError: The skill does not take these arguments.
     """
-    contract = None if skill is None else contract_of(skill, skill.check(call.arguments))
-    if contract is None or not contract.gives:
-        named = {value for value in call.arguments.values() if isinstance(value, str)}
+    if call.contract.gives:
+        named = {name for name in call.contract.subjects if name != HELD}
     else:
-        named = {name for name in contract.subjects if name != HELD}
+        named = {value for value in call.arguments.values() if isinstance(value, str)}
     return frozenset(named | ({held} if held else set()))
 
 

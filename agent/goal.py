@@ -1,18 +1,22 @@
-"""What an agent needs of a world, in this process or in another: to look, to hear of phases, to run one goal at a time."""
+"""A world as an agent has it, in this process or in another: looked at, listened to, acted in one goal at a time."""
 
 from __future__ import annotations
 
+import logging
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from robosandbox.errors import UnsupportedError
-from robosandbox.skills.protocols import Skill
-from robosandbox.types import Intent, ObservedScene, Plan
+from robosandbox.errors import InternalError, RoboSandboxError, SkillError, UnsupportedError
+from robosandbox.skills.events import EventStream, Intended, PhaseEntered, SkillEnded, SkillFailed, SkillStarted
+from robosandbox.types import Intent, ObservedScene, Plan, SkillCall, SkillResult
 from robosandbox.world.abilities import Abilities
+from robosandbox.world.operators import BoundCall, Operator
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(kw_only=True)
@@ -20,19 +24,61 @@ class GoalContext(ABC):
     """A world in which an agent runs goals, one at a time.
 
     Attributes:
-        listeners: Called with each phase that begins, in the thread that runs the skill or waits for it.
-        intent_listeners: Called with what a skill is about to do, in the same thread.
+        events: All that happens in it, told in the thread that runs the skill or waits for it.
         skills: What the agent here can call, by name: repairs are made of it.
     """
 
-    listeners: list[Callable[[str], None]] = field(default_factory=list, init=False, repr=False)
-    intent_listeners: list[Callable[[Intent], None]] = field(default_factory=list, init=False, repr=False)
-    skills: Mapping[str, Skill[Any]] = field(default_factory=dict, init=False, repr=False)
+    events: EventStream = field(default_factory=EventStream, init=False, repr=False)
+    skills: Mapping[str, Operator] = field(default_factory=dict, init=False, repr=False)
+    _running: SkillCall | None = field(default=None, init=False, repr=False)
     _cancelled: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
 
     @abstractmethod
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
+
+    def perform(self, call: BoundCall, *, index: int = 0, total: int = 1) -> SkillResult:
+        """Carry out a call, telling of it.
+
+        Args:
+            call: Which one.
+            index: Its place in its plan, from 0.
+            total: Number of the plan's calls.
+
+        Raises:
+            SkillError: It did not reach its post-condition; a fault of the code is an InternalError with an id in the log.
+        """
+        self._running = call.call
+        try:
+            self.events.emit(SkillStarted(call.call, index, total))
+            result = self._perform(call)
+        except SkillError as error:
+            self.events.emit(SkillFailed(call.call, error.record()))
+            raise
+        except RoboSandboxError:
+            raise
+        except Exception as fault:
+            internal = InternalError.log(call.call, fault, _log)
+            self.events.emit(SkillFailed(call.call, internal.record()))
+            raise internal from fault
+        finally:
+            self._running = None
+        self.events.emit(SkillEnded(call.call, result))
+        return result
+
+    def entered(self, phase: str) -> None:
+        """Tell that the running call enters a phase."""
+        if self._running is not None:
+            self.events.emit(PhaseEntered(self._running, phase))
+
+    def announce(self, intent: Intent) -> None:
+        """Tell what the running call is about to do."""
+        if self._running is not None:
+            self.events.emit(Intended(self._running, intent))
+
+    @abstractmethod
+    def _perform(self, call: BoundCall) -> SkillResult:
+        """Carry out a call; raises SkillError."""
 
     def abilities(self) -> Abilities:
         """Return what is known here of what the robot can do; of one elsewhere what the scene tells."""

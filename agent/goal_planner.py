@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import contract_of, imagined, lookup
+from robosandbox.world.contracts import imagined, lookup
 from robosandbox.world.facts import Fact, parse_facts
+from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import predicates
 
 
@@ -23,7 +22,7 @@ class GoalPlanner:
         robot: What the robot can do; None denies nothing but what is far out of reach.
     """
 
-    def __init__(self, skills: Sequence[Skill[Any]], robot: Abilities | None = None) -> None:
+    def __init__(self, skills: Sequence[Operator], robot: Abilities | None = None) -> None:
         self._skills = {skill.name: skill for skill in skills}
         self._robot = robot
 
@@ -59,9 +58,7 @@ class GoalPlanner:
         from robosandbox.world.achieve import achieve
 
         for call in calls:
-            skill = self._skills[call.skill]
-            contract = contract_of(skill, skill.check(call.arguments))
-            scene = scene if contract is None else imagined(contract, scene)
+            scene = imagined(bind(call, self._skills).contract, scene)
         failed = tuple(attempt.failed for attempt in history)
         answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot, failed=failed)
         return answer if isinstance(answer, Refusal) else Plan(steps=(*calls, *answer.steps))

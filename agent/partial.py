@@ -10,15 +10,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from robosandbox.agent.language.bounds import bounds_of
 from robosandbox.agent.language.interpret import is_corrected
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.agent.protocols import Planner
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode
-from robosandbox.world.contracts import contract_of
+from robosandbox.world.operators import Operator, bind
 from robosandbox.world.verifier import Constraints
 
 # Where a clause may begin.
@@ -48,9 +46,7 @@ class PartialReading:
     question: Refusal | None = None
 
 
-def partial_reading(
-    grammar: Planner, prompt: str, scene: ObservedScene, skills: Sequence[Skill[Any]]
-) -> PartialReading:
+def partial_reading(grammar: Planner, prompt: str, scene: ObservedScene, skills: Sequence[Operator]) -> PartialReading:
     """Return what a grammar is sure of.
 
     Args:
@@ -87,12 +83,12 @@ def _asking(prompt: str, scene: ObservedScene) -> list[str]:
     return [clause for clause in clauses if not _DENIES.search(clause)]
 
 
-def _moved_by(plan: Plan, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> set[str]:
+def _moved_by(plan: Plan, scene: ObservedScene, skills: Sequence[Operator]) -> set[str]:
     """Return the ids of what a plan moves."""
     by_name = {skill.name: skill for skill in skills}
-    contracts = [contract_of(by_name[call.skill], by_name[call.skill].check(call.arguments)) for call in plan.steps]
+    contracts = [bind(call, by_name).contract for call in plan.steps]
     ids = {item.id for item in scene.objects}
-    return {name for contract in contracts if contract is not None for name in contract.moves if name in ids}
+    return {name for contract in contracts for name in contract.moves if name in ids}
 
 
 def _asks_which(answer: Refusal, scene: ObservedScene) -> bool:

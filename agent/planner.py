@@ -14,14 +14,14 @@ from robosandbox.agent.language.questions import Answer, answered
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.worded import learn
 from robosandbox.agent.protocols import Attempt
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.world.operators import Operator
 
 
 class StubPlanner:
     """Plans from the sentence and the scene alone; no network, no model, the same answer every time."""
 
-    def __init__(self, skills: Sequence[Skill], *, dialogue: bool = False) -> None:
+    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False) -> None:
         """Plan with these skills only.
 
         Args:
@@ -39,8 +39,16 @@ class StubPlanner:
 
     def remember(self, episode: Episode) -> None:
         """Take note of what came of an order, for who asks."""
-        if not episode.answer:
-            self._told = f"“{episode.prompt}”: {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
+        if episode.steps or episode.attempts:
+            done = ", ".join(str(step.call) for step in episode.steps) or "nothing"
+            failed = (
+                "" if episode.success else f"; then {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
+            )
+            self._told = f"For “{episode.prompt}” I did {done}{failed}"
+        elif not self._told and not episode.answer:
+            self._told = (
+                f"Nothing yet; “{episode.prompt}” was {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
+            )
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the skill calls for a sentence, or what remains of them after failures; an answer to a question.
@@ -84,4 +92,4 @@ class StubPlanner:
 
 def _plan_of(draft: Draft) -> Plan:
     answer = draft.nothing.message if draft.nothing else ""
-    return Plan(steps=draft.calls, answer=answer, then=draft.rest.text if draft.rest else "")
+    return Plan(steps=draft.calls, answer=answer, then=draft.rest.text if draft.rest else "", note=draft.note)

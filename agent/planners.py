@@ -7,11 +7,11 @@ from typing import Any
 
 from robosandbox.agent.protocols import Planner
 from robosandbox.plugins import make_plugin
-from robosandbox.skills.protocols import Skill
+from robosandbox.world.operators import Operator
 
 
 def make_planner(
-    name: str, skills: Sequence[Skill[Any]], options: Mapping[str, Any] | None = None, *, dialogue: bool = False
+    name: str, skills: Sequence[Operator], options: Mapping[str, Any] | None = None, *, dialogue: bool = False
 ) -> Planner:
     """Return an installed planner.
 
@@ -27,6 +27,7 @@ def make_planner(
     """
     planner: Planner = make_plugin(
         "planners",
+        Planner,
         name,
         skills,
         options=options,

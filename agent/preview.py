@@ -6,13 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
-from robosandbox.agent.goal_planner import GoalPlanner
 from robosandbox.driver import Driver
 from robosandbox.errors import ErrorRecord, SkillError
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, SkillCall, SkillResult
+from robosandbox.world.operators import Operator, bind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +81,7 @@ class _Touches:
 
 
 def preview(
-    ctx: AgentContext, plan: Plan, skills: Mapping[str, Skill[Any]], *, tick: Callable[[], None] | None = None
+    ctx: AgentContext, plan: Plan, skills: Mapping[str, Operator], *, tick: Callable[[], None] | None = None
 ) -> Preview:
     """Carry out a plan on the twin of a world; the world itself is left alone.
 
@@ -96,8 +94,6 @@ def preview(
     with ctx.twin() as twin:
         if tick is not None:
             twin.sim.subscribe(tick)
-        # The calls are there already, so that its planner is never asked.
-        agent = Agent(ctx=twin, skills=list(skills.values()), planner=GoalPlanner(()))
         begin = twin.look()
         touches = _Touches(twin.sim)
         if twin.sim.capabilities.contact == "named":
@@ -107,7 +103,7 @@ def preview(
         for call in plan.steps:
             touches.about |= {*map(str, call.arguments.values()), str(twin.look().held)}
             try:
-                done.append((call, agent.perform(call)))
+                done.append((call, twin.perform(bind(call, skills))))
             except SkillError as error:
                 result = replace(result, failed=call, error=error.record())
                 break

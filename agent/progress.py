@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FailedAttempt, FinalReason, Step
 from robosandbox.agent.usage import Usage
-from robosandbox.types import Plan, Refusal
+from robosandbox.types import Plan, Refusal, SkillCall
 
 
 @dataclass(slots=True)
@@ -21,15 +21,33 @@ class Progress:
     refusal: Refusal | None = None
     replans: int = 0
     claim: str = ""
+    _begun: list[int] = field(default_factory=list)
 
     def hear(self, event: AgentEvent) -> None:
         """Keep what was looked up, tried out and asked."""
         if isinstance(event, Consulted):
             self.consulted.append(event)
 
+    def cause(self) -> FailedAttempt | None:
+        """Return the first failure that no later call has mended, or the last where all were; None without one.
+
+        A failure is mended once its skill has succeeded with the same thing.
+        """
+        for attempt, begun in zip(self.attempts, self._begun, strict=True):
+            later = (step.call for step in self.steps[begun:])
+            if not any(_is_about_the_same(call, attempt.failed) for call in later):
+                return attempt
+        return self.attempts[-1] if self.attempts else None
+
+    def fail(self, attempt: FailedAttempt) -> None:
+        """Take down a plan that ended early."""
+        self.attempts.append(attempt)
+        self._begun.append(len(self.steps))
+
     def ended(self, prompt: str, reason: FinalReason, detail: str, usage: Usage) -> Episode:
         """Return the episode, now that it is over."""
         success = reason is FinalReason.PLAN_COMPLETE
+        cause = None if success else self.cause()
         return Episode(
             prompt=prompt,
             success=success,
@@ -40,11 +58,18 @@ class Progress:
             final_detail=detail,
             attempts=tuple(self.attempts),
             refusal=self.refusal,
-            error=self.attempts[-1].error.record() if self.attempts and not success else None,
+            error=None if cause is None else cause.error.record(),
             model_usage=usage,
             consulted=tuple(self.consulted),
             claim=self.claim,
         )
+
+
+def _is_about_the_same(call: SkillCall, failed: SkillCall) -> bool:
+    """Tell whether a call does with a thing what a failed one was to do with it."""
+    return call.skill == failed.skill and next(iter(call.arguments.values()), None) == next(
+        iter(failed.arguments.values()), None
+    )
 
 
 def summary(steps: Sequence[Step]) -> str:

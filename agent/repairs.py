@@ -9,6 +9,7 @@ from robosandbox.agent.candidates import Calls, Candidates
 from robosandbox.errors import CancelledError, ErrorCode, Repair, SkillError
 from robosandbox.types import ObservedScene
 from robosandbox.world.alternatives import Failure
+from robosandbox.world.operators import bind
 from robosandbox.world.relations import moved
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def _rolled_out(copy: AgentContext, calls: Calls) -> ObservedScene:
         SkillError: One of them failed.
     """
     for call in calls:
-        copy.skills[call.skill](copy, call.arguments)
+        copy.perform(bind(call, copy.skills))
     return copy.look()
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from robosandbox.skills.protocols import Skill
+from robosandbox.world.operators import Operator
 
 BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
 """How the range of a number is written, by the keyword of JSON schema."""
 
 
-def signature(skill: Skill[Any]) -> str:
+def signature(skill: Operator) -> str:
     """Return a skill's name and arguments, as in `push(object, direction: forward|back|left|right, distance > 0 = 0.1)`."""
     return form(skill.name, skill.schema)
 

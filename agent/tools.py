@@ -7,26 +7,28 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, Protocol, runtime_checkable
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError, field_validator
 from pydantic_core import ErrorDetails
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import FailedAttempt, Step
+from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.preview import preview
 from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, SkillError
 from robosandbox.printable import printable
-from robosandbox.skills.protocols import Skill
+from robosandbox.skills.executor import require
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.achieve import achieve
 from robosandbox.world.alternatives import Failure
-from robosandbox.world.contracts import Contract, contract_of, find, lookup
+from robosandbox.world.contracts import find, lookup
 from robosandbox.world.described import changes
 from robosandbox.world.facts import Fact, parse_facts
+from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View
-from robosandbox.world.verifier import MAX_STEPS, Checkable, Constraints, verify
+from robosandbox.world.verifier import MAX_STEPS, Constraints, verify
 
 # Decimals that are told of a number. Chosen: a tenth of a millimetre, of a milliradian.
 _DECIMALS = 4
@@ -44,19 +46,6 @@ Relations = Annotated[tuple[str, ...], Field(max_length=_MOST_GOALS)]
 _RELATIONS_HELP = (
     'Relations, such as "on(red_cube, blue_block)", "inside(ball, bin)", "closed(drawer)", "holding(cup)".'
 )
-
-
-@runtime_checkable
-class HasNeeds(Protocol):
-    """A skill that can say what it lacks without moving."""
-
-    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the arguments converted to their types; raises InvalidArgumentError."""
-        ...
-
-    def require(self, ctx: Any, scene: ObservedScene, **arguments: Any) -> None:
-        """Check what it needs; raises a SkillError."""
-        ...
 
 
 class Spoken(StrictModel):
@@ -122,9 +111,29 @@ def description(arguments: type[StrictModel]) -> str:
     return " ".join((arguments.__doc__ or "").split())
 
 
-def schema(arguments: type[StrictModel]) -> dict[str, Any]:
-    """Return the JSON schema of a tool's arguments."""
-    return {key: value for key, value in arguments.model_json_schema().items() if key not in ("description", "title")}
+def schema(arguments: type[StrictModel], skills: Sequence[Operator]) -> dict[str, Any]:
+    """Return the flat JSON schema of a tool's arguments.
+
+    Args:
+        arguments: What the tool takes.
+        skills: What its steps may call, where it has any.
+    """
+    found = flat(arguments.model_json_schema())
+    found.pop("description", None)
+    if "steps" in found.get("properties", {}):
+        found["properties"]["steps"]["items"] = flat({"anyOf": [step_schema(skill, skill.schema) for skill in skills]})
+    return found
+
+
+def step_schema(skill: Operator, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the JSON schema of a skill's call in a list of steps."""
+    return {
+        "type": "object",
+        "description": skill.description,
+        "properties": {"skill": {"const": skill.name}, "arguments": flat(arguments)},
+        "required": ["skill", "arguments"],
+        "additionalProperties": False,
+    }
 
 
 def wrong_arguments(tool: str, error: ValidationError, arguments: type[StrictModel]) -> str:
@@ -149,7 +158,7 @@ def said_of(detail: ErrorDetails) -> str:
 
 
 def checked(
-    plan: Plan, scene: ObservedScene, skills: Sequence[Checkable], constraints: Constraints | None = None
+    plan: Plan, scene: ObservedScene, skills: Sequence[Operator], constraints: Constraints | None = None
 ) -> dict[str, Any]:
     """Return what is wrong with a plan; `constraints` is what the person asked besides."""
     verdict = verify(plan, scene, skills, constraints=constraints)
@@ -160,7 +169,7 @@ def checked(
 def simulated(
     ctx: GoalContext,
     plan: Plan,
-    skills: Mapping[str, Skill[Any]],
+    skills: Mapping[str, Operator],
     constraints: Constraints | None = None,
     *,
     tick: Callable[[], None] | None = None,
@@ -196,7 +205,7 @@ def simulated(
 def wanted(
     arguments: AchieveArguments,
     scene: ObservedScene,
-    skills: Sequence[Skill[Any]],
+    skills: Sequence[Operator],
     constraints: Constraints | None = None,
 ) -> Plan | Refusal:
     """Return the calls that bring relations about.
@@ -236,26 +245,24 @@ def _is_seen(name: str, scene: ObservedScene) -> bool:
     return name == "table" or scene.find(name) is not None
 
 
-def why_not(ctx: GoalContext, skills: Mapping[str, Skill[Any]], call: SkillCall) -> ErrorRecord | None:
+def why_not(ctx: GoalContext, skills: Mapping[str, Operator], call: SkillCall) -> ErrorRecord | None:
     """Return the error with evidence and repairs that a call would end in before it moves anything.
 
     None where it would begin to move, where its arguments say enough already, and where repairs cannot be tried out.
     """
-    skill = skills.get(call.skill)
-    if not isinstance(ctx, AgentContext) or not isinstance(skill, HasNeeds):
+    if not isinstance(ctx, AgentContext):
         return None
     scene = ctx.look()
     try:
-        arguments = skill.check(call.arguments)
+        contract = bind(call, skills).contract
     except InvalidArgumentError:
         return None
     try:
-        skill.require(ctx, scene, **arguments)
+        require(ctx, contract, scene)
     except InvalidArgumentError:
         return None
     except SkillError as error:
-        contract = (contract_of(skill, arguments) or Contract()).resolved(scene)
-        failure = Failure(call=call, error=error, contract=contract, before=scene, scene=scene)
+        failure = Failure(call=call, error=error, contract=contract.resolved(scene), before=scene, scene=scene)
         error.repairs = error.repairs or ctx.repairs_for(failure)
         return error.record()
     return None

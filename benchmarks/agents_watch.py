@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jsonschema import Draft202012Validator
 
-from robosandbox.agent.episode import AgentEvent, Planned
+from robosandbox.agent.episode import AgentEvent, Planned, SkillStarted
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import SkillCall, Truth
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -36,10 +36,11 @@ class Watch:
         self._checked: list[SkillCall] = []
         self.begun: list[SkillCall] = []
         self._before = session.sim.truth()
-        session.agent.listeners.append(self._hear)
-        session.agent.permits.append(self.begun.append)
+        session.ctx.events.subscribe(self._hear)
 
     def _hear(self, event: AgentEvent) -> None:
+        if isinstance(event, SkillStarted):
+            self.begun.append(event.call)
         if isinstance(event, Planned) and not verify(event.plan, self._session.observe(), self._skills).problems:
             self._checked.extend(event.plan.steps)
 

@@ -67,7 +67,7 @@ def _killed_once(task: str, number: int, file: Path) -> tuple[bool, float, str]:
         session.reset(number)
         started, killed, seen = threading.Event(), [0.0], [0.0]
         client.listeners.append(lambda _, there: None if there or seen[0] else seen.__setitem__(0, time.monotonic()))
-        session.agent.listeners.append(lambda _: started.set())
+        session.ctx.events.subscribe(lambda _: started.set())
 
         def kill() -> None:
             started.wait()

@@ -178,7 +178,7 @@ def recordings(sizes: Iterable[int]) -> Iterator[Growth]:
         for size in sizes:
             target = Path(folder, str(size))
             recorder = open_recorder(RecordSettings(folder=target), session)
-            recorder.follow(session.agent)
+            recorder.follow()
             session.reset(0)
             session.run()
             session.sim.wait(float(size))

@@ -33,8 +33,9 @@ from robosandbox.apps.bench.interval import wilson_interval
 from robosandbox.errors import InputError, PlannerError, UnsupportedError
 from robosandbox.skills.base import Skill as BaseSkill
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.skills.protocols import Skill, SkillContext
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Plan, Refusal, SkillResult
+from robosandbox.world.operators import Operator
 
 VERDICTS = ("right", "refused_right", "wrong_motion", "missed")
 # Sections of fewer sentences than this that name no kind of speaker are summed up in the table; JSON has them all.
@@ -52,13 +53,13 @@ class Outcome:
     cpu_seconds: float
 
 
-def catalogue() -> list[Skill]:
+def catalogue() -> list[Operator]:
     """Return the installed skills, and for verbs that have none yet a stand-in that plans can name."""
     installed = {skill.name: skill for skill in load_skills()}
     return [installed.get(name) or _stand_in(name) for name in PARAMETERS]
 
 
-def _stand_in(name: str) -> Skill:
+def _stand_in(name: str) -> BaseSkill:
     def run(self: BaseSkill, ctx: SkillContext, **arguments: Any) -> SkillResult:
         raise UnsupportedError(f"{name} is not installed")
 

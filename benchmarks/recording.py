@@ -110,7 +110,7 @@ def _episodes(session: EmbeddedWorkcell, folder: Path | None) -> list[float]:
     recorder = None
     if folder is not None:
         recorder = open_recorder(RecordSettings(folder=folder), session)
-        recorder.follow(session.agent)
+        recorder.follow()
     took = []
     for seed in range(1, COST_SEEDS + 1):
         begin = time.process_time()
@@ -135,7 +135,7 @@ def replay_all(folder: Path, count: int) -> dict[str, Any]:
             continue
         with open_session(name) as session:
             recorder = open_recorder(RecordSettings(folder=folder), session)
-            recorder.follow(session.agent)
+            recorder.follow()
             for number in range(len(seeds)):
                 session.reset(number + 1)
                 session.run()
@@ -190,7 +190,7 @@ def record_until_killed(folder: Path) -> None:
     """Stack cubes at the speed of the clock, telling the simulated time; until killed."""
     with open_session("stack_three") as session:
         recorder = open_recorder(RecordSettings(folder=folder), session)
-        recorder.follow(session.agent)
+        recorder.follow()
         begun = time.monotonic()
 
         def keep_pace() -> None:

@@ -146,7 +146,7 @@ def run(name: str, seed: int, what_if: bool, compare: bool = False, perception: 
         session.ctx.compare, session.ctx.found, session.ctx.spent = compare, [], []
         meter = ContactMeter(session.sim)
         ends = [session.sim.subscribe(meter)]
-        session.agent.listeners.append(lambda event: _expect(meter, event))
+        session.ctx.events.subscribe(lambda event: _expect(meter, event))
         ends += arm(session, perturbation)
         begin = time.process_time()
         episode = session.run()

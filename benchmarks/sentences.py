@@ -132,8 +132,14 @@ def accepts(expected: str, answer: Plan | Refusal) -> bool:
     for alternative in re.split(r"\s*\|\s*", expected):
         if alternative.startswith("!"):
             # A question that is answered moves nothing either.
-            code = answer.code if isinstance(answer, Refusal) else "unsupported" if answer.answer else ""
-            if code and alternative in ("!*", f"!{code}"):
+            said = (
+                (answer.code,)
+                if isinstance(answer, Refusal)
+                else ("unsupported", "impossible")
+                if answer.answer
+                else ()
+            )
+            if said and alternative in ("!*", *(f"!{code}" for code in said)):
                 return True
         elif isinstance(answer, Plan):
             calls = [part for step in answer.steps for part in _unstacked(step)]

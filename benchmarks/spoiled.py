@@ -20,13 +20,15 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any
 
+from support.listening import on_calls
+
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
 from robosandbox.apps.conformance.openai_server import ScriptedServer, fails, plan as whole, refuse, tool_calls
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import Plan, SkillCall, Truth
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
+from robosandbox.world.operators import Operator
 
 TASKS = (
     "put_in_bin",
@@ -77,7 +79,7 @@ def world(task: str) -> EmbeddedWorkcell:
 def good(task: str) -> Plan:
     """Return the grammar's plan for a task."""
     cell = world(task)
-    skills: list[Skill[Any]] = [*cell.skills]
+    skills: list[Operator] = [*cell.skills]
     answer = StubPlanner(skills).plan(cell.task.prompt, cell.observe())
     assert isinstance(answer, Plan)
     return answer
@@ -140,13 +142,13 @@ def try_out(task: str, mode: str, draw: random.Random) -> Row:
     )
     with ScriptedServer(fails(400, "no schema"), *answers, rest=no) as server:
         told = {"model": "spoiler", "base_url": server.url, "mode": mode}
-        skills: list[Skill[Any]] = [*cell.skills]
+        skills: list[Operator] = [*cell.skills]
         cell.agent.planner = make_planner("openai", skills, told)
-        cell.agent.permits.append(begun.append)
+        leave = on_calls(cell.ctx.events, begun.append)
         before = cell.sim.truth()
         cell.run(prompt)
         after = cell.sim.truth()
-        cell.agent.permits.clear()
+        leave()
         said = json.dumps(server.requests[-1]["messages"][-1]["content"])
     if begun:
         cell.reset()

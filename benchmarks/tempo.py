@@ -22,6 +22,7 @@ from robosandbox import open_session
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
 from robosandbox.motion.timing import spline
 from robosandbox.sim.modelled import Modelled
+from robosandbox.skills.events import Intended
 from robosandbox.types import TEMPOS, Array, Trajectory
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 
@@ -91,13 +92,16 @@ def run(session: EmbeddedWorkcell, seed: int, monitor: ContactMonitor) -> Run:
     monitor.reset()
     sim, robot = session.sim, session.sim.spec
     motions: list[Trajectory] = []
-    session.ctx.intent_listeners.append(
-        lambda intent: motions.append(intent) if isinstance(intent, Trajectory) else None
-    )
+
+    def hear(event: object) -> None:
+        if isinstance(event, Intended) and isinstance(event.intent, Trajectory):
+            motions.append(event.intent)
+
+    leave = session.ctx.events.subscribe(hear)
     start, begin = sim.time, time.process_time()
     episode = session.run()
     cpu, simulated = time.process_time() - begin, sim.time - start
-    session.ctx.intent_listeners.pop()
+    leave()
     return Run(
         success=session.judge().success,
         claimed=episode.success,
@@ -116,7 +120,7 @@ def measure(task: str, tempo: str, seeds: int) -> Result:
         sim = session.sim
         assert isinstance(sim, Modelled)
         monitor = ContactMonitor(sim, session.agent.skills)
-        session.agent.permits.append(monitor.begin)
+        session.ctx.events.subscribe(monitor.hear)
         # The first episode makes what later ones find.
         run(session, 0, monitor)
         runs = [run(session, seed, monitor) for seed in range(seeds)]

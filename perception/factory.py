@@ -47,7 +47,7 @@ def make_perception(name: str, setup: Setup, options: Mapping[str, Any] | None =
         options: Keyword arguments of its own; those that are None count as not given.
 
     Raises:
-        InputError: There is none, or it takes no such option.
+        InputError: There is none, it does not load or is none, or it takes no such option.
     """
-    perception: Perception = make_plugin("perceptions", name, options=options, supplied={"setup": setup})
+    perception: Perception = make_plugin("perceptions", Perception, name, options=options, supplied={"setup": setup})
     return perception

@@ -16,18 +16,20 @@ from robosandbox.robots.gripper.calibrate import servo_map
 from robosandbox.robots.gripper.collision import ensure_solid_tool, refine_fingers
 from robosandbox.robots.gripper.geometry import DerivedGripper
 from robosandbox.robots.gripper.hand import settle_listed
+from robosandbox.robots.importers.files import is_file
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
 from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.placement import Workspace
 from robosandbox.robots.limits import joint_limits, motion_limits
-from robosandbox.robots.locate import find_sidecar, is_bundled, known_sidecar, resolve_robot, say
+from robosandbox.robots.locate import attached_model, find_sidecar, is_bundled, known_sidecar, resolve_robot, say
 from robosandbox.robots.measurements import home_by_address, measurements
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar, SuctionRoles
-from robosandbox.types import TABLE_HEIGHT, Array, Pose, frozen_array
+from robosandbox.suggestions import did_you_mean_file
+from robosandbox.types import TABLE_HEIGHT, Array, Pose, Scene, frozen_array
 from robosandbox.types.robot import RobotFiles
 from robosandbox.validation import load_yaml_model
 
@@ -134,8 +136,10 @@ def load_robot(
     package_paths: tuple[Path, ...] = (),
     *,
     table_height: float = TABLE_HEIGHT,
+    arm: str | None = None,
+    gripper: Path | None = None,
 ) -> RobotModel:
-    """Return the robot that a scene names, measured; the same files give the same object.
+    """Return a robot, measured; the same files give the same object.
 
     Args:
         robot_urdf: A .urdf or .xml file, a bundled robot's name or `menagerie:<name>`; None is the bundled Panda.
@@ -143,15 +147,55 @@ def load_robot(
             this name, or what can be inferred from the model.
         package_paths: Where a URDF's package:// names are looked up, before ROS_PACKAGE_PATH.
         table_height: Of the table that it works on, metres; where nobody says, its base is put on it.
+        arm: Which arm, where the model has several: it is inferred, whatever sidecar lies beside the model.
+        gripper: A gripper's model to mount on an arm that has none; it is inferred likewise.
 
     Raises:
         InputError: A file is missing or wrong; the message names file, field, value and remedy.
     """
     path = resolve_robot(robot_urdf).resolve()
+    if arm is not None or gripper is not None:
+        if gripper is not None and not is_file(gripper):
+            raise InputError(f"robot_gripper: {str(gripper)!r} is no file{did_you_mean_file(gripper)}")
+        gripper = gripper.resolve() if gripper else None
+        stamp = gripper.stat().st_mtime_ns if gripper else 0
+        return _inferred(path, arm, gripper, package_paths, table_height, path.stat().st_mtime_ns, stamp)
     config = find_sidecar(path, robot_config)
     stamp = config.stat().st_mtime_ns if config else 0
     with doing(f"loading {path.name}"):
         return _load(path, config, package_paths, table_height, path.stat().st_mtime_ns, stamp)
+
+
+def robot_of(scene: Scene) -> RobotModel:
+    """Return the robot that a scene names, on its table, measured; see `load_robot`.
+
+    Raises:
+        InputError: A file is missing or wrong; the message names file, field, value and remedy.
+    """
+    return load_robot(
+        scene.robot_urdf,
+        scene.robot_config,
+        table_height=scene.table_height,
+        arm=scene.robot_arm,
+        gripper=scene.robot_gripper,
+    )
+
+
+@lru_cache(maxsize=16)
+def _inferred(
+    path: Path,
+    arm: str | None,
+    gripper: Path | None,
+    package_paths: tuple[Path, ...],
+    table_height: float,
+    model_stamp: int,
+    gripper_stamp: int,
+) -> RobotModel:
+    del model_stamp, gripper_stamp  # part of the cache key: an edited file is read again
+    from robosandbox.robots.infer.sidecar import infer
+
+    found = infer(path, gripper=gripper, arm=arm, package_paths=package_paths, table_height=table_height)
+    return measure(found.model, found.sidecar, path.name, table_height=table_height, workspace=found.workspace)
 
 
 @lru_cache(maxsize=16)
@@ -186,7 +230,7 @@ def _load(
         say(f"{path.name}: no sidecar; runs on what was inferred (robo-sandbox robot infer shows it){others}")
         return measure(imported, found.sidecar, path.name, table_height=table_height, workspace=found.workspace)
     robot = load_with(imported, given, config, package_paths, table_height=table_height)
-    files = RobotFiles(model=path, sidecar=config, package_paths=package_paths)
+    files = RobotFiles(model=path, sidecar=config, package_paths=package_paths, table_height=table_height)
     return robot if is_bundled(config) else replace(robot, files=files)
 
 
@@ -213,8 +257,7 @@ def load_with(
     try:
         attached = given.gripper.attach if given.gripper else None
         if attached is not None:
-            gripper_model = resolve_robot(config.parent / attached.model)
-            mount(imported, attached, gripper_model.resolve(), package_paths)
+            mount(imported, attached, attached_model(config, attached), package_paths)
         if given.fingers is not None and imported.options is None:
             settle_listed(imported, given.fingers.joints)
         sidecar = apply_roles(given, imported)

@@ -11,7 +11,7 @@ from robosandbox.errors import InputError
 from robosandbox.extras import install_command
 from robosandbox.robots.importers.files import is_file
 from robosandbox.robots.importers.imported import ImportedModel
-from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.sidecar import GripperAttachment, Sidecar
 from robosandbox.suggestions import did_you_mean_file
 from robosandbox.validation import did_you_mean, load_yaml_model
 
@@ -113,6 +113,21 @@ def find_sidecar(path: Path, robot_config: Path | None) -> Path | None:
     if not is_file(robot_config):
         raise InputError(f"{robot_config}: no such sidecar; leave it out to have one inferred")
     return robot_config.resolve()
+
+
+def attached_model(sidecar: Path, attachment: GripperAttachment) -> Path:
+    """Return the model of the gripper that a sidecar mounts, a path relative to the sidecar's folder.
+
+    Raises:
+        InputError: There is no such file.
+    """
+    path = sidecar.parent / attachment.model
+    if not is_file(path):
+        raise InputError(
+            f"{sidecar.name}: gripper.attach.model: {str(attachment.model)!r} is no file; a relative path starts at "
+            f"{sidecar.parent}{did_you_mean_file(path)}"
+        )
+    return path.resolve()
 
 
 def known_sidecar(imported: ImportedModel) -> tuple[Path, Sidecar] | None:

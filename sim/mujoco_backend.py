@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Self
 
 import mujoco
 
 from robosandbox.driver import Capabilities
-from robosandbox.robots.loader import load_robot
+from robosandbox.robots.loader import robot_of
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.objects import can_rewrite, place, rewrite
 from robosandbox.sim.objects.weight import weighed
@@ -137,9 +136,7 @@ class MuJoCoBackend(SensedSimulation):
 
     def _compile(self, scene: Scene) -> None:
         self.ask_wait_hooks()
-        config = Path(scene.robot_config) if scene.robot_config else None
-        robot = load_robot(scene.robot_urdf, config, table_height=scene.table_height)
-        self.adopt(build_world(scene, robot, board=self._board))
+        self.adopt(build_world(scene, robot_of(scene), board=self._board))
         self.compilations += 1
 
     def _as_loaded(self, scene: Scene) -> Scene:
@@ -173,6 +170,6 @@ class MuJoCoBackend(SensedSimulation):
 
 def _rewritable(old: Scene, new: Scene) -> bool:
     """Return whether a model of one scene becomes one of the other by numbers alone."""
-    if (old.robot_urdf, old.robot_config, old.table_height) != (new.robot_urdf, new.robot_config, new.table_height):
+    if old.model_copy(update={"objects": ()}) != new.model_copy(update={"objects": ()}):
         return False
     return len(old.objects) == len(new.objects) and all(map(can_rewrite, old.objects, new.objects))

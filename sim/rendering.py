@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.errors import RenderingError
+from robosandbox.forks import ForkGuard
 from robosandbox.sim.frustum import leave_out_unseen, narrow
 from robosandbox.types import PictureWindow
 
+_OPENGL = ForkGuard("OpenGL")
 _REMEDY = (
     "install one with `apt-get install libegl1` (then MUJOCO_GL=egl) or `apt-get install libosmesa6` (MUJOCO_GL=osmesa)"
 )
@@ -29,10 +31,13 @@ class OffscreenRenderer:
         size: (height, width) in pixels.
 
     Raises:
-        RenderingError: No OpenGL library works here; the message says what to install.
+        RenderingError: No OpenGL library works here, and the message says what to install; or pictures were made before this
+            process was forked.
     """
 
     def __init__(self, model: mujoco.MjModel, size: tuple[int, int]) -> None:
+        _check_process()
+        _OPENGL.begin()
         height, width = size
         limit = (int(model.vis.global_.offheight), int(model.vis.global_.offwidth))
         if height > limit[0] or width > limit[1] or height < 1 or width < 1:
@@ -102,6 +107,7 @@ class OffscreenRenderer:
         return metres
 
     def _draw(self, data: mujoco.MjData, camera: str, window: PictureWindow | None = None) -> mujoco.MjrRect:
+        _check_process()
         self._gl.make_current()
         self._camera.fixedcamid = self._model.camera(camera).id
         mujoco.mjv_updateScene(
@@ -119,6 +125,13 @@ class OffscreenRenderer:
         """Free the OpenGL context."""
         self._context.free()
         self._gl.free()
+
+
+def _check_process() -> None:
+    """Raise RenderingError where this process was forked after pictures were made."""
+    lost = _OPENGL.lost()
+    if lost is not None:
+        raise RenderingError(lost)
 
 
 def _make_gl_context(width: int, height: int) -> Any:

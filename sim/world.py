@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.imported import copy_options, copy_physics
-from robosandbox.robots.loader import WRIST_CAMERA, RobotModel, load_robot
+from robosandbox.robots.loader import WRIST_CAMERA, RobotModel, robot_of
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.calibration_board import CalibrationBoard
@@ -132,8 +131,7 @@ def build_world_of(scene: Scene) -> World:
     Raises:
         InputError: A file, name or number of the robot or scene is wrong.
     """
-    config = Path(scene.robot_config) if scene.robot_config else None
-    return build_world(scene, load_robot(scene.robot_urdf, config, table_height=scene.table_height))
+    return build_world(scene, robot_of(scene))
 
 
 def _set_options(spec: mujoco.MjSpec) -> None:

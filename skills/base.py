@@ -1,24 +1,19 @@
-"""What every skill shares: a name, a schema from its signature, checked arguments."""
+"""Base of all skills: a name, a schema from the signature of `run`, checked arguments."""
 
 from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any, ClassVar, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from robosandbox.errors import InvalidArgumentError, Phase, SkillError
-from robosandbox.skills.primitives.abilities import GripperAbilities
-from robosandbox.skills.protocols import SkillContext
+from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.skills.words import Words
-from robosandbox.types import ObservedScene, SkillCall, SkillResult
-from robosandbox.world.alternatives import Failure
-from robosandbox.world.contracts import Contract, contract_of, error_for, first_refuted, lost
-from robosandbox.world.predicate import View
-from robosandbox.world.side_effects import disturbed
+from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.contracts import Contract
 
 _ARGUMENT = re.compile(r"^\s+(\w+): (.+)$")
 
@@ -32,7 +27,7 @@ class Skill:
     It says what it does in `contract(self, *, argument: type, ...) -> Contract`, with the arguments of `run`: what is needed
     is refused before anything moves, what is promised is looked at afterwards, and plans are checked by it. Where a call of
     it may be mended in ways that the contract does not tell, it says which in
-    `alternatives(self, failure, *, argument: type, ...) -> Iterable[Alternative]`.
+    `alternatives(self, failure, *, argument: type, ...) -> Iterable[Alternative]`. `Executor` is what runs it.
 
     Attributes:
         name: As calls name it.
@@ -40,76 +35,34 @@ class Skill:
         translations: The same in languages that are data: lines of a lexicon and of rules, by language.
     """
 
-    name: ClassVar[str]
+    name: str
     run: Any
-    contract: Any = None
-    alternatives: Any = None
     words: ClassVar[Words | None] = None
     translations: ClassVar[Mapping[str, str]] = {}
 
-    @cached_property
+    @property
     def description(self) -> str:
         """The first line of run's docstring."""
         return (inspect.getdoc(type(self).run) or "").partition("\n")[0]
 
-    @cached_property
+    @property
     def schema(self) -> Mapping[str, Any]:
         """JSON schema of the arguments."""
+        return self._schema
+
+    @cached_property
+    def _schema(self) -> Mapping[str, Any]:
         return self._arguments.model_json_schema()
 
-    def __call__(self, ctx: SkillContext, arguments: Mapping[str, Any]) -> SkillResult:
-        """Check arguments and limits, and run; whoever calls a skill calls it here.
+    def contract(self, *args: Any, **arguments: Any) -> Contract:
+        """Return what a call needs and brings about; a skill that does not say promises nothing."""
+        del args, arguments
+        return Contract()
 
-        Raises:
-            SkillError: The arguments are wrong, a limit forbids the call, or the post-condition was not reached.
-        """
-        checked = self.check(arguments)
-        call = SkillCall(skill=self.name, arguments=checked)
-        ctx.permit(call)
-        before = ctx.look()
-        contract = (contract_of(self, checked) or Contract()).resolved(before)
-        try:
-            return self._kept(ctx, checked, contract, before)
-        except SkillError as error:
-            ctx.doubt()
-            if not error.repairs and ctx.what_if:
-                error.repairs = ctx.repairs_for(
-                    Failure(call=call, error=error, contract=contract, before=before, scene=ctx.look())
-                )
-            error.append(ctx.advice_for(error))
-            raise
-
-    def _kept(
-        self, ctx: SkillContext, arguments: dict[str, Any], contract: Contract, before: ObservedScene
-    ) -> SkillResult:
-        """Run with checked arguments, and hold the skill to its contract.
-
-        Raises:
-            SkillError: What it needs does not hold, it failed, or what it promises is not seen.
-        """
-        if not contract.gives:
-            unsaid: SkillResult = self.run(ctx, **arguments)
-            return unsaid
-        robot = GripperAbilities(ctx)
-        _require(contract, View.of(before, robot))
-        result: SkillResult = self.run(ctx, **arguments)
-        after = ctx.look()
-        seen = View(scene=after, before=before, robot=robot)
-        broken = first_refuted(contract.gives, seen)
-        if broken is not None:
-            raise lost(*broken, seen, by=self.name)
-        moved = disturbed(before, after, *contract.moves, *([before.held] if before.held else []))
-        return result.model_copy(update={"side_effects": (*result.side_effects, *moved)})
-
-    def require(self, ctx: SkillContext, scene: ObservedScene, **arguments: Any) -> None:
-        """Check what the skill needs once more, in a scene that changed after it was called.
-
-        Raises:
-            SkillError: Something that it needs no longer holds.
-        """
-        contract = contract_of(self, arguments)
-        if contract is not None:
-            _require(contract.resolved(scene), View.of(scene, GripperAbilities(ctx)))
+    def alternatives(self, failure: Failure, *args: Any, **arguments: Any) -> Iterable[Alternative]:
+        """Return ways around a failed call that its contract does not tell; none, if the skill does not say."""
+        del failure, args, arguments
+        return ()
 
     def check(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return the arguments by keyword, converted to their types.
@@ -146,9 +99,3 @@ class Skill:
             )
         config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=False)
         return create_model(f"{type(self).__name__}Arguments", __config__=config, **fields)
-
-
-def _require(contract: Contract, view: View) -> None:
-    lacking = first_refuted(contract.needs, view)
-    if lacking is not None:
-        raise error_for(*lacking, view)

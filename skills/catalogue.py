@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from robosandbox.plugins import plugins
-from robosandbox.skills.protocols import Skill
+from robosandbox.plugins import make_installed
+from robosandbox.skills.base import Skill
 
 
 def load_skills() -> list[Skill]:
-    """Return one instance of every installed skill, by name."""
-    return [point.load()() for point in plugins("skills")]
+    """Return one instance of every installed skill, by name; what does not load is left out with a warning."""
+    return list(make_installed("skills", Skill).values())

@@ -9,6 +9,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, LimitError, Phase, SkillError, TrackingError
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.base import Skill
+from robosandbox.skills.executor import require
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.primitives.gripping import Grip
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free, follow_until
@@ -86,7 +87,7 @@ class Pick(Skill):
         while True:
             seen = _shifted(arm.find(object, scene), tries.felt)
             if scene is not arm.start:
-                self.require(ctx, scene, object=object)
+                require(ctx, self.contract(object=object), scene)
             try:
                 plan = tries.planned(seen, scene)
             except CollisionError:

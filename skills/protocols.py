@@ -1,11 +1,8 @@
-"""Skills as they are called, and the context that they are given."""
+"""The context that skills are given."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
-
-from typing_extensions import TypeVar
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from robosandbox.driver import Driver
@@ -14,8 +11,9 @@ if TYPE_CHECKING:
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.motion.protocols import MotionPlanner
     from robosandbox.perception.protocols import Perception
-    from robosandbox.types import Intent, ObservedScene, SkillCall, SkillResult, Tempo
+    from robosandbox.types import Intent, ObservedScene, Tempo
     from robosandbox.world.alternatives import Failure
+    from robosandbox.world.operators import BoundCall
 
 
 @runtime_checkable
@@ -42,11 +40,6 @@ class SkillContext(Protocol):
         """How fast the arm goes in each situation."""
         ...
 
-    @property
-    def listeners(self) -> list[Callable[[str], None]]:
-        """Called with each phase that begins."""
-        ...
-
     def look(self, *names: str) -> ObservedScene:
         """Return what perception sees now; with names, of these things, and what is remembered of the others."""
         ...
@@ -59,7 +52,7 @@ class SkillContext(Protocol):
         """Have the next look be at everything anew: something went otherwise than it was believed to."""
         ...
 
-    def permit(self, call: SkillCall) -> None:
+    def permit(self, call: BoundCall) -> None:
         """Check a call against the limits before anything moves; raises LimitError."""
         ...
 
@@ -81,31 +74,4 @@ class SkillContext(Protocol):
 
     def announce(self, intent: Intent) -> None:
         """Tell listeners what is about to be done; costs nothing when there are none."""
-        ...
-
-
-# Where a skill is called: in a world of this process, if nothing else is said.
-Ctx = TypeVar("Ctx", contravariant=True, default=SkillContext)
-
-
-@runtime_checkable
-class Skill(Protocol[Ctx]):
-    """One verb. `run` takes keyword arguments; its signature is its schema."""
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def description(self) -> str: ...
-    @property
-    def schema(self) -> Mapping[str, Any]:
-        """JSON schema of the arguments."""
-        ...
-
-    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the arguments converted to their types; raises InvalidArgumentError."""
-        ...
-
-    def __call__(self, ctx: Ctx, arguments: Mapping[str, Any]) -> SkillResult:
-        """Check the arguments and run; raises SkillError."""
         ...

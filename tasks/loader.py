@@ -69,6 +69,8 @@ def _robot_files(scene: Scene, folder: Path, source: str) -> dict[str, Path]:
         bundled = str(scene.robot_config).startswith(BUILTIN)
         config = scene.robot_config
         found["robot_config"] = builtin_file(config, field) if bundled else _existing(config, folder, field)
+    if scene.robot_gripper is not None:
+        found["robot_gripper"] = _existing(scene.robot_gripper, folder, f"{source}: scene.robot_gripper")
     return found
 
 

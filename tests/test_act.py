@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.listening import on_calls
 
 from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FinalReason, Planned, Thought
 from robosandbox.agent.llm import known
 from robosandbox.apps.conformance.openai_server import Answer, Script, ScriptedServer, fails, says, tool_calls
-from robosandbox.errors import InputError
+from robosandbox.errors import InputError, UnreachableError
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
@@ -64,10 +65,10 @@ def results(body: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def test_calls_are_carried_out_one_by_one_and_the_end_is_checked(world: EmbeddedWorkcell) -> None:
     heard: list[AgentEvent] = []
-    world.agent.listeners.append(heard.append)
+    leave = world.ctx.events.subscribe(heard.append)
     with ScriptedServer(NO_SCHEMA, tool_calls(PICK), tool_calls(PLACE), tool_calls(FINISH)) as server:
         episode = act(world, server)
-    world.agent.listeners.remove(heard.append)
+    leave()
     assert episode.success and episode.claim == "It is in the bin." and world.judge().success
     assert (
         [str(one) for one in episode.plan.steps] == ["pick(object=red_cube)", "place_in(container=grey_bin)"]
@@ -160,7 +161,7 @@ def test_a_model_cannot_finish_after_a_failure_and_obeys_a_repair(world: Embedde
     def spoil(body: dict[str, Any]) -> Answer:
         # The cube is taken out of the gripper's way once, before the pick begins.
         del body
-        world.agent.permits.append(_fails_once(world))
+        _fail_once(world)
         return tool_calls(PICK)
 
     script: list[Script] = [
@@ -179,14 +180,12 @@ def test_a_model_cannot_finish_after_a_failure_and_obeys_a_repair(world: Embedde
     assert "failed and nothing has succeeded since" in results(server.requests[3])[0]["error"]
 
 
-def _fails_once(world: EmbeddedWorkcell) -> Any:
-    from robosandbox.errors import UnreachableError
-
-    def permit(one: SkillCall) -> None:
-        world.agent.permits.remove(permit)
+def _fail_once(world: EmbeddedWorkcell) -> None:
+    def refuse(one: SkillCall) -> None:
+        leave()
         raise UnreachableError(f"{one}: out of reach")
 
-    return permit
+    leave = on_calls(world.ctx.events, refuse)
 
 
 FORMS: dict[str, Answer] = {
@@ -368,10 +367,10 @@ def test_consulted_tools_are_in_the_record(world: EmbeddedWorkcell) -> None:
 )
 def test_what_a_model_thinks_is_told_to_listeners(world: EmbeddedWorkcell, said: str) -> None:
     heard: list[AgentEvent] = []
-    world.agent.listeners.append(heard.append)
+    leave = world.ctx.events.subscribe(heard.append)
     with ScriptedServer(says(said)) as server:
         act(world, server)
-    world.agent.listeners.remove(heard.append)
+    leave()
     assert [event.text for event in heard if isinstance(event, Thought)] == ["It is unclear."]
 
 

@@ -2,7 +2,7 @@
 
 import logging
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -14,8 +14,9 @@ from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode, FinalReason
 from robosandbox.agent.protocols import Attempt
 from robosandbox.driver import ControlLoop, Driver
-from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, SkillError
-from robosandbox.skills.protocols import Skill, SkillContext
+from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, PushError, SkillError
+from robosandbox.skills.base import Skill
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.workcell.session import open_session
 from robosandbox.world.contracts import Contract
@@ -31,7 +32,7 @@ class Clock:
         self.loop = ControlLoop()
         self.guards = self.loop.guards
         self.subscribe = self.loop.subscribe
-        self.spec = SimpleNamespace(limits=None, name="nothing")
+        self.spec = SimpleNamespace(limits=None, name="nothing", files=None)
         self.capabilities = SimpleNamespace(contact=None, wrist_wrench=False)
 
     def step(self, seconds: float) -> None:
@@ -48,20 +49,15 @@ class Eyes:
         return ObservedScene(time=sim.time, objects=(), table_height=0.04, base_xy=(0.0, 0.0))
 
 
-class Act:
+class Act(Skill):
     """A skill that does what its list of outcomes says."""
-
-    description = "Act."
-    schema: Mapping[str, Any] = {}
 
     def __init__(self, name: str, *outcomes: Exception | None) -> None:
         self.name = name
         self.outcomes = list(outcomes)
 
-    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-        return arguments
-
-    def __call__(self, ctx: SkillContext, arguments: Mapping[str, Any]) -> SkillResult:
+    def run(self, ctx: SkillContext) -> SkillResult:
+        """Act."""
         ctx.enter("approach")
         cast(Clock, ctx.sim).step(1.0)
         outcome = self.outcomes.pop(0) if self.outcomes else None
@@ -76,9 +72,11 @@ class Script:
     def __init__(self, *answers: Plan | Refusal) -> None:
         self.answers = list(answers)
         self.histories: list[Sequence[Attempt]] = []
+        self.scenes: list[ObservedScene] = []
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         self.histories.append(history)
+        self.scenes.append(scene)
         return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
 
 
@@ -88,10 +86,10 @@ def calls(*names: str) -> Plan:
 
 def make(planner: Script, *skills: Act, max_replans: int = 3) -> tuple[Agent, AgentContext, list[events.AgentEvent]]:
     unused = cast(Any, SimpleNamespace())
-    ctx = AgentContext(sim=cast(Driver, Clock()), perception=Eyes(), grasp=unused, motion=unused)
-    agent = Agent(ctx=ctx, skills=cast(Sequence[Skill], skills), planner=planner, max_replans=max_replans)
+    ctx = AgentContext(sim=cast(Driver, Clock()), perception=Eyes(), grasp=unused, motion=unused, what_if=False)
+    agent = Agent(ctx=ctx, skills=skills, planner=planner, max_replans=max_replans)
     seen: list[events.AgentEvent] = []
-    agent.listeners.append(seen.append)
+    agent.ctx.events.subscribe(seen.append)
     return agent, ctx, seen
 
 
@@ -108,13 +106,46 @@ def test_complete_plan_prints_as_in_the_tutorial() -> None:
 
 def test_failure_is_told_to_the_planner_which_sees_a_fresh_scene() -> None:
     planner = Script(calls("home", "pick"), calls("pick"))
-    agent, ctx, _ = make(planner, Act("home"), Act("pick", MISSED, None))
+    agent, _, _ = make(planner, Act("home"), Act("pick", MISSED, None))
     ep = agent.run("go")
     assert ep.success and ep.replans == 1 and [step.call.skill for step in ep.steps] == ["home", "pick"]
     (attempt,) = planner.histories[1]
     assert [call.skill for call in attempt.completed] == ["home"]
     assert (attempt.failed.skill, attempt.error) == ("pick", MISSED)
-    assert cast(Eyes, ctx.perception).looks == 2
+    before_replan, after = planner.scenes
+    assert after.time > before_replan.time
+
+
+JAMMED = PushError("pushed against the arm's own elbow")
+
+
+@pytest.mark.parametrize(
+    ("answers", "outcomes", "said"),
+    [
+        # A push fails, and the plan after it by what the robot lacks: the push is told of.
+        ([calls("push"), calls("pick")], {"push": [JAMMED], "pick": [MISSED]}, "push(): pushed against"),
+        ([calls("push"), calls("pick"), NO], {"push": [JAMMED], "pick": [MISSED]}, "push(): pushed against"),
+        ([calls("push"), NO], {"push": [JAMMED]}, "push(): pushed against"),
+        # The push is made good by another push, so that what failed afterwards is the cause.
+        ([calls("push", "pick"), calls("push", "pick")], {"push": [JAMMED], "pick": [MISSED]}, "pick(): closed on"),
+        ([calls("push"), calls("push", "pick"), NO], {"push": [JAMMED], "pick": [MISSED]}, "pick(): closed on"),
+        ([calls("pick"), calls("pick")], {"pick": [MISSED, JAMMED]}, "pick(): closed on nothing"),
+    ],
+)
+def test_the_first_cause_that_nothing_mended_is_the_closing_line(
+    answers: list[Plan | Refusal], outcomes: dict[str, list[Exception]], said: str
+) -> None:
+    planner = Script(*answers, NO)
+    agent, _, _ = make(planner, *(Act(name, *errors) for name, errors in outcomes.items()), max_replans=len(answers))
+    ep = agent.run("go")
+    assert not ep.success and ep.final_detail.startswith(said), ep.final_detail
+    assert ep.error is not None and ep.error.message in ep.final_detail
+
+
+def test_a_question_that_is_left_open_stands_behind_the_cause() -> None:
+    asks = Refusal(code=RefusalCode.AMBIGUOUS, message="Which one do you mean?")
+    agent, _, _ = make(Script(calls("pick"), asks), Act("pick", MISSED))
+    assert agent.run("go").final_detail == "pick(): closed on nothing; Which one do you mean?"
 
 
 def test_replanning_stops_after_max_replans() -> None:
@@ -129,7 +160,8 @@ def test_refusal_ends_at_once(replans: int) -> None:
     answers = [calls("pick")] * replans + [NO]
     agent, _, _ = make(Script(*answers), Act("pick", MISSED))
     ep = agent.run("go")
-    assert not ep.success and ep.refusal == NO and ep.final_detail == "out of reach" and ep.replans == replans
+    assert not ep.success and ep.refusal == NO and ep.replans == replans
+    assert ep.final_detail == ("pick(): closed on nothing" if replans else "out of reach")
     assert ep.final_reason is (FinalReason.GAVE_UP if replans else FinalReason.REFUSED)
 
 

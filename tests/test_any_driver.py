@@ -218,7 +218,7 @@ def test_an_episode_on_hardware_is_recorded_and_drawn_as_believed(tmp_path: Path
     with open_session(_TASK, driver="hardware", driver_options={"seed": 3}, perception="rgbd") as session:
         settings = RecordSettings(folder=tmp_path, video=VideoSettings(cameras=("top",), fps=5.0))
         recorder = open_recorder(settings, session)
-        recorder.follow(session.agent)
+        recorder.follow()
         assert session.run().success
         truly = session.sim.referee().objects["red_cube"].pose.position  # type: ignore[attr-defined]
         folder = recorder.finish()

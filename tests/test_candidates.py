@@ -15,7 +15,7 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillCall, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
-from robosandbox.world.contracts import Contract, contract_of
+from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import lies_in
 
@@ -34,7 +34,7 @@ def scene(*items: DetectedObject, held: str | None = None) -> ObservedScene:
 
 
 def failed(call: SkillCall, error: SkillError, before: ObservedScene, now: ObservedScene | None = None) -> Failure:
-    contract = contract_of(SKILLS[call.skill], call.arguments) or Contract()
+    contract = SKILLS[call.skill].contract(**call.arguments)
     return Failure(call=call, error=error, contract=contract.resolved(before), before=before, scene=now or before)
 
 

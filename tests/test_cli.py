@@ -179,12 +179,13 @@ def test_plan_as_json_has_a_plan_or_a_refusal_and_nothing_else(capsys: pytest.Ca
         "plan": steps,
         "answer": "",
         "then": "",
+        "note": "",
         "refusal": None,
         "model_usage": None,
     }
     assert sandbox("plan", "pick up the elephant", "--task", "pick_cube_franka", "--json") == EXIT_FAILED
     document = json.loads(capsys.readouterr().out)
-    assert document.keys() == {"plan", "answer", "then", "refusal", "model_usage"}
+    assert document.keys() == {"plan", "answer", "then", "note", "refusal", "model_usage"}
     assert document["refusal"].keys() == {"code", "message", "candidates", "sure"}
 
 

@@ -110,7 +110,7 @@ def test_a_limit_holds_whoever_calls_the_skill() -> None:
     with open_session(bounded(y=(-0.3, 0.1))) as session:
         before = session.sim.snapshot()
         with pytest.raises(LimitError):
-            session.agent.skills["pick"](session.ctx, {"object": "grey_bin"})
+            session.agent.perform(SkillCall(skill="pick", arguments={"object": "grey_bin"}))
         np.testing.assert_array_equal(session.sim.snapshot(), before)
 
 

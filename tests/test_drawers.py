@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from support.performing import perform
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.errors import DrawerError, InvalidArgumentError, PlacementError
@@ -58,23 +59,23 @@ def opening(ctx: AgentContext) -> float:
 
 def test_a_drawer_opens_takes_a_cube_and_shuts(closed: EmbeddedWorkcell) -> None:
     ctx = closed.ctx
-    result = OpenDrawer()(ctx, {"drawer": "drawer"})
+    result = perform(ctx, OpenDrawer(), {"drawer": "drawer"})
     assert opening(ctx) == pytest.approx(float(result.detail["opening_mm"]) / 1e3) and opening(ctx) > OPEN
     assert not result.side_effects
-    Pick()(ctx, {"object": "cube"})
-    PlaceIn()(ctx, {"container": "drawer"})
-    result = CloseDrawer()(ctx, {"drawer": "drawer"})
+    perform(ctx, Pick(), {"object": "cube"})
+    perform(ctx, PlaceIn(), {"container": "drawer"})
+    result = perform(ctx, CloseDrawer(), {"drawer": "drawer"})
     assert opening(ctx) < CLOSED_WITHIN and not result.side_effects
     objects = ctx.sim.truth().objects
     assert inside(objects["cube"].detected(), objects["drawer"].detected())
-    assert OpenDrawer()(ctx, {"drawer": "drawer"}).detail["opening_mm"] > 1e3 * OPEN
+    assert perform(ctx, OpenDrawer(), {"drawer": "drawer"}).detail["opening_mm"] > 1e3 * OPEN
 
 
 def test_what_is_open_stays_open_and_what_is_closed_stays_closed() -> None:
     with session_of(drawer(open=0.12)) as session:
-        assert OpenDrawer()(session.ctx, {"drawer": "drawer"}).detail["already_open"] is True
+        assert perform(session.ctx, OpenDrawer(), {"drawer": "drawer"}).detail["already_open"] is True
     with session_of(drawer()) as session:
-        assert CloseDrawer()(session.ctx, {"drawer": "drawer"}).detail["already_closed"] is True
+        assert perform(session.ctx, CloseDrawer(), {"drawer": "drawer"}).detail["already_closed"] is True
 
 
 @pytest.mark.parametrize("start", [0.0, 0.06])
@@ -82,7 +83,7 @@ def test_a_locked_drawer_is_named_as_the_cause_and_nothing_is_dragged_along(star
     with session_of(drawer(locked=True, open=start)) as session:
         skill = OpenDrawer() if start == 0.0 else CloseDrawer()
         with pytest.raises(DrawerError, match=r"is locked: p.* with [0-9]+ N") as failure:
-            skill(session.ctx, {"drawer": "drawer"})
+            perform(session.ctx, skill, {"drawer": "drawer"})
         evidence = failure.value.evidence
         assert isinstance(evidence, DrawerEvidence) and evidence.reason == "locked"
         assert evidence.force > 10.0 and evidence.opening == pytest.approx(start, abs=0.002)
@@ -94,7 +95,7 @@ def test_what_stands_out_of_a_drawer_keeps_it_open_and_is_named() -> None:
     tall = SceneObject(id="tall", kind="box", size=(0.012, 0.012, 0.06), pose=Pose(xyz=(0.15, 0.05, 0.11)), mass=0.4)
     with session_of(drawer(open=0.12), tall) as session:
         with pytest.raises(DrawerError, match="clear tall away") as failure:
-            CloseDrawer()(session.ctx, {"drawer": "drawer"})
+            perform(session.ctx, CloseDrawer(), {"drawer": "drawer"})
         assert isinstance(failure.value.evidence, DrawerEvidence)
         assert failure.value.evidence.blocking == ("tall",)
 
@@ -104,7 +105,7 @@ def test_a_drawer_is_pushed_shut_by_closed_fingers_beside_a_can_that_open_ones_w
     pose = Pose(xyz=(0.246, 0.115, 0.04), quat_xyzw=(0.0, 0.0, -0.0662, 0.9978))
     with session_of(drawer(pose=pose, open=0.1), can) as session:
         session.ctx.sim.set_gripper(0.0)
-        CloseDrawer()(session.ctx, {"drawer": "drawer"})
+        perform(session.ctx, CloseDrawer(), {"drawer": "drawer"})
         assert opening(session.ctx) < CLOSED_WITHIN
         after = session.sim.truth().objects["can"].pose
         assert np.linalg.norm(session.start.objects["can"].pose.position - after.position) < 0.001
@@ -123,15 +124,15 @@ def test_a_hand_that_has_pushed_a_drawer_shut_steps_back_before_it_rises() -> No
 
 
 def test_nothing_goes_into_a_closed_drawer(closed: EmbeddedWorkcell) -> None:
-    Pick()(closed.ctx, {"object": "cube"})
+    perform(closed.ctx, Pick(), {"object": "cube"})
     with pytest.raises(PlacementError, match=r"closed.*open it first") as failure:
-        PlaceIn()(closed.ctx, {"container": "drawer"})
+        perform(closed.ctx, PlaceIn(), {"container": "drawer"})
     assert isinstance(failure.value.evidence, PlacementEvidence) and failure.value.evidence.reason == "closed"
 
 
 def test_only_drawers_open(closed: EmbeddedWorkcell) -> None:
     with pytest.raises(InvalidArgumentError, match="cube is a box and no drawer; there is drawer"):
-        OpenDrawer()(closed.ctx, {"drawer": "cube"})
+        perform(closed.ctx, OpenDrawer(), {"drawer": "cube"})
 
 
 def test_the_stub_planner_opens_a_drawer_first_unless_it_is_open() -> None:
@@ -145,10 +146,10 @@ def test_a_drawer_comes_back_with_its_checkpoint_and_copies_slide_alone() -> Non
     with session_of(drawer(open=0.05)) as session:
         kept = session.checkpoint()
         copy = session.ctx.twin()
-        OpenDrawer()(copy, {"drawer": "drawer"})
+        perform(copy, OpenDrawer(), {"drawer": "drawer"})
         assert opening(copy) > OPEN
         assert opening(session.ctx) == pytest.approx(0.05, abs=1e-4)
-        CloseDrawer()(session.ctx, {"drawer": "drawer"})
+        perform(session.ctx, CloseDrawer(), {"drawer": "drawer"})
         session.restore(kept)
         assert opening(session.ctx) == pytest.approx(0.05, abs=1e-4)
 

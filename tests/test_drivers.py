@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.performing import perform
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
@@ -270,7 +271,7 @@ def test_a_tap_is_refused_where_no_force_is_felt() -> None:
         ctx = context(driver, scene)
         tap = next(skill for skill in load_skills() if skill.name == "tap")
         with pytest.raises(UnsupportedError, match=r"wrist_wrench: .* a tap ends where the object is felt"):
-            tap(ctx, {"object": "red_cube"})
+            perform(ctx, tap, {"object": "red_cube"})
     finally:
         driver.close()
 

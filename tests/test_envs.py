@@ -177,6 +177,23 @@ def test_pictures_are_flat_for_one_camera_and_by_name_for_several() -> None:
         assert isinstance(inner, gymnasium.spaces.Dict) and set(inner) == {"scene", "wrist"}
 
 
+@pytest.mark.parametrize(("arguments", "cost"), [({}, 1.0), ({"penalty": 0.25, "reward": "dense"}, 0.25)])
+def test_pressing_on_the_table_ends_the_episode_and_costs_the_penalty(arguments: dict[str, Any], cost: float) -> None:
+    env = ManipulationEnv("pick_cube_franka", **arguments)
+    env.reset(seed=0)
+    ended, info, reward = False, {}, 0.0
+    while not ended:
+        _, reward, ended, _, info = env.step(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0]))
+    assert "presses on table" in info["stopped"] and not info["is_success"]
+    assert reward == pytest.approx(-cost, abs=0.01)
+    env.close()
+
+
+def test_a_penalty_below_zero_is_refused() -> None:
+    with pytest.raises(InputError, match="penalty: -1; give 0 or more"):
+        ManipulationEnv("pick_cube_franka", penalty=-1.0)
+
+
 def test_dense_rewards_add_up_to_what_was_gained_and_lead_to_the_task() -> None:
     env = ManipulationEnv("pick_cube_franka", reward="dense")
     spec = importlib.util.spec_from_file_location("policy", EXAMPLES / "07_gym_policy.py")

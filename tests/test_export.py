@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ def episodes(tmp_path_factory: pytest.TempPathFactory) -> list[RecordedEpisode]:
     found = []
     with open_session("pick_cube_franka") as session:
         recorder = Recorder(folder, session)
-        recorder.follow(session.agent)
+        recorder.follow()
         for seed, prompt in ((1, None), (2, "push the red cube 10 cm to the left")):
             session.reset(seed)
             session.run(prompt)
@@ -270,7 +271,7 @@ def test_mcap_joint_states_are_the_recorded_ones(log: dict[str, list[Any]], epis
 def test_mcap_draws_arm_bins_and_drawers_as_bodies_in_their_frames(tmp_path: Path) -> None:
     with open_session("put_in_drawer") as session:
         recorder = Recorder(tmp_path, session)
-        recorder.follow(session.agent)
+        recorder.follow()
         session.run("open the drawer")
         folder = recorder.finish(judged=None)
         recorder.close()
@@ -333,6 +334,19 @@ def test_wrong_use_is_told_and_leaves_nothing(
     assert run_app(app, "robo-sandbox", ["export", *given]) == 2
     assert complaint in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
+
+
+def test_lerobot_ends_with_a_sum_and_the_target_is_all_of_stdout(
+    episodes: list[RecordedEpisode], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "picks"
+    assert (
+        run_app(app, "robo-sandbox", ["export", "lerobot", *(str(item.folder) for item in episodes), str(target)]) == 0
+    )
+    said = capsys.readouterr()
+    frames = load(target / "meta/info.json")["total_frames"]
+    assert re.fullmatch(rf"exported 2 episodes, {frames} frames, \d+\.\d MB, to {target}", said.err.splitlines()[-1])
+    assert said.out == f"{target}\n"
 
 
 def test_robots_are_not_mixed(episodes: list[RecordedEpisode], tmp_path: Path) -> None:

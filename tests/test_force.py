@@ -6,6 +6,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from support.performing import bound
 
 from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.agent.sliding import slides_under
@@ -14,12 +15,15 @@ from robosandbox.errors import LimitError, Phase, PushError
 from robosandbox.evidence import LimitEvidence, PushEvidence
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.protocols import SkillContext
 from robosandbox.tasks.loader import find_task
-from robosandbox.types import Array, Limits, Pose, Scene, SceneObject, SkillCall, Trajectory, force_limits
+from robosandbox.types import Array, Limits, Pose, Scene, SceneObject, SkillCall, SkillResult, Trajectory, force_limits
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
 
+SKILLS = {skill.name: skill for skill in load_skills()}
 # m/s at which a hand that meets the table presses and does not knock.
 SLOW = 0.005
 
@@ -87,7 +91,7 @@ def lowered(worlds: EmbeddedWorkcell) -> tuple[EmbeddedWorkcell, Trajectory]:
     worlds.sim.set_gripper(1.0)
     way = way_down(worlds, 0.001, 0.01)
     worlds.sim.reset(q=way.q[0])
-    worlds.ctx.permit(SkillCall(skill="home", arguments={}))
+    worlds.ctx.permit(bound(SKILLS["home"], {}))
     return worlds, way
 
 
@@ -118,7 +122,7 @@ def test_the_arm_stops_before_it_presses_harder_than_allowed(
     lowered: tuple[EmbeddedWorkcell, Trajectory], meant: frozenset[str], limit: float
 ) -> None:
     session, way = lowered
-    session.ctx.permit(SkillCall(skill="tap", arguments={"object": next(iter(meant), "nothing")}))
+    session.ctx.permit(bound(SKILLS["tap"], {"object": next(iter(meant), "nothing")}))
     session.ctx.enter(Phase.DESCEND)
     peak = Peak(session.sim, "table")
     with pytest.raises(LimitError, match=f"the robot presses on table .* allows {limit:g}") as caught:
@@ -145,7 +149,7 @@ def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(
 
 def test_a_force_that_was_told_of_is_told_of_again_where_it_grows(lowered: tuple[EmbeddedWorkcell, Trajectory]) -> None:
     session, way = lowered
-    session.ctx.permit(SkillCall(skill="tap", arguments={"object": "table"}))
+    session.ctx.permit(bound(SKILLS["tap"], {"object": "table"}))
     guard, told = ForceGuard(session.sim, 60.0, 30.0), list[float]()
 
     def ask() -> None:
@@ -238,10 +242,8 @@ def test_a_wrench_at_the_wrist_keeps_the_limit_on_what_is_to_be_moved() -> None:
 
 
 def test_what_a_call_means_to_press_follows_from_its_contract() -> None:
-    skills = {skill.name: skill for skill in load_skills()}
-
     def meant(skill: str, held: str | None = None, **arguments: object) -> set[str]:
-        return set(meant_by(SkillCall(skill=skill, arguments=arguments), skills.get(skill), held))
+        return set(meant_by(bound(SKILLS[skill], arguments), held))
 
     assert meant("pick", object="cube") == {"cube"} == meant("tap", object="cube")
     assert meant("push", object="cube", direction="left", distance=0.1) == {"cube"}
@@ -252,7 +254,18 @@ def test_what_a_call_means_to_press_follows_from_its_contract() -> None:
     )
     assert meant("stack", object="cube", target="block") == {"cube"}
     assert meant("open_drawer", drawer="drawer") == {"drawer"} and meant("home") == set()
-    assert meant("of_somebody_else", thing="cube") == {"cube"}, "nothing is known of it"
+    assert set(meant_by(bound(Unsaid(), {"thing": "cube"}), None)) == {"cube"}, "nothing is known of it"
+
+
+class Unsaid(Skill):
+    """A skill that promises nothing."""
+
+    name = "of_somebody_else"
+
+    def run(self, ctx: SkillContext, *, thing: str) -> SkillResult:
+        """Do something with a thing."""
+        del ctx, thing
+        return SkillResult(skill=self.name)
 
 
 def bin_beside(mass: float) -> Scene:
@@ -280,10 +293,10 @@ def test_a_shove_of_what_is_to_stay_stops_the_arm_before_it_slides() -> None:
         sim.set_gripper(1.0)
         sim.follow(motion.plan_joints(sim.state().q, motion.ik(begin), speed=0.3))
         at = np.array(session.observe().find("bin").pose.xyz)  # type: ignore[union-attr]
-        session.ctx.permit(SkillCall(skill="pick", arguments={"object": "cube"}))
+        session.ctx.permit(bound(SKILLS["pick"], {"object": "cube"}))
         with pytest.raises(LimitError, match=r"slides under 4\.9"):
             sim.follow(motion.plan_line(sim.state().q, end, speed=0.05))
         sim.wait(0.5)
         assert np.linalg.norm(np.array(session.observe().find("bin").pose.xyz) - at) < 0.002  # type: ignore[union-attr]
-        session.ctx.permit(SkillCall(skill="home"))
+        session.ctx.permit(bound(SKILLS["home"], {}))
         session.agent.perform(SkillCall(skill="home"))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.listening import on_phases
 
 from robosandbox.apps.bench.bench import run_bench
 from robosandbox.errors import CollisionError, GraspError, Phase
@@ -271,7 +272,7 @@ def test_what_lies_at_the_walls_of_a_bin_is_dragged_off_them_by_its_top_and_pick
         pressed: list[float] = []
         session.sim.subscribe(lambda: pressed.append(float(np.linalg.norm(session.sim.force_on("bin")))))
         phases: list[str] = []
-        session.ctx.listeners.append(phases.append)
+        on_phases(session.ctx.events, phases.append)
         do(session, "pick", object="red_ball")
         assert Phase.PUSH in phases, "without a nudge there is no room for a finger"
         assert np.linalg.norm(seen(session, "bin").pose.position - before) < 0.001 and max(pressed) < 1.0

@@ -246,7 +246,7 @@ def test_ctrl_c_while_a_model_writes_ends_run_at_once(monkeypatch: pytest.Monkey
                     signal.raise_signal(signal.SIGINT)
 
             session.agent.streams = True
-            session.agent.listeners.append(interrupt)
+            session.ctx.events.subscribe(interrupt)
             episode = session.run("pick up the red cube")
     assert episode.final_reason == "cancelled" and not episode.steps
 
@@ -257,7 +257,7 @@ def test_an_agent_tells_what_is_written_before_what_is_planned() -> None:
         told = {"model": "scripted", "base_url": server.url}
         with open_session("pick_cube_franka", planner="openai", planner_options=told, what_if=False) as session:
             session.agent.streams = True
-            session.agent.listeners.append(heard.append)
+            session.ctx.events.subscribe(heard.append)
             assert session.run("frobnicate").success
     kinds = [type(event) for event in heard]
     assert kinds.index(Writing) < kinds.index(Planned)

@@ -6,8 +6,16 @@ from typing import Annotated, Any, Literal
 import pytest
 from jsonschema import Draft202012Validator
 from pydantic import Field
+from support.flatness import unflat
 
+from robosandbox.agent.flat_schema import flat
+from robosandbox.agent.llm.answer import answer_tools
+from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.modes import Mode
+from robosandbox.agent.llm.pointing import TOOL as POINT
 from robosandbox.agent.llm.schema import decodable
+from robosandbox.agent.llm.toolbox import acting_tools
+from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import StrictModel
 
 
@@ -101,3 +109,32 @@ def test_what_a_grammar_keeps_is_still_asked_for(step: dict[str, Any]) -> None:
 def test_a_reference_that_leads_nowhere_allows_any_value() -> None:
     schema = decodable({"type": "object", "properties": {"a": {"$ref": "#/elsewhere", "description": "An a."}}})
     assert schema["properties"]["a"] == {"description": "An a."}
+
+
+@pytest.mark.parametrize(
+    "tool",
+    [*answer_tools(load_skills()), *acting_tools(load_skills(), can_ask=True, can_program=True), POINT],
+    ids=lambda tool: tool.name,
+)
+def test_every_tool_that_a_model_is_sent_is_flat(tool: Tool) -> None:
+    (sent,) = Mode.TOOLS.parameters([tool]).output_tools
+    assert not list(unflat(sent.parameters_json_schema))
+
+
+@pytest.mark.parametrize("model", [Arguments, Other])
+def test_any_model_of_arguments_becomes_flat(model: type[StrictModel]) -> None:
+    found = list(unflat(flat(model.model_json_schema())))
+    # A tree holds trees.
+    assert found == (["arguments.tree.branches.[]: an object without properties"] if model is Arguments else [])
+
+
+def test_what_fits_one_of_several_alternatives_fits_the_flat_schema() -> None:
+    schema = flat(
+        inside(
+            Arguments.model_json_schema(),
+            {"type": "null"},
+            {"type": "object", "properties": {"grip": {"const": "hook"}}},
+        )
+    )
+    step = schema["properties"]["step"]
+    assert step["properties"]["grip"]["enum"] == ["soft", "firm", "hook"] and "required" not in step

@@ -5,6 +5,7 @@ import base64
 import contextlib
 import importlib.util
 import json
+import os
 import socket
 import subprocess
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
@@ -18,6 +19,7 @@ import pytest
 from mcp import Client
 from mcp.client.stdio import StdioServerParameters
 from mcp.shared.exceptions import MCPError
+from support.flatness import unflat
 from support.processes import mcp_command, mcp_over_http
 
 from robosandbox.apps.cli import app
@@ -118,9 +120,11 @@ async def _lists_tools(client: Client) -> None:
     skills = load_skills()
     assert {*(skill.name for skill in skills), *tools.OWN} <= set(listed)
     assert all(tool.output_schema and tool.annotations for tool in listed.values())
+    assert not [(name, found) for name, tool in listed.items() for found in unflat(tool.input_schema)]
+    assert not any("anyOf" in tool.output_schema for tool in listed.values())
     assert listed["look"].annotations.read_only_hint and listed["reset"].annotations.destructive_hint
     for skill in skills:
-        assert listed[skill.name].input_schema == {"type": "object", **skill.schema}
+        assert set(listed[skill.name].input_schema.get("properties", {})) == set(skill.schema["properties"])
         assert listed[skill.name].description.startswith(skill.description)
 
 
@@ -308,6 +312,46 @@ def test_a_client_that_dies_leaves_no_traceback() -> None:
     server.stdin.close()
     assert server.wait(timeout=60) == 0
     assert server.stderr is not None and "Traceback" not in server.stderr.read()
+
+
+PRINTING = """
+from robosandbox.skills.base import Skill
+from robosandbox.types import SkillResult
+class Chat(Skill):
+    name = "chat"
+    def run(self, ctx) -> SkillResult:
+        print("a line that a skill prints")
+        return SkillResult(skill="chat")
+"""
+
+
+def test_what_a_skill_prints_goes_to_stderr_and_stdout_holds_messages_alone(tmp_path: Path) -> None:
+    package = tmp_path / "chat-1.0.dist-info"
+    package.mkdir()
+    (tmp_path / "chat.py").write_text(PRINTING)
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: chat\nVersion: 1.0\n")
+    (package / "entry_points.txt").write_text("[robosandbox.skills]\nchat = chat:Chat\n")
+    about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "1"}}
+    server = subprocess.Popen(
+        PROGRAM,
+        env={**os.environ, "PYTHONPATH": str(tmp_path), "PYTHONUNBUFFERED": ""},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert server.stdin and server.stdout
+    for message in (
+        {"id": 1, "method": "initialize", "params": about},
+        {"method": "notifications/initialized"},
+        {"id": 2, "method": "tools/call", "params": {"name": "chat", "arguments": {}}},
+    ):
+        server.stdin.write(json.dumps({"jsonrpc": "2.0", **message}) + "\n")
+        server.stdin.flush()
+    answers = [json.loads(server.stdout.readline()) for _ in range(2)]
+    assert answers[1]["result"]["structuredContent"]["skill"] == "chat"
+    rest, told = server.communicate(timeout=60)
+    assert rest == "" and "a line that a skill prints" in told and "Traceback" not in told
 
 
 @pytest.mark.slow

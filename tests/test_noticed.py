@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.listening import on_phases
 
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
 from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError, PushError
@@ -31,7 +32,7 @@ def world(*objects: SceneObject) -> Iterator[tuple[EmbeddedWorkcell, list[str]]]
     """Open a world, and collect the phases that the arm enters."""
     with open_session(Scene(objects=objects), what_if=False) as session:
         phases: list[str] = []
-        session.ctx.listeners.append(phases.append)
+        on_phases(session.ctx.events, phases.append)
         yield session, phases
 
 
@@ -61,7 +62,7 @@ def test_fingers_that_close_on_nothing_do_not_rise() -> None:
                 x, y, z = hand.pose("cube").xyz
                 hand.set_pose("cube", Pose(xyz=(x, y + (0.06 if len(taken) % 2 else -0.06), z)))
 
-        session.ctx.listeners.append(take_away)
+        on_phases(session.ctx.events, take_away)
         with pytest.raises(GraspError, match="closed on nothing") as caught:
             pick(session)
         assert isinstance(caught.value.evidence, GraspEvidence) and caught.value.evidence.reason == "missed"
@@ -232,7 +233,7 @@ def test_what_is_held_off_its_middle_asks_for_a_firmer_grip() -> None:
 
 def in_phase(session: EmbeddedWorkcell, phase: Phase, do: Callable[[], None]) -> None:
     """Do something whenever the arm enters a phase."""
-    session.ctx.listeners.append(lambda entered: do() if entered == phase else None)
+    on_phases(session.ctx.events, lambda entered: do() if entered == phase else None)
 
 
 def test_what_moves_on_after_it_was_let_go_is_not_placed() -> None:

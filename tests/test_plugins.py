@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from support.processes import mcp_command
 
 from robosandbox import open_session, plugins
 from robosandbox.apps.conformance import check_grasp_planner, check_motion_planner
 from robosandbox.errors import InputError
 from robosandbox.grasp.analytic import AnalyticTopDown
+from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.motion.protocols import MotionPlanner
 from robosandbox.types import Pose
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 
@@ -76,6 +81,67 @@ def outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     plugins._all.cache_clear()
 
 
+HALF = """
+class Waver:
+    name = "wave"
+
+
+class Blind:
+    def perceive(self, sim): ...
+    def planning(self, sim, seen): ...
+"""
+HALF_ENTRY_POINTS = """[robosandbox.skills]
+wave = half_made:Waver
+
+[robosandbox.shapes]
+cone = not_importable:Cone
+
+[robosandbox.perceptions]
+broken = not_importable:Eyes
+blind = half_made:Blind
+"""
+
+
+def with_broken_package(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run `robo-sandbox` where a package is installed of which one module does not import and another lacks what it needs."""
+    installed = folder / "half_made-1.0.dist-info"
+    installed.mkdir()
+    (folder / "half_made.py").write_text(HALF)
+    (folder / "not_importable.py").write_text("import not_there_at_all")
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: half-made\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text(HALF_ENTRY_POINTS)
+    command = [*mcp_command()[:-1], *arguments]
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_what_is_installed_and_broken_is_left_out_with_a_line_each(tmp_path: Path) -> None:
+    ran = with_broken_package(tmp_path, "run", "pick up the red cube", "--json")
+    assert ran.returncode == 0, ran.stderr
+    warned = [line for line in ran.stderr.splitlines() if line.startswith("WARNING")]
+    assert len(warned) == 2
+    assert "the shape 'cone' is left out: the package half-made 1.0 has the entry point" in warned[0]
+    assert "cone = not_importable:Cone, which does not import (ModuleNotFoundError" in warned[0]
+    assert (
+        "the skill 'wave' is left out" in warned[1]
+        and "Waver lacks alternatives, check, contract, description, run" in warned[1]
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [("broken", "does not import (ModuleNotFoundError"), ("blind", "makes no Perception: Blind lacks view")],
+)
+def test_what_is_named_and_broken_is_refused_in_a_line(tmp_path: Path, name: str, why: str) -> None:
+    ran = with_broken_package(tmp_path, "plan", "pick up the red cube", "--perception", name)
+    assert ran.returncode == 2 and "Traceback" not in ran.stderr
+    line = ran.stderr.splitlines()[-1]
+    assert line.startswith(f"robo-sandbox: --perception {name}: the package half-made 1.0 has the entry point")
+    assert why in line and line.endswith(
+        "take another perception: " + ("blind" if name == "broken" else "broken") + ", ground_truth, rgbd, vlm"
+    )
+
+
 @pytest.fixture(scope="module")
 def world() -> Iterator[EmbeddedWorkcell]:
     with open_session("pick_cube_franka") as session:
@@ -85,13 +151,13 @@ def world() -> Iterator[EmbeddedWorkcell]:
 @pytest.mark.parametrize("name", plugins.plugin_names("grasp_planners"))
 def test_an_installed_grasp_planner_keeps_its_promises(name: str, world: EmbeddedWorkcell) -> None:
     scene = world.observe()
-    planner = plugins.make_plugin("grasp_planners", name)
+    planner = plugins.make_plugin("grasp_planners", GraspPlanner, name)
     assert check_grasp_planner(planner, scene.objects[0], scene, world.sim.robot)
 
 
 @pytest.mark.parametrize("name", plugins.plugin_names("motion_planners"))
 def test_an_installed_motion_planner_keeps_its_promises(name: str, world: EmbeddedWorkcell) -> None:
-    check_motion_planner(plugins.make_plugin("motion_planners", name), world.ctx)
+    check_motion_planner(plugins.make_plugin("motion_planners", MotionPlanner, name), world.ctx)
 
 
 def test_planners_of_an_outside_package_carry_out_a_task(outside: None) -> None:

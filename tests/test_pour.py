@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.performing import perform
 
 from robosandbox.errors import InputError, PlacementError, PourError
 from robosandbox.evidence import PourEvidence
@@ -76,9 +77,9 @@ def test_beads_are_poured_and_counted() -> None:
 def test_an_empty_cup_is_not_poured_and_no_pour_is_claimed() -> None:
     cube = SceneObject(id="cube", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.1, 0.0, 0.055)))
     with open_session(Scene(objects=(CUP, BOWL, cube)), what_if=False) as session:
-        Pick()(session.ctx, {"object": "cup"})
+        perform(session.ctx, Pick(), {"object": "cup"})
         with pytest.raises(PlacementError, match="cube is a box"):
-            Pour()(session.ctx, {"target": "cube"})
+            perform(session.ctx, Pour(), {"target": "cube"})
         with pytest.raises(PourError, match="nothing is seen in cup") as failure:
-            Pour()(session.ctx, {"target": "bowl"})
+            perform(session.ctx, Pour(), {"target": "bowl"})
         assert isinstance(failure.value.evidence, PourEvidence) and failure.value.evidence.count == 0

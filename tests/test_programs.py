@@ -11,11 +11,14 @@ import pytest
 
 pytest.importorskip("pydantic_monty")
 
+from support.listening import on_calls
+
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.llm import known
 from robosandbox.agent.llm.program import Ended, Program
 from robosandbox.agent.planners import make_planner
 from robosandbox.apps.conformance.openai_server import Answer, Script, ScriptedServer, fails, tool_calls
+from robosandbox.errors import UnreachableError
 from robosandbox.types import SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
@@ -235,11 +238,11 @@ def test_a_call_that_the_check_turns_down_ends_the_program(
     world: EmbeddedWorkcell, code: str, why: str, done: int
 ) -> None:
     begun: list[SkillCall] = []
-    world.agent.permits.append(begun.append)
+    leave = on_calls(world.ctx.events, begun.append)
     with ScriptedServer(NO_SCHEMA, program(code), REFUSE) as server:
         episode = act(world, server)
         answer = told(server)
-    world.agent.permits.clear()
+    leave()
     assert not answer["ok"] and why in json.dumps(answer) and len(answer["done"]) == done == len(begun)
     assert episode.refusal is not None
 
@@ -257,16 +260,17 @@ def test_what_is_forbidden_stays_forbidden_and_steps_are_bounded(world: Embedded
 
 
 def test_a_failure_ends_the_program_and_the_model_goes_on(world: EmbeddedWorkcell) -> None:
-    from robosandbox.errors import UnreachableError
-
-    def permit(one: SkillCall) -> None:
-        world.agent.permits.remove(permit)
+    def refuse(one: SkillCall) -> None:
+        leave()
         raise UnreachableError(f"{one}: out of reach")
 
     def spoil(body: dict[str, Any]) -> Answer:
+        nonlocal leave
         del body
-        world.agent.permits.append(permit)
+        leave = on_calls(world.ctx.events, refuse)
         return program(BOTH)
+
+    def leave() -> None: ...
 
     script: list[Script] = [NO_SCHEMA, spoil, program(BOTH), FINISH]
     with ScriptedServer(*script) as server:

@@ -33,7 +33,11 @@ QUESTIONS = {
         "is the green cube right of the red cube": "No: green_cube is 16 cm to the left of red_cube",
         "are you holding anything?": "I hold nothing",
         "what can you do?": "My skills are ",
-        "how heavy is the red cube": "do not know what it weighs",
+        "how heavy is the red cube": None,
+        "is the red cube in reach?": "Yes: red_cube",
+        "which things can't you reach?": "Nothing is out of my reach.",
+        "are the cubes all the same size?": "Yes: ",
+        "there are three cubes, aren't there?": "Yes: ",
         "what did you just do?": "Nothing was done yet",
     },
     "put_in_drawer": {

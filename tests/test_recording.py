@@ -19,6 +19,7 @@ from robosandbox.apps.commands.console import run_app
 from robosandbox.errors import InputError, SkillError
 from robosandbox.tasks.judge.checks import Lifted
 from robosandbox.tasks.loader import find_task
+from robosandbox.types import SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.recording.columns import COLUMNS
 from robosandbox.workcell.recording.drawing import contact_force, plot
@@ -27,14 +28,13 @@ from robosandbox.workcell.recording.files import find_episodes
 from robosandbox.workcell.recording.recorder import Recorder
 from robosandbox.workcell.recording.replay import Replay, open_replay
 from robosandbox.workcell.recording.settings import RecordSettings, VideoSettings, open_recorder
-from robosandbox.workcell.recording.skill import RecordedSkill
 from robosandbox.workcell.session import open_session
 
 
 def record(session: EmbeddedWorkcell, folder: Path, prompt: str | None = None) -> RecordedEpisode:
     """Return a recorded and judged run of the session's task."""
     recorder = Recorder(folder, session)
-    recorder.follow(session.agent)
+    recorder.follow()
     session.run(prompt)
     verdict = session.judge()
     recorder.finish(judged=verdict)
@@ -174,10 +174,10 @@ def test_a_reset_ends_the_episode_and_discarded_ones_leave_nothing(tmp_path: Pat
 def test_goals_of_a_sim_process_are_recorded_one_by_one(tmp_path: Path) -> None:
     with open_session("pick_cube_franka") as session:
         recorder = Recorder(tmp_path, session)
-        skills = {skill.name: RecordedSkill(skill, recorder) for skill in session.skills}
-        skills["pick"](session.ctx, {"object": "red_cube"})
+        recorder.follow()
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "red_cube"}))
         with pytest.raises(SkillError):
-            skills["pick"](session.ctx, {"object": "moon"})
+            session.agent.perform(SkillCall(skill="pick", arguments={"object": "moon"}))
         recorder.close()
     first, second = (RecordedEpisode.load(path) for path in find_episodes(tmp_path))
     assert first.meta.prompt == "pick(object=red_cube)" and first.result is not None and first.result.success

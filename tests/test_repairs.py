@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.performing import perform
 
 from robosandbox import Pose, Scene, SceneObject, open_session
 from robosandbox.errors import CollisionError, GraspError
@@ -51,13 +52,13 @@ def test_repairs_are_made_of_the_skills_of_the_agent() -> None:
     with open_session(ENCLOSED) as session:
         pick = session.agent.skills["pick"]
         with pytest.raises((GraspError, CollisionError)) as caught:
-            pick(session.ctx, {"object": "red_cube"})
+            perform(session.ctx, pick, {"object": "red_cube"})
         used = {call.skill for repair in caught.value.repairs for call in repair.calls}
         assert used > {"pick"}
         for name in used - {"pick"}:
             del session.agent.skills[name]
         with pytest.raises((GraspError, CollisionError)) as caught:
-            pick(session.ctx, {"object": "red_cube"})
+            perform(session.ctx, pick, {"object": "red_cube"})
         left = {call.skill for repair in caught.value.repairs for call in repair.calls}
         assert left.isdisjoint(used - {"pick"})
 
@@ -68,7 +69,7 @@ def test_looking_for_repairs_leaves_the_world_as_it_is() -> None:
         before = session.sim.snapshot()
         skill = next(skill for skill in session.skills if skill.name == "pick")
         with pytest.raises(CollisionError) as failed:
-            skill(session.ctx, {"object": "red_cube"})
+            perform(session.ctx, skill, {"object": "red_cube"})
         assert failed.value.repairs
         assert np.array_equal(session.sim.snapshot(), before)
 
@@ -78,7 +79,7 @@ def test_search_ends_with_its_budget_of_simulated_seconds() -> None:
         session.ctx.what_if_seconds = 0.2
         skill = next(skill for skill in session.skills if skill.name == "pick")
         with pytest.raises(CollisionError) as failed:
-            skill(session.ctx, {"object": "red_cube"})
+            perform(session.ctx, skill, {"object": "red_cube"})
         assert failed.value.repairs == ()
 
 
@@ -95,7 +96,7 @@ def test_what_nothing_can_help_has_no_repairs() -> None:
     with open_session(Scene(objects=(wide,))) as session:
         skill = next(skill for skill in session.skills if skill.name == "pick")
         with pytest.raises(GraspError) as failed:
-            skill(session.ctx, {"object": "red_box"})
+            perform(session.ctx, skill, {"object": "red_box"})
         assert failed.value.repairs == ()
 
 

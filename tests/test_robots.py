@@ -18,6 +18,7 @@ from robosandbox.apps.cli import app
 from robosandbox.apps.conformance.robot_check import check_robot
 from robosandbox.apps.conformance.robot_trial import cube_task, work_point
 from robosandbox.errors import InputError
+from robosandbox.robots.check.diagnosis import own_files, static_checks
 from robosandbox.robots.importers.files import ModelFiles, check_xml
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.infer.report import to_yaml
@@ -25,7 +26,7 @@ from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.locate import known_sidecar
 from robosandbox.shapes.triangles import Mesh, convex_parts
-from robosandbox.types import matrix_from_quat_xyzw
+from robosandbox.types import Scene, matrix_from_quat_xyzw
 from robosandbox.workcell.session import open_session
 
 TOYS = Path(__file__).parent / "toys"
@@ -242,6 +243,54 @@ def test_gripper_of_its_own_file_mounts_on_an_arm():
     tcp = report.sidecar["ee_site"]["inject"]
     assert tcp["attach_body"] == "gripper/base"
     assert tcp["xyz"][2] == pytest.approx(0.145, abs=0.005)
+
+
+def test_what_is_inferred_with_an_option_is_run_with_it(tmp_path):
+    arm, gripper = wheel("universal_robots_ur5e/ur5e.xml"), wheel("robotiq_2f85/2f85.xml")
+    with open_session("pick_cube_franka", robot=arm, gripper=gripper) as session:
+        assert session.run().success and session.judge().success
+        mine = session.task.scene
+    assert (mine.robot_gripper, mine.robot_config) == (gripper.resolve(), None)
+    path = wheel_files("gym-aloha==0.1.5") / "gym_aloha/assets/bimanual_viperx_transfer_cube.xml"
+    with open_session(robot=path, arm="right") as session:
+        assert all("right" in name for name in session.sim.robot.joints)
+
+
+def test_a_sidecar_of_another_place_is_run_with_and_says_arm_and_gripper(tmp_path):
+    sidecar = tmp_path / "bare.robosandbox.yaml"
+    sidecar.write_text(to_yaml(infer(TOYS / "toy_jaw.xml")))
+    with open_session(robot=TOYS / "toy_jaw.xml", sidecar=sidecar) as session:
+        assert session.sim.robot.files.sidecar == sidecar.resolve()
+    with pytest.raises(InputError, match="--arm: the sidecar says that; leave out --sidecar or --arm"):
+        open_session(robot=TOYS / "toy_jaw.xml", sidecar=sidecar, arm="left")
+    with pytest.raises(InputError, match=r"robot_gripper: 'none\.xml' is no file"):
+        open_session(Scene(robot_gripper="none.xml"))
+    with pytest.raises(InputError, match=r"--sidecar: .*: no such file"):
+        open_session(sidecar=tmp_path / "none.yaml")
+
+
+def test_what_infer_prints_holds_wherever_it_is_put(tmp_path):
+    arm, gripper = wheel("universal_robots_ur5e/ur5e.xml"), wheel("robotiq_2f85/2f85.xml")
+    done = CliRunner().invoke(app, ["robot", "infer", str(arm), "--gripper", str(gripper)])
+    put = tmp_path / "deep" / "ur5e.robosandbox.yaml"
+    put.parent.mkdir()
+    put.write_text(done.stdout)
+    assert load_robot(arm, put).gripper is not None
+    side = yaml.safe_load(done.stdout)
+    side["gripper"]["attach"]["model"] = "2f86.xml"
+    put.write_text(yaml.safe_dump(side))
+    with pytest.raises(InputError, match=r"ur5e.robosandbox.yaml: gripper.attach.model: '2f86.xml' is no file"):
+        load_robot(arm, put)
+
+
+def test_a_base_under_the_scenes_own_table_is_told(tmp_path):
+    shutil.copy(TOYS / "toy.urdf", tmp_path)
+    sidecar = tmp_path / "toy.robosandbox.yaml"
+    sidecar.write_text(to_yaml(infer(TOYS / "toy.urdf")))
+    for height, blamed in ((0.04, set()), (0.3, {"base_pose.xyz"})):
+        files = own_files(Scene(robot_urdf=tmp_path / "toy.urdf", table_height=height))
+        checks = static_checks(files)
+        assert {item.field for item in checks if not item.ok and item.name == "base_height"} == blamed
 
 
 @pytest.mark.parametrize(

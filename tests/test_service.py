@@ -4,11 +4,13 @@ import json
 import logging
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from support.forked import told_in_forked_child
 from support.processes import SimProcess, free_port
 
 from robosandbox.agent.agent import Agent
@@ -33,7 +35,9 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import SkillResult
 from robosandbox.workcell.zenoh.client import Client, RemoteRobot, connect
+from robosandbox.workcell.zenoh.client.goal import RemoteGoal
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
+from robosandbox.workcell.zenoh.messages import Goal, GoalStatus
 from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld, StateFile
 from robosandbox.workcell.zenoh.server.loader import TaskLoader
 from robosandbox.workcell.zenoh.server.server import SimServer
@@ -93,7 +97,7 @@ def test_remote_bench_gives_the_rows_of_an_embedded_one(robot: RemoteRobot) -> N
 def test_same_agent_class_drives_a_remote_robot(robot: RemoteRobot) -> None:
     phases: list[str] = []
     agent = Agent(ctx=robot.ctx, skills=robot.skills, planner=StubPlanner(robot.skills))
-    agent.listeners.append(lambda event: phases.append(getattr(event, "phase", "")))
+    agent.ctx.events.subscribe(lambda event: phases.append(getattr(event, "phase", "")))
     assert agent.run("put the red cube to the left of the blue cube").success
     assert {"approach", "grasp", "lift", "release"} <= set(phases)
 
@@ -243,6 +247,50 @@ def test_fault_of_a_skill_becomes_an_internal_error_with_an_id_in_the_log(caplog
         assert fault_id in caplog.text and "a fault on purpose" in caplog.text
         assert "a fault on purpose" not in raised.value.message
         assert robot.send("home").wait().skill == "home"
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_client_in_a_forked_process_says_that_it_was_forked(sim: SimProcess, client: Client) -> None:
+    robot = client.robot()
+    goal = robot.send("home")
+    goal.wait()
+    running = RemoteGoal(robot, Goal(goal_id=goal.id, boot_id="", skill="home", status=GoalStatus.ACCEPTED))
+    for work in (robot.state, robot.observe, running.wait, running.cancel, lambda: connect(sim.endpoint)):
+        told = told_in_forked_child(work)
+        assert told.startswith("ServiceUnavailableError: Zenoh was used in process") and "'spawn'" in told
+    assert told_in_forked_child(client.close) == ""
+    assert robot.state().held is None
+
+
+def test_after_a_cancel_send_says_that_the_goal_is_being_stopped_and_how_to_wait() -> None:
+    stopped = threading.Event()
+
+    class Slow(Skill):
+        name = "slow"
+
+        def run(self, ctx: SkillContext) -> SkillResult:
+            """End when it is let."""
+            stopped.wait(60.0)
+            return SkillResult(skill="slow")
+
+    loader = TaskLoader()
+    host = loader.open("home")
+    host.agent.skills["slow"] = Slow()
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    session, _ = open_listener(endpoint)
+    with session, SimServer(host, session, robot_id="arm-1", load=loader.load), connect(endpoint) as client:
+        robot = client.robot("arm-1")
+        goal = robot.send("slow")
+        with pytest.raises(BusyError, match="busy with slow; cancel it, wait for it, or send with queue"):
+            robot.send("home")
+        goal.cancel()
+        with pytest.raises(BusyError, match=r"slow; it was cancelled and is being stopped; wait for its end \(`wait`"):
+            robot.send("home")
+        with pytest.raises(BusyError, match="slow; it is being stopped; wait for its end"):
+            robot.reset(0)
+        queued = robot.send("home", queue=True)
+        stopped.set()
+        assert queued.wait().skill == "home"
 
 
 def test_nan_from_python_is_refused_as_such(robot: RemoteRobot) -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.forked import told_in_forked_child
 
 import robosandbox
 from robosandbox.errors import InputError
@@ -14,6 +15,7 @@ from robosandbox.workcell.session import open_session
 
 def test_open_session_is_a_name_of_the_package() -> None:
     assert robosandbox.open_session is open_session
+    assert set(robosandbox.__all__) <= set(dir(robosandbox))
 
 
 def test_a_bare_scene_takes_prompts() -> None:
@@ -93,3 +95,12 @@ def test_a_layout_is_the_same_to_the_last_digit_whatever_lay_there_before() -> N
         session.reset(123)
         assert session.sim.compilations > 1
         assert np.array_equal(session.sim.snapshot(), first)
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_picture_in_a_forked_process_says_that_it_was_forked() -> None:
+    with open_session("pick_cube_franka") as session:
+        camera = next(iter(session.sim.capabilities.cameras))
+        session.sim.state([camera])
+        told = told_in_forked_child(lambda: session.sim.state([camera]))
+    assert told.startswith("RenderingError: OpenGL was used in process") and "'spawn'" in told

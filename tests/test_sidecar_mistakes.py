@@ -10,6 +10,7 @@ import pytest
 from robosandbox.errors import InputError
 from robosandbox.robots.check.diagnosis import advice, own_files
 from robosandbox.robots.loader import load_robot
+from robosandbox.types import Scene
 
 PANDA = Path(__file__).resolve().parents[1] / "robots" / "franka_panda"
 SIDECAR = (PANDA / "panda.robosandbox.yaml").read_text()
@@ -28,7 +29,7 @@ def said(arm: Path, text: str) -> str:
     arm.with_suffix(".robosandbox.yaml").write_text(text)
     with pytest.raises(InputError) as raised:
         load_robot(arm)
-    files = own_files(arm, None)
+    files = own_files(Scene(robot_urdf=arm))
     assert files is not None
     return f"{raised.value}{advice(files, str(raised.value))}"
 

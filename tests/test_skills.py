@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.performing import perform
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.planner import StubPlanner
@@ -53,7 +54,7 @@ def truth(ctx, name):
 
 def test_lift_raises_cube_by_over_50_mm(ctx):
     before = truth(ctx, "red_cube").pose.xyz[2]
-    result = SKILLS["pick"](ctx, {"object": "red_cube"})
+    result = perform(ctx, SKILLS["pick"], {"object": "red_cube"})
     assert truth(ctx, "red_cube").pose.xyz[2] - before > 0.05
     assert result.detail["dz_mm"] == pytest.approx(1000 * (truth(ctx, "red_cube").pose.xyz[2] - before), abs=1.0)
 
@@ -74,15 +75,15 @@ def test_lift_raises_cube_by_over_50_mm(ctx):
     ],
 )
 def test_placing_reaches_what_it_names(ctx, skill, arguments, holds):
-    SKILLS["pick"](ctx, {"object": "red_cube"})
-    SKILLS[skill](ctx, arguments)
+    perform(ctx, SKILLS["pick"], {"object": "red_cube"})
+    perform(ctx, SKILLS[skill], arguments)
     assert holds(ctx).holds
     assert "robot" not in ctx.sim.truth().objects["red_cube"].contacts
 
 
 def test_place_at_reaches_the_point(ctx):
-    SKILLS["pick"](ctx, {"object": "red_cube"})
-    SKILLS["place_at"](ctx, {"x": 0.05, "y": -0.3})
+    perform(ctx, SKILLS["pick"], {"object": "red_cube"})
+    perform(ctx, SKILLS["place_at"], {"x": 0.05, "y": -0.3})
     assert np.linalg.norm(truth(ctx, "red_cube").pose.position[:2] - [0.05, -0.3]) < 0.015
 
 
@@ -91,7 +92,7 @@ def test_place_at_reaches_the_point(ctx):
 )
 def test_push_slides_the_cube_that_way(ctx, direction, axis):
     before = truth(ctx, "red_cube").pose.position[:2]
-    SKILLS["push"](ctx, {"object": "red_cube", "direction": direction, "distance": 0.06})
+    perform(ctx, SKILLS["push"], {"object": "red_cube", "direction": direction, "distance": 0.06})
     moved = truth(ctx, "red_cube").pose.position[:2] - before
     assert moved @ np.array(axis) == pytest.approx(0.06, abs=0.015)
 
@@ -113,17 +114,17 @@ def test_push_slides_the_cube_that_way(ctx, direction, axis):
 def test_what_cannot_be_done_is_said_without_moving(ctx, skill, arguments, error):
     before = ctx.sim.snapshot()
     with pytest.raises(error) as caught:
-        SKILLS[skill](ctx, arguments)
+        perform(ctx, SKILLS[skill], arguments)
     assert caught.value.message
     assert (ctx.sim.snapshot() == before).all()
 
 
 def test_full_hand_and_taken_places_are_refused(ctx):
-    SKILLS["pick"](ctx, {"object": "red_cube"})
+    perform(ctx, SKILLS["pick"], {"object": "red_cube"})
     with pytest.raises(AlreadyHoldingError):
-        SKILLS["pick"](ctx, {"object": "block"})
+        perform(ctx, SKILLS["pick"], {"object": "block"})
     with pytest.raises(PlacementError) as caught:
-        SKILLS["place_at"](ctx, {"x": 0.2, "y": 0.05})
+        perform(ctx, SKILLS["place_at"], {"x": 0.2, "y": 0.05})
     assert caught.value.evidence.blocking == ("block",)
 
 
@@ -151,7 +152,7 @@ def test_a_weak_gripper_is_not_called_a_success(ctx):
     heavy = OBJECTS[0].model_copy(update={"mass": 30.0})
     ctx.sim.reset(Scene(objects=(heavy, *OBJECTS[1:])))
     with pytest.raises(SkillError):
-        SKILLS["pick"](ctx, {"object": "red_cube"})
+        perform(ctx, SKILLS["pick"], {"object": "red_cube"})
 
 
 class TakesEmptyHandedBinsForCans(GroundTruthPerception):
@@ -177,7 +178,7 @@ def test_a_bin_that_the_last_look_takes_for_a_can_shows_nothing_of_what_is_in_it
         assert isinstance(calls, Plan)
         with pytest.raises(PlacementError):
             for call in calls.steps:
-                next(skill for skill in session.skills if skill.name == call.skill)(session.ctx, call.arguments)
+                session.agent.perform(call)
 
 
 class SeesNothingUnderTheHand(GroundTruthPerception):
@@ -197,11 +198,10 @@ def test_what_the_hand_hides_in_the_bin_is_looked_for_from_aside() -> None:
     with open_session("put_in_bin", what_if=False) as session:
         calls = session.agent.planner.plan(session.task.prompt, session.observe())
         assert isinstance(calls, Plan)
-        skills = {skill.name: skill for skill in session.skills}
         for call in calls.steps:
             if call.skill == "place_in":
                 session.ctx.perception = SeesNothingUnderTheHand()
-            result = skills[call.skill](session.ctx, call.arguments)
+            result = session.agent.perform(call)
         home = session.sim.robot.home_q
         assert result.skill == "place_in" and np.abs(session.sim.state().q - home).max() < 0.02
         assert session.judge().success

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from support.performing import perform
 
 from robosandbox.driver import Driver
 from robosandbox.errors import CollisionError, TapError
@@ -30,7 +31,7 @@ def session_of(*objects: SceneObject, robot: Path | None = None) -> EmbeddedWork
 def test_a_touch_is_felt_and_moves_nothing() -> None:
     with session_of(*OBJECTS) as session:
         for item in OBJECTS:
-            result = Tap()(session.ctx, {"object": item.id})
+            result = perform(session.ctx, Tap(), {"object": item.id})
             assert 0.3 < float(result.detail["force_n"]) < 15.0
             assert not result.side_effects
             assert session.sim.truth().objects[item.id].felt == pytest.approx(result.detail["force_n"])
@@ -43,7 +44,7 @@ def test_an_arm_without_a_gripper_taps_with_its_flange() -> None:
     with session_of(*OBJECTS[:3], robot=model) as session:
         assert session.sim.robot.gripper is None
         for item in OBJECTS[:3]:
-            Tap()(session.ctx, {"object": item.id})
+            perform(session.ctx, Tap(), {"object": item.id})
             assert session.sim.truth().objects[item.id].felt > 0.3
 
 
@@ -53,7 +54,7 @@ def test_what_is_not_where_it_is_seen_is_not_claimed() -> None:
         session.sim.reset(session.sim.scene.model_copy(update={"objects": (_moved(OBJECTS[0]),)}))
         session.ctx.perception = _Stale(seen)
         with pytest.raises(TapError, match="felt nothing") as failure:
-            Tap()(session.ctx, {"object": "cube"})
+            perform(session.ctx, Tap(), {"object": "cube"})
         assert isinstance(failure.value.evidence, TapEvidence) and failure.value.evidence.force == 0.0
         assert session.sim.truth().objects["cube"].felt == 0.0
 
@@ -62,8 +63,8 @@ def test_what_bears_something_is_not_tapped_through_it() -> None:
     above = SceneObject(id="above", kind="box", size=(0.01,) * 3, pose=Pose(xyz=(0.15, 0.0, 0.08)))
     with session_of(OBJECTS[0], above) as session:
         with pytest.raises(CollisionError, match="above stands on cube"):
-            Tap()(session.ctx, {"object": "cube"})
-        Tap()(session.ctx, {"object": "above"})
+            perform(session.ctx, Tap(), {"object": "cube"})
+        perform(session.ctx, Tap(), {"object": "above"})
 
 
 def _moved(item: SceneObject) -> SceneObject:

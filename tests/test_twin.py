@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.performing import perform
 
 from robosandbox import Pose, Scene, SceneObject, open_session
 from robosandbox.agent.context import AgentContext
@@ -21,7 +22,7 @@ from robosandbox.skills.pick import Pick
 from robosandbox.types import SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.world.alternatives import Failure
-from robosandbox.world.contracts import contract_of
+from robosandbox.world.operators import bind
 
 RED, BLUE = (0.85, 0.2, 0.2, 1.0), (0.2, 0.2, 0.85, 1.0)
 CUP = SceneObject(id="cup", kind="cup", size=(0.03, 0.09), pose=Pose(xyz=(0.12, -0.12, 0.04)))
@@ -83,7 +84,7 @@ def test_a_pick_on_the_twin_takes_as_long_as_on_an_exact_copy() -> None:
         ctx, seconds = session.ctx.twin(), []
         for sim in (session.sim.fork(), ctx.sim):
             ctx.sim, begin = sim, sim.time
-            Pick()(ctx, {"object": "cube"})
+            perform(ctx, Pick(), {"object": "cube"})
             seconds.append(sim.time - begin)
     assert seconds[0] == pytest.approx(seconds[1], abs=0.05)
 
@@ -101,13 +102,11 @@ def on_exact_copy(session: EmbeddedWorkcell) -> type[AgentContext]:
 
 
 def found_both_ways(session: EmbeddedWorkcell, call: SkillCall, kind: type[SkillError]) -> list[tuple[Repair, ...]]:
-    skill = next(skill for skill in session.skills if skill.name == call.skill)
     session.ctx.what_if = False
     before = session.observe()
     with pytest.raises(kind) as failed:
-        skill(session.ctx, call.arguments)
-    contract = contract_of(skill, call.arguments)
-    assert contract is not None
+        session.agent.perform(call)
+    contract = bind(call, session.agent.skills).contract
     failure = Failure(
         call=call, error=failed.value, contract=contract.resolved(before), before=before, scene=session.observe()
     )
@@ -151,6 +150,6 @@ def test_a_driver_that_cannot_be_copied_has_repairs_too() -> None:
     ctx = AgentContext(sim=robot, perception=perception, grasp=AnalyticTopDown(), motion=DLSMotionPlanner())
     ctx.skills = {skill.name: skill for skill in load_skills()}
     with pytest.raises(SkillError) as failed:
-        Pick()(ctx, {"object": "cube"})
+        perform(ctx, Pick(), {"object": "cube"})
     robot.close()
     assert failed.value.repairs and all(repair.believed for repair in failed.value.repairs)

@@ -692,7 +692,7 @@ def test_what_is_said_is_shown_as_text() -> None:
 def test_paths_and_grasps_are_in_the_event_stream() -> None:
     with open_session("pick_cube_franka") as session:
         intents: list[Trajectory | GraspSearch] = []
-        session.agent.listeners.append(lambda e: intents.append(e.intent) if isinstance(e, Intended) else None)
+        session.ctx.events.subscribe(lambda e: intents.append(e.intent) if isinstance(e, Intended) else None)
         assert session.run().success
     searches = [intent for intent in intents if isinstance(intent, GraspSearch)]
     assert len(searches) == 1 and searches[0].chosen is not None
@@ -812,7 +812,7 @@ def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:
 
     with open_session("home") as session:
         recorder = Recorder(tmp_path, session)
-        recorder.follow(session.agent)
+        recorder.follow()
         assert session.run().success
         ended = session.sim.state()
         recorder.close()

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from support.performing import perform
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.planner import StubPlanner
@@ -105,7 +106,7 @@ def test_turn_refuses_before_anything_moves() -> None:
     with open_session(Scene(objects=(BLOCK, above)), what_if=False) as session:
         before = session.sim.time
         with pytest.raises(CollisionError, match="above stands on block"):
-            Turn()(session.ctx, {"object": "block", "angle": 1.0})
+            perform(session.ctx, Turn(), {"object": "block", "angle": 1.0})
         assert session.sim.time == before
 
 
@@ -140,9 +141,9 @@ def test_they_have_repairs_that_bring_about_what_they_promise(
         nudge = outside().NudgeUpright()
         session.agent.skills[nudge.name] = nudge
         with pytest.raises(SkillError) as failed:
-            session.agent.skills[call.skill](session.ctx, call.arguments)
+            session.agent.perform(call)
         repair = failed.value.repairs[0]
         assert repair.calls[-1].skill == call.skill
         assert {one.arguments["object"] for one in repair.calls if "object" in one.arguments} & aside
         for one in repair.calls:
-            session.agent.skills[one.skill](session.ctx, one.arguments)
+            session.agent.perform(one)

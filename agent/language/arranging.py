@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import get_args
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.discourse import AlreadySoError, RefusedError, listed
 from robosandbox.agent.language.intent import (
     At,
     Command,
@@ -76,7 +76,7 @@ class Arranging(Stacking):
                 # "clear the table, everything goes in the bin"
                 return
             if not names:
-                raise RefusedError(RefusalCode.IMPOSSIBLE, "They are there already; there is nothing to do.", targets)
+                raise AlreadySoError("They are there already; there is nothing to do.", targets)
         if len(names) > 1 and isinstance(place, At):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{listed(names)} do not fit in one point.", names)
         if len(names) > 1 and command.verb == "stack" and targets:

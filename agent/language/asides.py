@@ -178,14 +178,15 @@ class _Asides(Talk):
         told = subject is not None and self._tells(start, subject, clause, things)
         if began:
             # What is said after an order may limit it or take it back: "it is the small one", "that will do".
-            reason = self._text(clause.start) in REASONS | {"before", "while", "cause"}
+            first = self._text(clause.start)
+            reason = first in REASONS | {"before", "while", "cause"}
             says_how = any(_TELLING & self.tags[k] and not self._idle(k) for k in span)
             somebody = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE - {"your"}
             # What is said between two orders may take the first one back.
             final = not any(self._thing(k) or self._acts(k) for k in range(clause.after, len(self.texts)))
             idle = self._unknown(clause.end - 1) or self._idle(clause.end - 1)
             told = told and (reason or (final and (somebody or idle)))
-            told = told and not (things or says_how)
+            told = told and not (things or says_how or (first != "before" and self.comments(start, clause.end)))
         if things:
             return _Kind.TOLD if told and not (ordered and self._text(clause.start) not in REASONS) else _Kind.ORDER
         if subject is not None:
@@ -221,6 +222,8 @@ class _Asides(Talk):
         first, words = self._text(clause.start), {*self.texts[clause.start : clause.end]}
         subject = self._subject(start)
         if first not in REASONS or start == clause.start or subject is None or self._text(start) == "you":
+            return False
+        if first in ("though", "although") and self.comments(start, clause.end):
             return False
         if first == "so" and self._text(start) not in PERSONS and self._text(subject + 1) != "not":
             # "so it is at the side" says where.
@@ -294,7 +297,12 @@ class _Asides(Talk):
         start = i + 2 if self.texts[i : i + 2] in (["let", "us"], ["let", "me"], ["do", "not"]) else i
         turned = start + 1 < end and self._text(start) in ADDRESSING
         acts = any("VERB" in self.tags[k] and self._text(k) in BASE_FORMS for k in range(start + 1, end))
-        return turned and not acts and not any(self._refers(k, end) for k in range(start, end))
+        return (
+            turned
+            and not acts
+            and "first" not in self.texts[start:end]
+            and not any(self._refers(k, end) for k in range(start, end))
+        )
 
     def _orders(self, i: int, end: int) -> bool:
         """Say whether a clause asks for an act: "pick ...", "you should put ...", "I want to move ..."."""

@@ -65,7 +65,7 @@ def _nouns(tokens: Sequence[Token], said: Said) -> set[tuple[str, bool]]:
 
 BINDING = word_set(
     """
-    if unless until till whether otherwise else instead except only again maybe perhaps nor neither without
+    if unless assuming provided providing supposing until till whether otherwise else instead except only again maybe perhaps nor neither without
     cancel abort joking kidding joke wrong mistake mistaken meant mean or mind changed
     pretend pretending hypothetically fictional imaginary
     nobody nothing none careful avoid beware allowed forbidden upright upside sideways rather twice
@@ -149,7 +149,9 @@ ADDRESSING = word_set(
 GREETINGS = word_set("sorry thanks thank cheers hello hi welcome congratulations apologies excuse pardon bravo")
 GENERIC = word_set("thing things one guy piece stuff")
 """Nouns that name a thing of the scene only with a word that describes it."""
-CONDITIONAL = word_set("if unless until till when whenever once while whether before after")
+CONDITIONAL = word_set(
+    "if unless assuming provided providing supposing until till when whenever once while whether before after"
+)
 JOKING = word_set(
     """
     joking kidding joke pretend pretending hypothetically fictional imaginary opposite example following wrong suppose supposing imagine
@@ -184,6 +186,9 @@ POLITE = WILLING | word_set(
 LABELS = word_set("task job thing deal plan request mission order command goal instruction")
 ORDERED = frozenset({"ORDINAL", "FIRST", "THEN", "SUPER"})
 NO_MATTER = word_set("rush hurry pressure worries worry problem stress trouble fuss")
+
+
+_OF_SAYING = frozenset({"so", "to", "saying", "asking", "having", "said", "asked"})
 
 
 class Clause(NamedTuple):
@@ -281,6 +286,12 @@ class Clausewise:
             if not self._thing(k) and (self._text(k) in FINITE or ((noun or not ordered) and self._verb(k))):
                 return k
         return None
+
+    def comments(self, start: int, end: int) -> bool:
+        """Say whether somebody's remark has no matter of its own, and so is about the order: "my wife disagrees", "I doubt it"."""
+        verb = self._subject(start)
+        person = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE
+        return person and verb is not None and {*self.texts[verb + 1 : end]} <= OBJECTS | _OF_SAYING
 
     def _verb(self, k: int) -> bool:
         """Say whether a word looks like a finite verb of somebody: "my son spilled it"."""

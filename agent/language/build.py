@@ -19,7 +19,7 @@ from robosandbox.agent.language.apart import (
     without_what_is_denied,
 )
 from robosandbox.agent.language.deciding import Deciding
-from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft, Rest
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
@@ -122,6 +122,7 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
 
 
 _PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
+_ONCE = frozenset({"pick", "put", "release", "stack", "pour", "open", "close", "home"})
 _SELVES = frozenset({"itself", "themselves"})
 _SKILLS_OF = {
     "pick": frozenset({"pick", "stack"}),
@@ -162,6 +163,8 @@ class _Builder(Deciding):
             spared = without_what_is_denied(command, Grounder(self.world, Discourse()))
             self._check_tower(spared)
             check_where_told(spared, Grounder(self.world, Discourse()))
+            if spared.times != 1 and spared.verb in _ONCE:
+                raise RefusedError(RefusalCode.IMPOSSIBLE, f"I cannot do that {spared.times} times: it is done once.")
             getattr(self, f"_{command.verb}")(spared)
         avoid |= self._avoided(others, self.world.movable)
         self._check_forbidden()
@@ -174,7 +177,7 @@ class _Builder(Deciding):
                 (name,),
             )
         if not self.steps:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
+            raise AlreadySoError("That is already so; there is nothing to do.")
         return Draft(tuple(self.steps), self.substitutes)
 
     def _check_tower(self, command: Command) -> None:
@@ -234,7 +237,7 @@ class _Builder(Deciding):
             return
         if self.world.held == names[0]:
             if self.world.is_carried(names[0]):
-                raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {names[0]} already.", names)
+                raise AlreadySoError(f"The gripper holds {names[0]} already.", names)
             self._add("pick", object=names[0])
             return
         self._take(names[0])

@@ -7,9 +7,9 @@ from copy import deepcopy
 from dataclasses import dataclass
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.discourse import RefusedError, cannot_see, listed
 from robosandbox.agent.language.ground import Grounder
-from robosandbox.agent.language.intent import Ref, Relation, replace
+from robosandbox.agent.language.intent import Ref, Relation, replace, unseen
 from robosandbox.agent.language.logic import (
     Alike,
     Condition,
@@ -210,9 +210,8 @@ class _Judge:
     # How it is.
 
     def _is(self, condition: Is) -> Finding:
-        if condition.so.unknown or any(relation.kind == "full" for relation in condition.so.relations):
-            # That something is in it does not say that no more goes in.
-            raise _unseen(condition)
+        # That something is in it does not say that no more goes in.
+        _readable(condition.so, condition)
         if condition.among:
             return Finding(self._one_is(condition))
         names = self.ground.many(condition.subject, lambda name: True).ids
@@ -342,7 +341,9 @@ def _described(condition: Condition) -> Ref:
 
 
 def _readable(ref: Ref, condition: Condition) -> None:
-    if ref.unknown or any(relation.kind == "full" for relation in ref.relations):
+    if unseen(ref):
+        raise cannot_see(unseen(ref))
+    if any(relation.kind == "full" for relation in ref.relations):
         raise _unseen(condition)
 
 

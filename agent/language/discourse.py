@@ -33,6 +33,21 @@ class RefusedError(Exception):
         self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates), sure=sure)
 
 
+class AlreadySoError(RefusedError):
+    """Carries out of the depth of a plan that an order is fulfilled as things stand."""
+
+    def __init__(self, message: str, about: Iterable[str] = ()) -> None:
+        """Say by which evidence, about these things."""
+        super().__init__(RefusalCode.IMPOSSIBLE, message, about)
+
+
+def cannot_see(words: Sequence[str]) -> RefusedError:
+    """Return the refusal of what would have to be judged by words that name nothing which can be perceived."""
+    quoted = listed([f"“{word}”" for word in words], "or")
+    told = f"I cannot see whether something is {quoted}; I see shape, colour, size and place."
+    return RefusedError(RefusalCode.UNSUPPORTED, told, words, firm=True)
+
+
 @dataclass
 class Discourse:
     """What was spoken of, oldest first: what "it", "them", "the other one" and "one" refer back to.

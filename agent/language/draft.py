@@ -48,12 +48,14 @@ class Draft:
         substitutes: For objects chosen among several ("a cube"): what would do as well.
         rest: What is decided when the steps are done and the robot has looked again.
         nothing: Why there are no steps, where a condition does not hold and nothing else is told.
+        note: What of the sentence the steps take no account of, for the person; "" for nothing.
     """
 
     steps: tuple[Step, ...]
     substitutes: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rest: Rest | None = None
     nothing: Refusal | None = None
+    note: str = ""
 
     @property
     def calls(self) -> tuple[SkillCall, ...]:

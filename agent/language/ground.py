@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.adjectives import SHAPES
-from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.discourse import RefusedError, cannot_see, listed
 from robosandbox.agent.language.intent import Ref, Relation, replace
 from robosandbox.agent.language.materials import is_familiar, told
 from robosandbox.agent.language.measures import Measure, has_measure
@@ -105,18 +105,19 @@ class Grounder(Truth):
         return names
 
     def _singled_out(self, ref: Ref, meaning: Meaning) -> None:
-        """Refuse to choose by what cannot be seen: "a wooden cube" where there are several cubes."""
+        """Refuse to choose by what cannot be seen: "a wooden cube", of one cube or of several."""
         ids = (*meaning.ids, *meaning.others)
         if all(told(claim, name) for claim in ref.claims for name in ids):
             return
-        if ref.claims and len(ids) > 1:
-            quoted = listed([f"“{word}”" for word in ref.claims])
-            raise RefusedError(
-                RefusalCode.AMBIGUOUS,
-                f"I cannot see which is {quoted}; which do you mean by “{ref.text}”: {listed([*meaning.ids, *meaning.others], 'or')}?",
-                (*meaning.ids, *meaning.others),
-                about=ref.text,
-            )
+        if len(ids) == 1:
+            raise cannot_see(ref.claims)
+        quoted = listed([f"“{word}”" for word in ref.claims])
+        raise RefusedError(
+            RefusalCode.AMBIGUOUS,
+            f"I cannot see which is {quoted}; which do you mean by “{ref.text}”: {listed(ids, 'or')}?",
+            ids,
+            about=ref.text,
+        )
 
     def _no_contents(self, ref: Ref, meaning: Meaning, fits: Fits | None) -> None:
         """As in "the pills", where there is a pill cup: what is in it is not the cup."""

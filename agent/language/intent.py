@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
 
 if TYPE_CHECKING:
@@ -173,7 +173,8 @@ class Ref(NamedTuple):
         one: The noun is "one": inherits the noun spoken of before.
         unknown: Words nobody can look up, kept for the refusal.
         options: "the can or the ball": one of these.
-        claims: What is said of it and cannot be seen ("wooden"); harmless only where the rest fits one thing.
+        claims: What is said of it and cannot be seen ("wooden"): no plan is made by it.
+        felt: How the speaker feels about it ("lovely").
         shapes: Shapes by adjective ("round").
         share: "half of the cubes": this part of all that fit.
         total: "two of the three cubes": how many must fit.
@@ -206,6 +207,7 @@ class Ref(NamedTuple):
     instead: tuple[Ref, ...] = ()
     measures: tuple[tuple[str, float], ...] = ()
     told_to_be: tuple[Ref, ...] = ()
+    felt: tuple[str, ...] = ()
 
 
 IT = Ref(text="it", determiner="it")
@@ -282,3 +284,11 @@ def replace(node: N, /, **changes: Any) -> N:
     if changes:
         raise TypeError(f"{type(node).__name__} has no {', '.join(changes)}")
     return made
+
+
+def unseen(said: object) -> tuple[str, ...]:
+    """Return the words of a reading that name nothing which can be perceived, wherever in it they stand."""
+    own = (*said.unknown, *said.claims, *said.felt) if isinstance(said, Ref) else ()
+    parts = [getattr(said, part.name) for part in fields(said)] if is_dataclass(said) else ()
+    inner = (word for part in (said if isinstance(said, tuple) else parts) for word in unseen(part))
+    return tuple(dict.fromkeys((*own, *inner)))

@@ -5,18 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
+from dataclasses import replace
 from functools import lru_cache
 
 from robosandbox.agent.language import lazy_regex
+from robosandbox.agent.language.adjectives import FEELINGS
 from robosandbox.agent.language.asides import without_asides
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.corrections import may_correct, set_right
-from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.foreign import ENGLISH, language_of, read_in, says_in_turn, told_in
 from robosandbox.agent.language.grammar import Grammar
-from robosandbox.agent.language.intent import Sentence
+from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.loosely import loosely
 from robosandbox.agent.language.offers import with_offer
@@ -28,6 +30,7 @@ from robosandbox.agent.language.tokens import (
     SceneWords,
     Token,
     TooLongError,
+    passed_over,
     scene_words,
     spoken,
     tokenize,
@@ -87,8 +90,11 @@ def interpret(
     language = language_of(prompt)
     if language != ENGLISH:
         return _interpreted_in(language, prompt, scene, names, discourse, chosen)
+    goes_on = discourse is not None and discourse.last is not None
     made = _interpreted(prompt, scene, names, discourse, chosen)
-    if isinstance(made, Draft) or len(prompt) > _MOST_REMEMBERED:
+    if isinstance(made, Draft):
+        return _accounted(prompt, scene, made, goes_on=goes_on)
+    if len(prompt) > _MOST_REMEMBERED:
         return made
 
     def works(sentence: str) -> bool:
@@ -100,6 +106,24 @@ def interpret(
         return with_offer(made, said.tokens, said.grammar, works)
     except (TooLongError, TooComplicatedError):
         return made
+
+
+def _accounted(prompt: str, scene: ObservedScene, draft: Draft, *, goes_on: bool) -> Draft | Refusal:
+    """Return a plan with a note of the words that it takes no account of, or a refusal for one that it may not do without.
+
+    Args:
+        prompt: What was said.
+        scene: What perception sees.
+        draft: The plan.
+        goes_on: Whether there was an order before.
+    """
+    over = passed_over(prompt, scene_words(tuple(item.id for item in scene.objects)))
+    anew = [each.words for each in over if each.kind == "repeat" and not (each.follows or goes_on)]
+    if anew:
+        return _unrecognized(f"I have done nothing yet that “{anew[0]}” could mean.", anew)
+    manners = [f"“{each.words}”" for each in over if each.kind == "manner"]
+    told = f"No skill takes {listed(manners)}: I go at my usual speed." if manners else ""
+    return replace(draft, note=f"{told} {draft.note}".strip())
 
 
 def _interpreted_in(
@@ -335,7 +359,7 @@ def choose(
 ) -> Draft | Refusal:
     """Return the plan of the plainest reading that has one; two different plans of equal right are ambiguous."""
     plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
-    refused: list[RefusedError] = []
+    refused: list[tuple[RefusedError, Sentence]] = []
     best, limit = 0.0, float("inf")
     for strain, reading in readings:
         if (plans and strain > best + CLOSE) or strain > limit:
@@ -343,9 +367,11 @@ def choose(
         context = deepcopy(discourse) if discourse else Discourse()
         try:
             draft = build(reading, scene, skills, context, chosen)
+            felt = [f"“{word}”" for word in unseen(reading) if word in FEELINGS]
+            draft = replace(draft, note=f"I do not see what is {listed(felt)}.") if felt else draft
         except RefusedError as error:
             # Without its frames it is freed at once, and no garbage piles up.
-            refused.append(error.with_traceback(None))
+            refused.append((error.with_traceback(None), reading))
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
                 unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS) and not error.firm
@@ -358,9 +384,12 @@ def choose(
         both = " or ".join("; ".join(calls) or "nothing" for calls in list(plans)[:2])
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
     if not plans:
+        plainest, reading = refused[0]
+        if isinstance(plainest, AlreadySoError) and len(reading.steps) == 1:
+            return Draft((), nothing=plainest.refusal)
         if discourse is not None:
-            discourse.question = refused[0].about
-        return refused[0].refusal
+            discourse.question = plainest.about
+        return plainest.refusal
     draft, context = next(iter(plans.values()))
     if draft.nothing is not None:
         return draft.nothing
@@ -425,11 +454,16 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     if not tokens:
         return _unrecognized("Tell me what to do, for example: pick up the red cube.")
     words = [token.text for token in tokens]
+    strange = [
+        _SAID_AS.get(token.text, token.raw) for i, token in enumerate(tokens)
+        if token.kind == "word" and not LEXICON.at(tokens, i) and not {token.text, token.text.removesuffix("s")} & known.parts and not _inside_phrase(tokens, i)
+    ]  # fmt: skip
+    told = [f"“{word}”" for word in strange if word not in QUESTIONS | CONDITIONS]
     if words[0] in QUESTIONS:
         return Refusal(
             code=RefusalCode.UNSUPPORTED,
-            message="I say where things are, how many, how big, how far apart and what holds of them, and not this; "
-            "or tell me what to do.",
+            message="I say where things are, how many, how big, how far apart and what holds of them, and not "
+            f"{listed(told, 'or') if told else 'this'}; or tell me what to do.",
             candidates=tuple(skills),
         )
     bare = _only_a_thing(said.grammar)
@@ -457,7 +491,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
         if token.text in CONDITIONS:
             return Refusal(
                 code=RefusalCode.UNSUPPORTED,
-                message=f"I cannot make out what follows “{token.raw}”: I follow conditions on what is there, where it is and how it looks.",
+                message=f"I cannot make out {listed(told) + ' after' if told else 'what follows'} “{token.raw}”: I follow conditions on what is there, where it is and how it looks.",
                 candidates=tuple(skills),
             )
     for j, verb in said.grammar.tag(0, "VERB"):
@@ -466,10 +500,6 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
             return Refusal(
                 code=RefusalCode.AMBIGUOUS, message=f"Where should “{said.grammar.said(j, len(tokens))}” go?"
             )
-    strange = [
-        _SAID_AS.get(token.text, token.raw) for i, token in enumerate(tokens)
-        if token.kind == "word" and not LEXICON.at(tokens, i) and not {token.text, token.text.removesuffix("s")} & known.parts and not _inside_phrase(tokens, i)
-    ]  # fmt: skip
     if strange:
         return _unrecognized(f"I do not understand {listed([f'“{word}”' for word in strange])} here.", strange)
     return _unrecognized(

@@ -179,10 +179,14 @@ def words_plural(phrase: str) -> str:
 LEXICON = _build()
 FILLERS = Phrases()
 FILLERS.add_all(speech.FILLERS, "FILLER")
+FILLERS.add_all(speech.MANNERS, "FILLER", "manner")
+FILLERS.add_all(speech.LIMITS, "FILLER", "limit")
+FILLERS.add_all(speech.REPEATS, "FILLER", "repeat")
 EDGE_FILLERS = Phrases()
 EDGE_FILLERS.add_all(speech.EDGE_FILLERS, "FILLER")
 END_FILLERS = Phrases()
 END_FILLERS.add_all(speech.END_FILLERS, "FILLER")
+END_FILLERS.add_all(speech.RATHER, "FILLER", "repeat")
 ASIDE_FILLERS = Phrases()
 ASIDE_FILLERS.add_all(speech.ASIDE_FILLERS, "FILLER")
 START_FILLERS = Phrases()
@@ -199,6 +203,7 @@ WORDS = frozenset(
     | speech.QUESTIONS
     | speech.CONDITIONS
     | speech.GRAMMAR_WORDS
+    | speech.DEGREES
 )
 MEANING: dict[str, str] = {}
 for _name, _table_ in (

@@ -216,7 +216,10 @@ class Pieces(Things):
             return i + 1, Piece("may", ())
         if text not in WISHING | MODALS or named or spanned:
             return i, None
-        if text in ("have", "has", "having") and not self._obliges(i):
+        # "the cube I like" tells which.
+        ends = self.text(i + 1) in MARKS or not self.text(i + 1)
+        liked = ends and clause.has("verb") and self.text(i - 1) in ("i", "you")
+        if liked or (text in ("have", "has", "having") and not self._obliges(i)):
             raise NotPlainError(text)
         # "would be possible the bolt in the tray?" asks for it; "it is possible that it is there" supposes.
         asked = text == "possible" and self.said.texts[-1] == "?" and "that" not in self.said.texts

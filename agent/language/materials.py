@@ -74,14 +74,6 @@ def is_familiar(name: str) -> bool:
     return any(part in _NAMED or part.rstrip("s") in _NAMED for part in id_parts(name))
 
 
-def belied(claim: str, name: str) -> bool:
-    """Say whether an object's id names another material than a claim does: a metal spoon is not wooden."""
-    stuff, parts = _CLAIMED.get(claim), {*id_parts(name)}
-    if stuff is None or parts & {claim, stuff, *_MADE[stuff]}:
-        return False
-    return any(other in parts for other in _MADE if other != stuff)
-
-
 def told(claim: str, name: str) -> bool | None:
     """Say what an object's id tells of an adjective: that it fits, that it does not, or nothing (None).
 

@@ -120,6 +120,12 @@ class Nouns(Modifiers):
                 found.append((j, replace(ref, one=True)))
         return found
 
+    def adjectives(self, i: int) -> Found[Ref]:
+        """What is asked of a thing without a noun: "round", "big and round", "in the middle"."""
+        found = self._adjectives(i, Ref(text="", one=True), 0)
+        found += [(j, Ref(text="", one=True, ranks=(rank,))) for j, rank in self._place_rank(i)]
+        return [(j, replace(ref, text=self.said(i, j), determiner="bare")) for j, ref in found if j > i]
+
     def _adjectives(self, i: int, ref: Ref, depth: int) -> Found[Ref]:
         found: Found[Ref] = [(i, ref)]
         if depth > 5:
@@ -146,7 +152,9 @@ class Nouns(Modifiers):
         word = self.text(start)
         if word in SHAPES and not any(end > start + 1 for end, _ in self.tag(start, "NOUN")):
             step.append((start + 1, replace(ref, shapes=(*ref.shapes, word))))
-        if word in FEELINGS or (word in TINTS and self.tag(start + 1, "COLOUR")):
+        if word in FEELINGS:
+            step.append((start + 1, replace(ref, felt=(*ref.felt, word))))
+        if word in TINTS and (word not in CLAIMS or self.text(start + 1) == "pink") and self.tag(start + 1, "COLOUR"):
             step.append((start + 1, ref))
         if word in DISTINCT:
             step.append((start + 1, replace(ref, distinct=True)))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.discourse import AlreadySoError, RefusedError, listed
 from robosandbox.agent.language.hands import Hands
 from robosandbox.agent.language.intent import (
     At,
@@ -231,7 +231,7 @@ class Placing(Hands):
     def _not_there_yet(self, name: str, parent: Parent) -> None:
         """Refuse to carry a thing to where it stands: to lift it and put it back helps nobody."""
         if self.world.parent.get(name) == parent and name not in self.moved:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is {parent[0]} {parent[1]} already.", (name, parent[1]))
+            raise AlreadySoError(f"{name} is {parent[0]} {parent[1]} already.", (name, parent[1]))
 
     def _put_in(self, name: str, target: str) -> None:
         world = self.world

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robosandbox.agent.language.arranging import Arranging
-from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.discourse import AlreadySoError, RefusedError, listed
 from robosandbox.agent.language.intent import Command, Region, Relation
 from robosandbox.agent.language.placing import BOUNDS
 from robosandbox.types import DIRECTION_AXES, RefusalCode
@@ -115,7 +115,7 @@ class Pushing(Arranging):
         least = {"left": aside, "right": aside, "forward": far, "back": -near}[direction]
         most = least + (_TO_THE_EDGE if region.name == "edge" else _WITHIN)
         if start >= least + _WITHIN:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is there already.", (name,))
+            raise AlreadySoError(f"{name} is there already.", (name,))
         # As far as the arm goes along with it.
         ends = [end for k in range(10) if (end := most - 0.02 * k) >= least]
         reached = [e - start for e in ends if self.world.in_reach((x + dx * (e - start), y + dy * (e - start)))]

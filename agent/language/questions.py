@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosandbox.agent.language.asked import Asked, Span, words_of
+from robosandbox.agent.language.asides_clauses import ADDRESSING
+from robosandbox.agent.language.asked import Asked, Span, no_container, words_of
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.describing import (
     apart,
@@ -21,15 +22,17 @@ from robosandbox.agent.language.describing import (
     size,
     whereabouts,
 )
-from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
-from robosandbox.agent.language.question_forms import Form
-from robosandbox.agent.language.tokens import Token, TooLongError, tokenize
+from robosandbox.agent.language.discourse import Discourse, RefusedError, cannot_see, listed
+from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.question_forms import TAGS, TRUTH, Form
+from robosandbox.agent.language.tokens import Token, TooLongError, passed_over, tokenize
 from robosandbox.agent.language.whether import replied
 from robosandbox.agent.language.world import World
 from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.relations import centre, contents, gap, loose
+from robosandbox.world.relations import bounds, centre, contents, gap, loose
+from robosandbox.world.spots import in_easy_reach
 from robosandbox.world.standing import standing_on
 from robosandbox.world.whereabouts import where
 
@@ -44,6 +47,13 @@ _ARTICLES = frozenset({"the", "a", "an", "any", "some", "these", "those", "all"}
 _LESS = frozenset({"smaller", "shorter"})
 # Ratio up to which two sizes count as one. Chosen: what cannot be told by eye.
 _SAME = 0.02
+# How questions begin that an order may look like: "do the cubes touch?", "is the cup easy to grasp?".
+_NO_ORDERS = tuple(
+    f"{be} {what} "
+    for be in ("do", "does", "did", "is", "are", "was", "were", "has", "have")
+    for what in ("the", "these", "those", "all", "any", "they", "something", "anything")
+)
+_WHETHER = Token("whether", "whether", "word")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +85,18 @@ def answered(
         None for what is no question that is known here; a refusal where it asks for what is not there or may be several things.
     """
     try:
-        tokens = _words(prompt, scene)
-    except TooLongError:
+        found = _found(_Answers(_words(prompt, scene), scene, discourse, skills, told))
+        over = [f"“{each.words}”" for each in passed_over(prompt, words_of(scene))] if isinstance(found, Answer) else []
+    except (TooLongError, TooComplicatedError):
         return None
-    asked = _Answers(tokens, scene, discourse, skills, told)
+    message = f"I do not know what {listed(over)} asks here; say the question without it."
+    if found is None and prompt.rstrip().endswith("?") and prompt.lower().startswith(_NO_ORDERS):
+        message = "I say where things are, how many, how big, how far apart and what holds of them, and not this."
+        return Refusal(code=RefusalCode.UNSUPPORTED, message=message)
+    return Refusal(code=RefusalCode.UNSUPPORTED, message=message) if over else found
+
+
+def _found(asked: _Answers) -> Answer | Refusal | None:
     refusal: Refusal | None = None
     try:
         for start, form in asked.forms():
@@ -88,14 +106,26 @@ def answered(
                 except RefusedError as error:
                     # Of words that are not known the grammar says more.
                     refusal = refusal or (error.refusal if error.refusal.sure else None)
-        said = replied(tokens, scene, discourse) if tokens else None
-    except TooComplicatedError:
-        return None
+        unseen = refusal is not None and refusal.code is RefusalCode.UNSUPPORTED
+        said = replied(asked.tokens, asked.scene, asked.discourse) if asked.tokens and not unseen else None
+    except RefusedError as error:
+        return refusal or error.refusal
     return Answer(*said) if said else refusal
 
 
 def _words(text: str, scene: ObservedScene) -> tuple[Token, ...]:
-    return tuple(token for token in tokenize(text, words_of(scene)) if token.kind != "mark")
+    """Return the words of a question; "is not it there?" asks what "is it there?" does, and "it is there, right?" as well."""
+    tokens = tuple(token for token in tokenize(text, words_of(scene)) if token.kind != "mark")
+    texts = [token.text for token in tokens]
+    if texts[1:2] == ["not"] and texts[0] in ("is", "are", "do", "does"):
+        return (tokens[0], *tokens[2:])
+    for truth in map(str.split, TRUTH):
+        if texts[: len(truth)] == truth:
+            return (_WHETHER, *tokens[len(truth) :])
+    if text.rstrip().endswith("?") and texts[:1] == ["the"] and {"is", "are"} & {*texts}:
+        tag = next((len(tag) for tag in map(str.split, TAGS) if texts[-len(tag) :] == tag), 0)
+        return (_WHETHER, *tokens[: len(tokens) - tag])
+    return tokens
 
 
 class _Answers(Asked):
@@ -133,7 +163,7 @@ class _Answers(Asked):
             "; ".join(f"{name} is {place(self.scene, self.view.get(name))}" for name in names) + ".", tuple(names)
         )
 
-    def _say_where(self, span: Span) -> Answer:
+    def _say_where(self, span: Span, *others: Span) -> Answer:
         ids, _ = self.meant(span)
         return Answer(" ".join(whereabouts(self.scene, self.view.get(name)) for name in ids), ids)
 
@@ -212,7 +242,8 @@ class _Answers(Asked):
             ids, _ = self.meant(span)
         except RefusedError as error:
             alike = error.refusal.candidates
-            if error.refusal.code is not RefusalCode.AMBIGUOUS or not alike:
+            told = all(rank.key for ref in self._refs(span) for rank in ref.ranks)
+            if error.refusal.code is not RefusalCode.AMBIGUOUS or not alike or not told:
                 raise
             return Answer(f"{listed(alike)} are alike in that.", tuple(alike))
         return Answer(" ".join(description(self.scene, self.view.get(name)) for name in ids), ids)
@@ -223,9 +254,11 @@ class _Answers(Asked):
         noun = " ".join(token.text for token in self.tokens[span[0] : span[1]] if token.text not in _ARTICLES)
         of_both = f"what is {words.removesuffix(' one')} {noun}"
         again = _Answers(_words(of_both, self.scene), self.scene, self.discourse, self._skills, self._told)
-        if len(again.tokens) not in again.ends(2):
+        if len(again.tokens) in again.ends(2):
+            return again._say_what((2, len(again.tokens)))
+        if any(ref.ranks or not ref.plural for ref in self._refs(other)):
             raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what “{words} {noun}” is.")
-        return again._say_what((2, len(again.tokens)))
+        return self._say_count_such(span, other)
 
     def _say_whether(self, span: Span, other: Span, relation: str) -> Answer:
         item, target = self.one(span), self.one(other)
@@ -263,14 +296,31 @@ class _Answers(Asked):
             return Answer(f"I cannot see how far {item.id} is open.", (item.id,))
         return Answer(f"{yes}: {item.id} is {1e3 * abs(item.opening):.0f} mm open.", (item.id,))
 
+    def _say_opening(self, span: Span) -> Answer:
+        told = self._say_whether_state(span, "open")
+        said = told.text.replace("Yes: ", "Open: ").replace("No: ", "Closed: ")
+        return Answer(said, told.about)
+
+    def _say_alike(self, *spans: Span, of: str) -> Answer:
+        ids = tuple(dict.fromkeys(name for span in spans for name in self.meant(span)[0]))
+        if len(ids) < 2:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"{listed(ids)}: alike to what?", ids)
+        seen = [self.view.get(name) for name in ids]
+        sizes = [bounds(item)[1] - bounds(item)[0] for item in seen]
+        height = of == "height"
+        same = all(np.allclose(size[2 * height :], sizes[0][2 * height :], rtol=_SAME) for size in sizes)
+        same = len({item.colour for item in seen}) == 1 if of == "colour" else same
+        return Answer(f"{'Yes' if same else 'No'}: {' '.join(description(self.scene, item) for item in seen)}", ids)
+
     def _say_whether_held(self, span: Span) -> Answer:
         item = self.one(span)
         return self._yes(item.id == self.scene.held, item)
 
     def _say_whether_there(self, span: Span) -> Answer:
         ids, said = self.fitting(span)
+        number = next((ref.number for ref in self._refs(span) if ref.number), None)
         if ids:
-            return Answer(f"Yes: {listed(ids)}.", ids)
+            return Answer(f"{'Yes' if number in (None, len(ids)) else f'No, {len(ids)}'}: {listed(ids)}.", ids)
         words = [word for word in said.split() if word not in _ARTICLES]
         none = (
             f"nothing {' '.join(words[1:])}" if words[:1] in (["anything"], ["something"]) else f"no {' '.join(words)}"
@@ -280,8 +330,13 @@ class _Answers(Asked):
     def _say_whether_is(self, span: Span, other: Span) -> Answer:
         if any(ref.options and any(one.nouns for one in ref.options) for ref in self._refs(other)):
             raise RefusedError(RefusalCode.UNSUPPORTED, "Ask about one of them at a time.")
-        item, (fitting, _) = self.one(span), self.fitting(other)
-        return Answer(f"{'Yes' if item.id in fitting else 'No'}: {description(self.scene, item)}", (item.id,))
+        if any(ref.determiner == "bare" and ref.nouns and not ref.plural for ref in self._refs(other)):
+            raise RefusedError(RefusalCode.UNRECOGNIZED, "“is the red cube?” asks nothing of it.")
+        (ids, _), (fitting, _) = self.meant(span), self.such(other)
+        if not all(ref.plural for ref in self._refs(span)):
+            ids = (self.one(span).id,)
+        told = " ".join(description(self.scene, self.view.get(name)) for name in ids)
+        return Answer(f"{'Yes' if {*ids} <= {*fitting} else 'No'}: {told}", ids)
 
     def _say_more(self, span: Span, other: Span, wanted: str) -> Answer:
         (ours, said), (theirs, than) = self.fitting(span), self.fitting(other)
@@ -291,7 +346,7 @@ class _Answers(Asked):
     def _say_compared(self, span: Span, other: Span, word: str) -> Answer:
         one, two = self.one(span), self.one(other)
         if word in ("heavier", "lighter"):
-            return Answer("I see them and do not know what they weigh.", (one.id, two.id))
+            raise cannot_see((word,))
         first, second = (measure(item, word) for item in (one, two))
         sizes = f"{one.id} measures {size(one)}, {two.id} {size(two)}."
         if abs(first - second) <= _SAME * max(first, second):
@@ -301,16 +356,70 @@ class _Answers(Asked):
 
     def _say_mass(self, span: Span) -> Answer:
         item = self.one(span)
-        return Answer(f"I see {item.id} and do not know what it weighs; its size is {size(item)}.", (item.id,))
+        told = f"I see {item.id} and do not know what it weighs; its size is {size(item)}."
+        raise RefusedError(RefusalCode.UNSUPPORTED, told, (item.id,))
 
     def _say_abilities(self) -> Answer:
         own = ", ".join(name.replace("_", " ") for name in self._skills)
         return Answer(f"My skills are {own}. I also say where things are, how many, how big and how far apart.")
 
+    def _say_count_such(self, span: Span, other: Span) -> Answer:
+        such, _ = self.such(other)
+        names = tuple(name for name in self.fitting(span)[0] if name in such)
+        return Answer(f"{len(names)}: {listed(names)}." if names else "None of what I see.", names)
+
+    def _say_nearer(self, span: Span, other: Span) -> Answer:
+        told = sorted((from_base(self.scene, item), item.id) for item in (self.one(span), self.one(other)))
+        return Answer(" ".join(f"{name} is {length(far)} from my base." for far, name in told), (told[0][1],))
+
+    def _say_colours(self) -> Answer:
+        colours = tuple(dict.fromkeys(item.colour for item in self.scene.objects))
+        return Answer(f"{len(colours)}: {listed(colours)}.")
+
+    def _say_able(self, span: Span) -> Answer:
+        verbs = [end for end, tag, _ in LEXICON.at(self.tokens, span[0]) if tag == "VERB"]
+        if verbs and span[1] not in verbs:
+            # "are you able to pick up the can?" asks for it.
+            raise RefusedError(RefusalCode.UNRECOGNIZED, "That is an order.")
+        if not verbs and self.tokens[span[0]].text in ADDRESSING:
+            raise RefusedError(RefusalCode.UNRECOGNIZED, "That is no skill.")
+        return Answer(f"{'Yes' if verbs else 'No'}: {self._say_abilities().text}")
+
+    def _say_reach(self, span: Span, beyond: str = "") -> Answer:
+        ids, _ = self.meant(span)
+        found = [self._reaches(self.view.get(name)) for name in ids]
+        yes = not any(found) if beyond else all(found)
+        where = " ".join(whereabouts(self.scene, self.view.get(name)) for name in ids)
+        return Answer(f"{'Yes' if yes else 'No'}: {where}", ids)
+
+    def _say_reached(self, *span: Span, beyond: str = "") -> Answer:
+        among = self.fitting(*span)[0] if span else [item.id for item in self.scene.objects]
+        names = tuple(name for name in among if self._reaches(self.view.get(name)) != bool(beyond))
+        where = f"{'out of' if beyond else 'within'} my reach."
+        return Answer(f"{listed(names)} {be(names)} {where}" if names else f"Nothing is {where}", names)
+
+    def _reaches(self, item: DetectedObject) -> bool:
+        """Say whether the hand gets to a thing, as every skill asks before it moves.
+
+        Raises:
+            RefusedError: It is at a distance where only the arm's kinematics tell, which are not asked here.
+        """
+        if in_easy_reach(self.scene, item):
+            return True
+        if find(fact("reachable", item.id), self.view).holds:
+            far = length(from_base(self.scene, item))
+            told = f"{item.id} is {far} from my base, at the edge of my reach: an order to pick it up would show."
+            raise RefusedError(RefusalCode.UNSUPPORTED, told, (item.id,))
+        return False
+
     def _say_fits(self, span: Span, other: Span) -> Answer:
         item, target = self.one(span), self.one(other)
         if not target.shape.holds_things:
             return Answer(f"{target.id} holds nothing: it is {target.shape.name}.", (item.id,))
+        if item.shape.is_granular:
+            raise RefusedError(
+                RefusalCode.UNSUPPORTED, f"I cannot see how much room {item.id} take up in all.", (item.id,)
+            )
         fits = World(self.scene).fits_in(item.id, target.id)
         sizes = f"{item.id} measures {size(item)}, {target.id} {size(target)}."
         return Answer(f"{'Yes' if fits else 'No'}: {sizes}", (item.id,))
@@ -325,7 +434,7 @@ class _Answers(Asked):
 
     def _contents(self, item: DetectedObject) -> Answer:
         if not item.shape.holds_things:
-            return Answer(f"{item.id} holds nothing: it is {item.shape.name}.")
+            raise no_container(item)
         inside = [name for name, _ in contents(self.scene.objects, item)]
         if not inside and not find(fact("empty", item.id), self.view).is_sure:
             return Answer(f"I cannot see what is in {item.id}.")

@@ -13,9 +13,9 @@ from robosandbox.agent.language.world import World
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import ErrorCode
 from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
 from robosandbox.world.changes import push_allowance
+from robosandbox.world.operators import Operator
 
 if TYPE_CHECKING:
     from robosandbox.agent.detours import Detours
@@ -29,7 +29,7 @@ OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
 
 
 def replan(
-    prompt: str, scene: ObservedScene, skills: Sequence[Skill], history: Sequence[Attempt], before: Draft | None
+    prompt: str, scene: ObservedScene, skills: Sequence[Operator], history: Sequence[Attempt], before: Draft | None
 ) -> Draft | Refusal:
     """Return what remains to be done, changed where the last attempt failed.
 
@@ -73,7 +73,7 @@ class _Reaction:
     def __init__(
         self,
         scene: ObservedScene,
-        skills: Sequence[Skill],
+        skills: Sequence[Operator],
         history: Sequence[Attempt],
         before: Draft,
         rest: tuple[Step, ...],

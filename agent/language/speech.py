@@ -5,46 +5,76 @@ Each table maps what people say to one canonical value. Multi-word entries are m
 
 from __future__ import annotations
 
+from itertools import product
+
 from robosandbox.agent.language.wordlist import word_set
 
 FILLERS = (
     "please, pls, plz, plase, kindly, um, umm, uh, uhh, uhm, er, erm, err, hmm, hm, mmm, ah, oh, okay, ok, "
-    "okey, okie, hey, hi, hello, yo, "
+    "no hurry, no rush, okey, okie, hey, hi, hello, yo, "
     "centre to centre, center to center, measured centre to centre, measured center to center, "
     "pretty pretty please, pretty please, vroom, beep, beep beep, whoops, whoopsie, oopsie, wow, yay, hooray, hurray, woohoo, yippee, boom, wheee, "
     "hey there, hi there, hello there, good morning, good afternoon, good evening, greetings, dear, "
     "hey robot, hi robot, hello robot, ok robot, okay robot, dear robot, mr robot, hey arm, robot friend, "
-    "hurry up and, hurry up, hurry, get a move on and, get a move on, and make it snappy, make it snappy, and make it quick, make it quick, chop chop, on the double, pronto, step on it, be quick about it, and be quick about it, and be quick, be quick, "
     "buddy, mate, pal, dude, bro, bruv, man, friend, my friend, bot, "
-    "now, just, simply, only, lightly, delicately, tenderly, cautiously, swiftly, rapidly, promptly, firmly, safely, "
-    "precisely,  thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
+    "now, just, simply, "
+    " thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
     "ta, much appreciated, "
-    "if you please, if you do not mind, if possible, if that is okay, if that is ok, if that is possible, "
+    "if you please, if you like, if you want, if you wish, if you do not mind, if possible, if that is okay, if that is ok, if that is possible, "
     "if you have a moment, if you have time, if it is not too much trouble, if it is no trouble, "
     "if you would be so kind, "
     "when you get a chance, when you have a moment, when you have time, when you can, when you are ready, "
     "whenever you are ready, when possible, "
-    "pretty please, again, one more time, once again, for me, for us, carefully, gently, slowly, quickly, fast, softly, smoothly, nicely, "
-    "neatly, properly, "
-    "real quick, real quickly, right now, right away, straight away, immediately, asap, at once, this instant, "
-    "this minute, very carefully, very gently, very slowly, "
-    "once more, also, too, as well, alright, all right, basically, literally, honestly, "
+    "pretty please, "
+    "right now, right away, straight away, immediately, asap, at once, this instant, "
+    "this minute, "
+    "alright, all right, basically, literally, honestly, "
     "quite, really, directly, simply, there is a good robot, there you go, "
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
     "using your arm, with your claw, using the arm, with the claw, "
-    "with your hand, with the hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
-    "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, "
+    "with your hand, with the hand, using your hand, with your robotic arm, in one go, in that order, in this order, "
+    "like so, you know, i think, "
     "right there, "
     "that would be great, that would be lovely, that would be nice, would be great, would be nice, "
     "would be lovely, much obliged, "
     "good robot, be a dear, be a dear and, be a darling and, be a love and, be an angel and, be a sweetheart and, be a good lad and, under any circumstances, whatever happens, be so kind as to, be so kind to, be so kind and, be kind enough to, be a good robot and, "
     "do me a favor and, do me a favour and, do me a favor, do me a favour, "
     "there is a dear, darling, sweetheart, lad, sir, madam, "
-    "be careful, be gentle, take care, take your time, easy, nice and easy, nice and slow, nice and gently, "
-    "steady, one at a time, one by one, one after another, one after the other, in turn, mister, mister robot, mr, "
+    "one at a time, one by one, one after another, one after the other, in turn, mister, mister robot, mr, "
     "step by step, task, next task, your next task, command, instruction, then please, so please, simple task, "
     "yeah, yep, yup, good job, well done, lol, haha"
 )
+DEGREES = word_set("nearly almost hardly barely scarcely")
+"""Words that no slip of the pen turns into others."""
+LIMITS = "only, also, too, as well, for me, for us"
+"""A plan does no more than it is asked for, for whoever asks; a question is another one without it."""
+REPEATS = "again, one more time, once again, once more"
+RATHER = "instead"
+"""Said of what was done before, in the same breath or the one before."""
+_ADVERBS = (
+    "carefully|gently|slowly|quickly|fast|softly|smoothly|lightly|delicately|tenderly|cautiously|swiftly|rapidly|promptly|firmly|"
+    "safely|precisely|neatly|nicely|properly|quietly|silently|calmly|steadily|slow|quick|easy"
+)
+MANNERS = "".join(
+    f", {' '.join(words)}"
+    for said in (
+        (
+            "steady|easy does it|careful now|steady now|gently now|be careful|be gentle|take care|take your time|in slow motion",
+        ),
+        ("for a", "moment|second|sec"),
+        ("with care|with great care|without a sound|without noise|without a noise|with no noise",),
+        ("hurry up and|hurry up|hurry|chop chop|on the double|pronto|step on it|get a move on and|get a move on",),
+        (
+            "make it snappy|and make it snappy|make it quick|and make it quick|be quick|and be quick|be quick about it|and be quick about it",
+        ),
+        ("at|with", "full|top|half|low|high|maximum|minimum", "speed"),
+        (_ADVERBS,),
+        ("very|very very|really|real|nice and|so", _ADVERBS),
+        ("as", _ADVERBS, "as", "you can|possible|you are able to"),
+    )
+    for words in product(*(part.split("|") for part in said))
+)
+"""How fast or with how much care, which no skill is told: a plan is made, and its note says so."""
 PREAMBLES = (
     "you please, please you, now you, you now, "
     "you are welcome to, be sure and, why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, could you possibly, can you maybe, can you perhaps, can you possibly, would you maybe, would you perhaps, maybe you could, perhaps you could, maybe you can, perhaps you can, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
@@ -382,7 +412,7 @@ LIGHT_ADJECTIVES = (
 )
 LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
 END_FILLERS = (
-    "boss, chief, but do not knock anything over, without knocking anything over, and do not knock anything over, do not knock anything over, without bumping into anything, without hitting anything, without touching anything else, otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "boss, chief, but do not knock anything over, without knocking anything over, and do not knock anything over, do not knock anything over, without bumping into anything, without hitting anything, without touching anything else, otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, though, tho, mind you, love, careful now, careful, steady, steady now, gently now, nice and easy, easy does it, ta, ever so much, me duck, mate, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, "
@@ -391,7 +421,7 @@ END_FILLERS = (
     "no matter which, any will do, whichever you like, your choice, you choose, you decide"
 )
 ASIDE_FILLERS = (
-    "boss, chief, any one, any two, any three, any four, any of them, any one of them, any two of them, right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
+    "boss, chief, go on, any one, any two, any three, any four, any of them, any one of them, any two of them, right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
     "you know what, guess what, alright, very good, brilliant, thanks, quick one, listen, listen up, "
     "cheers, wow, hang on, hold on"
 )

@@ -97,7 +97,7 @@ class Talk(Clausewise, ABC):
         if apart:
             start = next((k for k in range(start, min(start + 4, end)) if self._text(k) in PERSONS), start)
         said = _Statement(start, end, self._subject(start), {*self.texts[clause.start : end]})
-        if self._may_bind(said, apart=apart):
+        if self._may_bind(said, apart=apart) or (not apart and self.comments(start, end)):
             return None
         if any(self._concerns(k) for k in range(start, end)):
             told = apart and self._is_somebody(said) and self._is_past(said)

@@ -223,6 +223,40 @@ def without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, 
     return kept if kept == tuple(tokens) else _without_fillers(kept, words)
 
 
+class PassedOver(NamedTuple):
+    """Words that the grammar passes over, though they say something of what is asked.
+
+    Attributes:
+        kind: manner, limit or repeat.
+        words: As said.
+        follows: Whether something was asked before them.
+    """
+
+    kind: str
+    words: str
+    follows: bool
+
+
+def passed_over(prompt: str, words: SceneWords) -> list[PassedOver]:
+    """Return what is passed over of a prompt and still has to be accounted for; arguments and errors as those of `spoken`."""
+    said = spoken(prompt, words)
+    kept = {id(token) for token in without_fillers(said, words)}
+    found: list[PassedOver] = []
+    i = 0
+    while i < len(said):
+        fillers = (*FILLERS.at(said, i), *END_FILLERS.at(said, i))
+        dropped = [(end, kind or "") for end, _, kind in fillers if kept.isdisjoint(map(id, said[i:end]))]
+        after = LEXICON.at(said, i + 1) if i + 1 < len(said) else []
+        stroke = said[i].text in _STROKES and any(tag == "LIGHT_NOUN" for _, tag, _ in after)
+        end, kind = max([*dropped, (i + 1, "manner" if stroke else "")])
+        if kind:
+            follows = any(token.kind == "mark" or token.text in ("and", "then") for token in said[:i])
+            found.append(PassedOver(kind, " ".join(token.raw for token in said[i:end]), follows))
+        i = end
+    return found
+
+
+_STROKES = frozenset({"gentle", "quick", "light", "soft", "careful", "firm", "hard"})
 _FORBIDDEN = frozenset({"touch", "bump", "disturb"})
 
 
@@ -403,7 +437,7 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             elif (
                 length
                 and kept
-                and after < len(tokens) - 1
+                and (after < len(tokens) - 1 or not END_FILLERS.match(tokens, i))
                 and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i))
             ):
                 # "..., hang on, the blue one": corrects what was said before it.

@@ -8,7 +8,6 @@ from robosandbox.agent.language import match
 from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Ref, replace
-from robosandbox.agent.language.materials import belied
 from robosandbox.agent.language.orders import CONTRARY, Fits
 from robosandbox.agent.language.things import POSITIONS, SHADES, SIZES
 from robosandbox.agent.language.tokens import id_parts
@@ -25,12 +24,7 @@ _KEYS: dict[str, str] = _STATES | {
     for phrase in phrase_list(phrases)
 }
 _KEYS |= {"top": "top", "upper": "top", "bottom": "bottom", "lower": "bottom"}
-_PAIRS = (
-    ("top", "bottom"), ("empty", "full"), ("open", "closed"), ("dark", "light"), ("hot", "cold"), ("warm", "cold"),
-    ("hot", "cool"), ("warm", "cool"), ("old", "new"), ("clean", "dirty"), ("wet", "dry"), ("soft", "hard"),
-    ("rough", "smooth"), ("ripe", "unripe"), ("fresh", "rotten"), ("sharp", "blunt"), ("heavy", "light"),
-    ("heavy", "lightweight"), ("sweet", "sour"), ("salty", "sweet"), ("used", "new"), ("broken", "new"),
-)  # fmt: skip
+_PAIRS = (("top", "bottom"), ("empty", "full"), ("open", "closed"), ("dark", "light"), ("soft", "hard"))
 _CONTRARIES = {frozenset(pair) for pair in (*_PAIRS, *CONTRARY.items())}
 _PLACED = frozenset({"on", "to", "at", "from", "in", "by"})
 
@@ -45,8 +39,6 @@ def contradicts(ref: Ref, name: str) -> bool:
         ref: The description.
         name: The object's id.
     """
-    if any(belied(claim, name) for claim in ref.claims):
-        return True
     parts = {_KEYS.get(part, part) for part in id_parts(name)}
     return any(frozenset({said, part}) in _CONTRARIES for said in _said_of(ref) for part in parts)
 

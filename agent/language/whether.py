@@ -8,17 +8,18 @@ from copy import deepcopy
 from robosandbox.agent.language.asked import words_of
 from robosandbox.agent.language.deciding import judged
 from robosandbox.agent.language.describing import description, whereabouts
-from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.discourse import Discourse, RefusedError, cannot_see, listed
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.ground import Grounder
-from robosandbox.agent.language.intent import Ref, replace
+from robosandbox.agent.language.intent import Ref, replace, unseen
 from robosandbox.agent.language.logic import Condition, Is, More, There, stripped
 from robosandbox.agent.language.tokens import Token
 from robosandbox.agent.language.world import World
-from robosandbox.types import ObservedScene
+from robosandbox.types import ObservedScene, RefusalCode
 
 Reply = tuple[str, tuple[str, ...]]
 _BE = frozenset({"is", "are"})
+_BEING = _BE | {"stands", "stand", "lies", "lie", "sits", "sit"}
 _WHICH = frozenset({"which", "what"})
 
 
@@ -32,14 +33,18 @@ def replied(tokens: Sequence[Token], scene: ObservedScene, discourse: Discourse)
 
     Returns:
         None for any other question, and for what is not there or may be several things.
+
+    Raises:
+        RefusedError: It asks for what cannot be seen.
     """
     ground = Grounder(World(scene), deepcopy(discourse))
     for answer in (_whether, _which, _related):
         try:
             reply = answer(tokens, scene, ground)
         except RefusedError as error:
-            cannot = error.refusal.message.startswith("I cannot see")
-            reply = (error.refusal.message, ()) if cannot else None
+            if error.refusal.code is RefusalCode.UNSUPPORTED:
+                raise
+            reply = None
         if reply is not None:
             return reply
     return None
@@ -68,6 +73,8 @@ def _whether(tokens: Sequence[Token], scene: ObservedScene, ground: Grounder) ->
     for statement in _statements(tokens):
         for end, condition in _grammar(statement, scene).condition(0):
             if end == len(statement):
+                if unseen(condition):
+                    raise cannot_see(unseen(condition))
                 found = judged(condition, ground)
                 told, denied = stripped(condition)
                 return f"{'Yes' if found else 'No'}: {_evidence(told, scene, ground, found != denied)}", ()
@@ -104,19 +111,23 @@ def _such(ref: Ref, ground: Grounder) -> Iterator[str]:
 def _which(tokens: Sequence[Token], scene: ObservedScene, ground: Grounder) -> Reply | None:
     """As in "which cube is in the middle", "which of the cubes is closest to the bin"."""
     words = [token.text for token in tokens]
-    if words[0] not in _WHICH or _BE.isdisjoint(words[2:]):
+    if words[0] not in _WHICH or _BEING.isdisjoint(words[2:]):
         return None
-    k = next(k for k in range(2, len(words)) if words[k] in _BE)
+    k = next(k for k in range(2, len(words)) if words[k] in _BEING)
     begin = 2 if words[1] == "of" else 1
     noun = [token for token in tokens[begin:k] if token.text not in ("the", "these", "those")]
     one = [*noun[:-1], Token(noun[-1].text.removesuffix("s"), noun[-1].raw, "word")] if noun else []
-    rest = [token for token in tokens[k + 1 :] if token.text != "the"]
-    several = words[k] == "are"
-    orders = ((*one, *rest), (*rest[:1], *one, *rest[1:])) if not several else ((*noun, *rest),)
+    rest = [*tokens[k + 1 + (words[k + 1 : k + 2] == ["the"]) :]]
+    several = words[k] in ("are", "stand", "lie", "sit")
+    orders = (
+        ((*one, *tokens[k + 1 :]), (*one, *rest), (*rest[:1], *one, *rest[1:])) if not several else ((*noun, *rest),)
+    )
     for order in orders if one and rest else ():
         described = (*_said(["the"]), *order)
         for end, ref in _grammar(described, scene).np(0):
-            if end == len(described) and not ref.unknown:
+            if end == len(described) and unseen(ref):
+                raise cannot_see(unseen(ref))
+            if end == len(described) and not ref.options:
                 return _described(ref, scene, ground)
     return None
 
@@ -135,6 +146,8 @@ def _related(tokens: Sequence[Token], scene: ObservedScene, ground: Grounder) ->
     place = tokens[2:]
     for end, relation in _grammar(place, scene).relation(0):
         if end == len(place) and relation.refs:
+            if unseen(relation):
+                raise cannot_see(unseen(relation))
             said = " ".join(token.text for token in place)
             thing = Ref(text=said, determiner="all", nouns=("thing",), plural=True)
             names = [item.id for item in scene.objects if ground.stands(item.id, relation, thing)]

@@ -7,12 +7,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
+from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.llm.correction import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
-from robosandbox.agent.tools import RefuseArguments, said_of
-from robosandbox.skills.protocols import Skill
+from robosandbox.agent.tools import RefuseArguments, said_of, step_schema
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.arguments import fitting, object_arguments
+from robosandbox.world.operators import Operator
 from robosandbox.world.verifier import MAX_STEPS, Constraints, verify
 
 PLAN = "plan"
@@ -33,7 +34,7 @@ class PlanAnswer(StrictModel):
 
 
 def answer_tools(
-    skills: Sequence[Skill[Any]], scene: ObservedScene | None = None, *, max_steps: int = MAX_STEPS
+    skills: Sequence[Operator], scene: ObservedScene | None = None, *, max_steps: int = MAX_STEPS
 ) -> list[Tool]:
     """Return the two tools, `plan` with a variant of its steps for each skill.
 
@@ -44,15 +45,7 @@ def answer_tools(
         max_steps: How many calls a plan may have.
     """
     variants = [
-        {
-            "type": "object",
-            "description": skill.description,
-            "properties": {"skill": {"const": skill.name}, "arguments": arguments},
-            "required": ["skill", "arguments"],
-            "additionalProperties": False,
-        }
-        for skill in skills
-        if (arguments := skill_arguments(skill, scene)) is not None
+        step_schema(skill, arguments) for skill in skills if (arguments := skill_arguments(skill, scene)) is not None
     ]
     if not variants and scene is not None:
         return answer_tools(skills, max_steps=max_steps)
@@ -87,7 +80,7 @@ def answer_tools(
 def read_answer(
     call: Call,
     scene: ObservedScene,
-    skills: Sequence[Skill[Any]],
+    skills: Sequence[Operator],
     *,
     max_steps: int = MAX_STEPS,
     constraints: Constraints | None = None,
@@ -110,7 +103,7 @@ def read_answer(
 
 
 def _plan(
-    data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]], max_steps: int, constraints: Constraints | None
+    data: Any, scene: ObservedScene, skills: Sequence[Operator], max_steps: int, constraints: Constraints | None
 ) -> Plan:
     try:
         answer = PlanAnswer.model_validate(_with_plain_steps(data))
@@ -138,7 +131,7 @@ def _with_plain_steps(data: Any) -> Any:
     return {**data, "steps": steps}
 
 
-def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Refusal:
+def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Operator]) -> Refusal:
     try:
         answer = RefuseArguments.model_validate(data)
     except ValidationError as error:
@@ -153,15 +146,14 @@ def _told(error: ValidationError) -> str:
     return "; ".join(map(said_of, error.errors(include_url=False)[:5]))[:1000]
 
 
-def skill_arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any] | None:
-    """Return a skill's schema with the ids that fit each argument; None where no object fits one."""
-    schema = dict(skill.schema)
-    fields: dict[str, Any] = {name: dict(field) for name, field in schema.get("properties", {}).items()}
+def skill_arguments(skill: Operator, scene: ObservedScene | None) -> dict[str, Any] | None:
+    """Return a skill's flat schema with the ids that fit each argument; None where no object fits one."""
+    schema = flat(skill.schema)
     if scene is None:
-        return {**schema, "properties": fields}
+        return schema
     for name in object_arguments(skill):
         ids = fitting(skill, name, scene)
         if not ids:
             return None
-        fields[name]["enum"] = ids
-    return {**schema, "properties": fields}
+        schema["properties"][name]["enum"] = ids
+    return schema

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from typing import Any
 
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, RefusalCode, SkillCall
 from robosandbox.validation import nearest
 from robosandbox.world.arguments import object_arguments
+from robosandbox.world.operators import Operator
 from robosandbox.world.verifier import Constraints, verify
 
 _FORM = 'The form is {"steps": [{"skill": NAME, "arguments": {...}}, ...]} or {"code": CODE, "message": SENTENCE}.'
@@ -23,7 +22,7 @@ def correction(
     reason: str,
     plan: Plan | None,
     scene: ObservedScene,
-    skills: Sequence[Skill[Any]],
+    skills: Sequence[Operator],
     constraints: Constraints | None = None,
 ) -> str:
     """Return the reason with a valid example.
@@ -43,7 +42,7 @@ def correction(
 
 
 def _mended(
-    plan: Plan, scene: ObservedScene, skills: Sequence[Skill[Any]], constraints: Constraints | None
+    plan: Plan, scene: ObservedScene, skills: Sequence[Operator], constraints: Constraints | None
 ) -> Plan | None:
     """Return a plan with its names spelt right and without arguments that its skills do not take; None if still wrong."""
     by_name = {skill.name: skill for skill in skills}
@@ -72,7 +71,7 @@ def _known(name: str, names: Iterable[str]) -> str | None:
     return near[0] if len(near) == 1 else None
 
 
-def _refusal(plan: Plan | None, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> dict[str, str]:
+def _refusal(plan: Plan | None, scene: ObservedScene, skills: Sequence[Operator]) -> dict[str, str]:
     """Return a refusal that fits what was wrong."""
     by_name = {skill.name: skill for skill in skills}
     for call in plan.steps if plan else ():

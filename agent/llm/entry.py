@@ -16,8 +16,8 @@ from robosandbox.agent.protocols import Planner
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 from robosandbox.perception.factory import Setup
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene
+from robosandbox.world.operators import Operator
 
 if TYPE_CHECKING:
     from robosandbox.agent.llm.planner import LLMPlanner
@@ -39,7 +39,7 @@ def _with_limits(factory: Callable[..., Made]) -> Callable[..., Made]:
 @_with_limits
 def with_model(
     service: Service,
-    skills: Sequence[Skill[Any]],
+    skills: Sequence[Operator],
     *,
     model: str = "",
     base_url: str | None = None,
@@ -111,7 +111,7 @@ anthropic = partial(with_model, "anthropic")
 
 @_with_limits
 def auto(
-    skills: Sequence[Skill[Any]],
+    skills: Sequence[Operator],
     *,
     model: str = "",
     base_url: str | None = None,

@@ -9,9 +9,8 @@ from typing import Any
 from robosandbox.agent.course import Finished, Report
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.tools import FinishArguments, not_holding, relations
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan
-from robosandbox.world.contracts import contract_of
+from robosandbox.world.operators import Operator, bind
 from robosandbox.world.verifier import Constraints
 
 
@@ -28,7 +27,7 @@ class Ledger:
         failed: The last call, where it failed.
     """
 
-    def __init__(self, skills: Mapping[str, Skill[Any]], budgets: Sequence[Budget], note: dict[str, Any]) -> None:
+    def __init__(self, skills: Mapping[str, Operator], budgets: Sequence[Budget], note: dict[str, Any]) -> None:
         self._skills = skills
         self._budgets = tuple(budgets)
         self._note = note
@@ -53,9 +52,7 @@ class Ledger:
         for budget in self._budgets:
             budget.add(steps=begun)
         for step in report.steps:
-            skill = self._skills[step.call.skill]
-            contract = contract_of(skill, skill.check(step.call.arguments))
-            self._moved |= {*(contract.moves if contract else ())}
+            self._moved |= {*bind(step.call, self._skills).contract.moves}
             self._note["calls"].append(str(step.call))
         self._succeeded += len(report.steps)
         self.failed = None if report.failure is None else str(report.failure.failed)

@@ -10,6 +10,7 @@ from pydantic_ai.models import ModelRequestParameters
 from pydantic_ai.output import OutputObjectDefinition
 from pydantic_ai.tools import ToolDefinition
 
+from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.llm.forms import Tool
 from robosandbox.agent.llm.schema import decodable
 
@@ -47,7 +48,7 @@ class Mode(StrEnum):
                     ToolDefinition(
                         name=tool.name,
                         description=tool.description,
-                        parameters_json_schema=decodable(tool.schema),
+                        parameters_json_schema=decodable(flat(tool.schema)),
                         kind="output",
                     )
                     for tool in tools

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from pydantic_ai.messages import BinaryContent, UserContent
 
@@ -19,8 +18,8 @@ from robosandbox.agent.llm.prompt import instructions, question
 from robosandbox.agent.llm.service import open_cassette
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.protocols import Attempt
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.world.operators import Operator
 from robosandbox.world.verifier import Constraints
 
 
@@ -43,7 +42,7 @@ class LLMPlanner:
 
     certain: Callable[[str, ObservedScene], Constraints]
 
-    def __init__(self, skills: Sequence[Skill[Any]], settings: LLMSettings) -> None:
+    def __init__(self, skills: Sequence[Operator], settings: LLMSettings) -> None:
         self._skills = tuple(skills)
         self.certain = partial(constraints_of, skills=self._skills)
         self._tools = answer_tools(self._skills, max_steps=settings.max_steps)
@@ -92,7 +91,7 @@ class LLMPlanner:
         )
 
 
-def constraints_of(prompt: str, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Constraints:
+def constraints_of(prompt: str, scene: ObservedScene, skills: Sequence[Operator]) -> Constraints:
     """Return what a model is held to whatever it makes of the prompt: what the grammar is sure that it forbids."""
     # Its tables take a second to load, which a model's first answer takes as well.
     from robosandbox.agent.language.bounds import bounds_of

@@ -137,14 +137,14 @@ class PointingPerception(RgbdPerception):
             Question(
                 instructions=lambda mode: f"{_INSTRUCTIONS}\n\n{_HOW_TO_ANSWER[mode]}",
                 content=[text, BinaryContent(data=png(frame.rgb), media_type="image/png")],
-                tools=[_TOOL],
+                tools=[TOOL],
                 read=lambda call: _read(call, width, height),
             ),
             budgets=(Budget(Limits(tokens=self._settings.max_tokens, seconds=self._settings.time_limit)),),
         )
 
 
-_TOOL = Tool(
+TOOL = Tool(
     name=_POINT,
     description="Name every loose object on the table and give one pixel on each.",
     schema=PointAnswer.model_json_schema(),

@@ -10,9 +10,9 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.llm.program import Ended, Program
 from robosandbox.agent.tools import not_holding, relations
 from robosandbox.errors import InputError
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import Plan, SkillCall
 from robosandbox.world.described import describe_scene
+from robosandbox.world.operators import Operator
 
 _LONGEST_VALUE = 2_000  # Characters of a program's value as JSON. Chosen: a page.
 
@@ -26,7 +26,7 @@ class RunningProgram:
         skills: What it may call, by name.
     """
 
-    def __init__(self, code: str, ctx: GoalContext, skills: Mapping[str, Skill[Any]]) -> None:
+    def __init__(self, code: str, ctx: GoalContext, skills: Mapping[str, Operator]) -> None:
         self._ctx = ctx
         takes = {name: list(skill.schema.get("properties", {})) for name, skill in skills.items()}
         self._program = Program(code, takes, {"scene": self._scene, "holds": self._holds})

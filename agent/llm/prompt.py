@@ -14,9 +14,9 @@ from robosandbox.agent.llm.forms import Tool
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.protocols import Attempt
 from robosandbox.agent.signatures import form, signature
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene
 from robosandbox.world.described import describe_scene
+from robosandbox.world.operators import Operator
 from robosandbox.world.verifier import Constraints
 
 _CONVENTIONS = """\
@@ -86,7 +86,7 @@ _HOW_TO_ANSWER = {
 }
 
 
-def instructions(skills: Sequence[Skill[Any]], mode: Mode) -> str:
+def instructions(skills: Sequence[Operator], mode: Mode) -> str:
     """Return what a model is told of its part: rules, skills, and how to answer; the same for every request."""
     listing = "\n".join(f"- {signature(skill)}: {skill.description}" for skill in skills)
     return f"{_RULES}\nSkills:\n{listing}\n\n{_HOW_TO_ANSWER[mode]}\n"

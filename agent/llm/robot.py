@@ -7,14 +7,14 @@ from typing import Any
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.goal import GoalContext
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, SkillCall
+from robosandbox.world.operators import Operator
 from robosandbox.world.verifier import verify
 
 _PICK = "pick"
 
 
-def describe_robot(ctx: GoalContext, scene: ObservedScene, skills: Mapping[str, Skill[Any]]) -> dict[str, Any]:
+def describe_robot(ctx: GoalContext, scene: ObservedScene, skills: Mapping[str, Operator]) -> dict[str, Any]:
     """Return what is known of the robot; little of one in another process, whose sim keeps its limits itself.
 
     Args:
@@ -39,7 +39,7 @@ def describe_robot(ctx: GoalContext, scene: ObservedScene, skills: Mapping[str, 
     return data | ({"cannot_pick": cannot} if cannot else {})
 
 
-def _why_no_pick(name: str, scene: ObservedScene, skills: Mapping[str, Skill[Any]]) -> str:
+def _why_no_pick(name: str, scene: ObservedScene, skills: Mapping[str, Operator]) -> str:
     """Return why an object can never be picked up; "" where something done first may help, or nothing is needed."""
     if _PICK not in skills:
         return ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
@@ -21,9 +21,9 @@ from robosandbox.agent.tools import (
     schema as schema_of,
 )
 from robosandbox.errors import InputError
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, StrictModel
 from robosandbox.world.arguments import terms
+from robosandbox.world.operators import Operator
 
 _THOUGHT = (
     240  # Characters of a thought before a call. Chosen: a small model writes on for as long as a schema lets it.
@@ -51,7 +51,7 @@ OWN: dict[str, type[StrictModel]] = {
 
 
 def acting_tools(
-    skills: Sequence[Skill[Any]], scene: ObservedScene | None = None, *, can_ask: bool, can_program: bool = False
+    skills: Sequence[Operator], scene: ObservedScene | None = None, *, can_ask: bool, can_program: bool = False
 ) -> list[Tool]:
     """Return the tools.
 
@@ -74,7 +74,7 @@ def acting_tools(
         if (arguments := skill_arguments(skill, scene)) is not None
     ]
     still = [
-        Tool(name=name, description=description(model), schema=schema_of(model))
+        Tool(name=name, description=description(model), schema=schema_of(model, skills))
         for name, model in OWN.items()
         if name not in left_out
     ]

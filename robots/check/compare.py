@@ -43,12 +43,13 @@ _GRID = 0.1  # Spacing in metres of the points of the table that are tried. Chos
 _LEAST_REACHED = 3  # Number of them to be reached. Chosen: with three of them an arm can be given a task.
 
 
-def compare(found: Inference, given: Sidecar) -> list[Check]:
+def compare(found: Inference, given: Sidecar, *, table_height: float = TABLE_HEIGHT) -> list[Check]:
     """Return the checks that need no simulation.
 
     Args:
         found: What was inferred from the same model.
         given: The sidecar in question.
+        table_height: Of the table that the robot works on, metres.
     """
     model = compile_spec(found.model.spec, found.model.path.name)
     checks = [_joints(model, found, given)]
@@ -56,7 +57,7 @@ def compare(found: Inference, given: Sidecar) -> list[Check]:
         checks += _gripper(model, found, given)
     checks.append(_tcp(model, found, given))
     if all(_has(model, mujoco.mjtObj.mjOBJ_JOINT, name) for name in given.arm.joints) and checks[0].ok:
-        checks += _placement(model, found, given)
+        checks += _placement(model, found, given, table_height)
     return checks
 
 
@@ -255,7 +256,7 @@ def _world(
     return data.xpos[b] + R @ np.array(xyz), R @ matrix_from_quat_xyzw(quat)
 
 
-def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Check]:
+def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar, table_height: float) -> list[Check]:
     """Check home and base with the inferred TCP, so that a wrong one is not blamed twice."""
     truth = found.sidecar.ee_site.inject
     assert truth is not None and truth.quat_xyzw is not None
@@ -267,7 +268,7 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[
     kinematics = Kinematics(model, joints, tool, qpos=start)
     q = np.array(given.arm.home_qpos)
     base = np.array(given.base_pose.xyz)
-    table = TABLE_HEIGHT - base[2]
+    table = table_height - base[2]
     natural = max(found.workspace.floor, 0.0) if found.workspace.floor > -0.15 else found.workspace.floor
     sunk = table - natural
     checks = [
@@ -290,7 +291,7 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[
     else:
         checks.append(_home(found, kinematics, q, table, sunk > _SUNK))
     if sunk <= _SUNK:
-        checks.append(_reach(kinematics, given, table))
+        checks.append(_reach(kinematics, given, table_height))
     return checks
 
 
@@ -310,11 +311,11 @@ def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk
     return Check("home", True, f"clear of itself, {ratio:.2f} m/rad per metre from a singularity")
 
 
-def _reach(kinematics: Kinematics, given: Sidecar, table: float) -> Check:
+def _reach(kinematics: Kinematics, given: Sidecar, table_height: float) -> Check:
     """Count points of the table at which the tool can be held down."""
     R = matrix_from_quat_xyzw(given.base_pose.quat_xyzw)
     base = np.array(given.base_pose.xyz)
-    space = find_workspace(kinematics, table)
+    space = find_workspace(kinematics, table_height - base[2])
     reached = tried = 0
     axis = base[:2] + (R @ np.array([*space.axis, 0.0]))[:2]
     steps = np.arange(-_TABLE_HALF + _GRID / 2, _TABLE_HALF, _GRID)
@@ -323,7 +324,7 @@ def _reach(kinematics: Kinematics, given: Sidecar, table: float) -> Check:
             if not space.near <= float(np.hypot(x - axis[0], y - axis[1])) <= space.far:
                 continue
             tried += 1
-            local = R.T @ (np.array([x, y, TABLE_HEIGHT + 0.03]) - base)
+            local = R.T @ (np.array([x, y, table_height + 0.03]) - base)
             if kinematics.find(local, _DOWN, tilt=max(0.05, space.tilt), restarts=4) is not None:
                 reached += 1
     share = reached / len(steps) ** 2

@@ -15,8 +15,9 @@ from robosandbox.robots.importers.imported import ImportedModel
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.sidecar import Inference, infer_imported
-from robosandbox.robots.locate import find_sidecar, is_bundled, resolve_robot
+from robosandbox.robots.locate import attached_model, find_sidecar, is_bundled, resolve_robot
 from robosandbox.robots.sidecar import ArmRoles, BasePose, EeSite, GripperRoles, Sidecar, SuctionRoles
+from robosandbox.types import TABLE_HEIGHT, Scene
 from robosandbox.types.robot import RobotFiles
 from robosandbox.validation import load_yaml_model, parse_yaml, read_text
 
@@ -38,18 +39,27 @@ _JOINTS, _SKIPS = "arm.joints", "shorter than the lists beside it, so it skips a
 _STEP = re.compile(r"[a-z_]+|\[\d+\]")
 
 
-def own_files(robot_urdf: Path | None, robot_config: Path | None) -> RobotFiles | None:
+def own_files(scene: Scene) -> RobotFiles | None:
     """Return the model and the sidecar that a scene names; None where the sidecar is bundled or there is none."""
+    if scene.robot_arm is not None or scene.robot_gripper is not None:
+        return None
     try:
-        model = resolve_robot(robot_urdf).resolve()
-        sidecar = find_sidecar(model, robot_config)
+        model = resolve_robot(scene.robot_urdf).resolve()
+        sidecar = find_sidecar(model, scene.robot_config)
     except InputError:
         return None
-    return None if sidecar is None or is_bundled(sidecar) else RobotFiles(model=model, sidecar=sidecar)
+    if sidecar is None or is_bundled(sidecar):
+        return None
+    return RobotFiles(model=model, sidecar=sidecar, table_height=scene.table_height)
 
 
 def infer_beside(
-    imported: ImportedModel, given: Sidecar, sidecar: Path, package_paths: tuple[Path, ...] = ()
+    imported: ImportedModel,
+    given: Sidecar,
+    sidecar: Path,
+    package_paths: tuple[Path, ...] = (),
+    *,
+    table_height: float = TABLE_HEIGHT,
 ) -> Inference:
     """Return what the model itself shows of the arm that a sidecar is about.
 
@@ -58,19 +68,19 @@ def infer_beside(
         given: The sidecar.
         sidecar: Its file, to which a gripper's model is relative.
         package_paths: Where package:// names are looked up.
+        table_height: Of the table that it works on, metres.
 
     Raises:
         InputError: The model has no such arm, or the gripper cannot be mounted.
     """
     if given.gripper is not None and given.gripper.attach is not None:
-        gripper = resolve_robot(sidecar.parent / given.gripper.attach.model).resolve()
-        mount(imported, given.gripper.attach, gripper, package_paths)
+        mount(imported, given.gripper.attach, attached_model(sidecar, given.gripper.attach), package_paths)
     names = {item.name for item in imported.spec.joints}
     anchor = next((name for name in reversed(given.arm.joints) if name in names), None)
     try:
-        return infer_imported(imported, arm=anchor, listed=given.arm.joints)
+        return infer_imported(imported, arm=anchor, listed=given.arm.joints, table_height=table_height)
     except InputError:
-        return infer_imported(imported, listed=given.arm.joints)
+        return infer_imported(imported, listed=given.arm.joints, table_height=table_height)
 
 
 def refuse_unsound(found: Inference) -> None:
@@ -98,7 +108,9 @@ def _static_checks(files: RobotFiles, model_stamp: int, sidecar_stamp: int) -> t
     try:
         given = load_yaml_model(files.sidecar, Sidecar)
         imported = import_model(files.model, files.package_paths)
-        return tuple(compare(infer_beside(imported, given, files.sidecar, files.package_paths), given))
+        height = files.table_height
+        found = infer_beside(imported, given, files.sidecar, files.package_paths, table_height=height)
+        return tuple(compare(found, given, table_height=height))
     except InputError as error:
         field = blamed_field(files.sidecar, str(error))
         return (Check("load", False, _SKIPS if field == _JOINTS else str(error), field),)

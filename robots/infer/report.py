@@ -19,7 +19,7 @@ def to_yaml(inference: Inference, beside: Path | None = None) -> str:
 
     Args:
         inference: What was found out.
-        beside: The folder that the file is for; a gripper's model is named relative to it.
+        beside: The folder that the file is for; a gripper's model is named relative to it, and by its whole path without one.
     """
     sidecar, found = inference.sidecar, inference.findings
     lines = [f"# Inferred from {inference.model.path.name}; check it with: robo-sandbox robot check"]

@@ -31,13 +31,13 @@ from robosandbox.types import (
     Observation,
     ObservedScene,
     Pose,
-    SkillCall,
     Speed,
     Tempo,
     Trajectory,
 )
 from robosandbox.world.abilities import Obstruction
 from robosandbox.world.alternatives import Failure
+from robosandbox.world.operators import BoundCall
 
 # Share of the joints' speed limits at which ways are timed that nobody follows; chosen as the fewest rows to compute.
 _SPEED = 1.0
@@ -168,7 +168,6 @@ class _Imagined:
         self.perception: Perception = ctx.perception
         self.grasp: GraspPlanner = ctx.grasp
         self.motion: MotionPlanner = planner
-        self.listeners: list[Callable[[str], None]] = []
 
     @property
     def max_force_n(self) -> float:
@@ -187,7 +186,7 @@ class _Imagined:
     def doubt(self) -> None:
         """Doubt nothing that is imagined."""
 
-    def permit(self, call: SkillCall) -> None:
+    def permit(self, call: BoundCall) -> None:
         """Check a call against the limits."""
         self._ctx.permit(call)
 

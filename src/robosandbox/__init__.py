@@ -26,6 +26,10 @@ _LAZY = {
 __all__ = ["Pose", "Scene", "SceneObject", "Workcell", "WorkcellOptions", "__version__", "open_session"]
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
 def __getattr__(name: str) -> Any:
     if name not in _LAZY:
         raise AttributeError(f"module 'robosandbox' has no attribute '{name}'; it has {', '.join(__all__)}")

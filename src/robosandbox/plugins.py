@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import logging
 from collections.abc import Callable, Collection, Mapping
 from functools import cache, partial
 from importlib.metadata import EntryPoint, entry_points
@@ -10,6 +11,10 @@ from typing import Any
 
 from robosandbox.errors import InputError
 from robosandbox.suggestions import did_you_mean
+
+_log = logging.getLogger(__name__)
+_LONGEST_CAUSE = 200  # Characters of somebody else's exception, so that a message stays a line.
+_MOST_MISSING = 5  # Names of what a plugin lacks, for the same.
 
 
 def plugins(group: str) -> tuple[EntryPoint, ...]:
@@ -27,10 +32,32 @@ def load_plugin(group: str, name: str) -> Any:
     """Return what is registered under `robosandbox.<group>` as `name`.
 
     Raises:
-        InputError: Nothing is.
+        InputError: Nothing is, or its package does not import.
     """
     check_plugin(group, name)
-    return next(point for point in plugins(group) if point.name == name).load()
+    point = _point(group, name)
+    try:
+        return _load(point)
+    except _BrokenError as error:
+        raise _unusable(group, point, error) from error.__cause__
+
+
+def make_installed(group: str, part: type[Any]) -> dict[str, Any]:
+    """Return what each factory registered under `robosandbox.<group>` makes, by name.
+
+    What does not load, or lacks what the others have, is left out with a warning: nobody has asked for it.
+
+    Args:
+        group: One whose members are used without being named, such as `skills`.
+        part: What each is: a protocol or a class.
+    """
+    made: dict[str, Any] = {}
+    for point in plugins(group):
+        try:
+            made[point.name] = _make(point, _load(point), part)
+        except _BrokenError as error:
+            _warn_once(f"the {_noun(group)} {point.name!r} is left out: {error}; mend or uninstall that package")
+    return made
 
 
 def check_plugin(group: str, name: str) -> None:
@@ -50,6 +77,7 @@ def check_plugin(group: str, name: str) -> None:
 
 def make_plugin(
     group: str,
+    part: type[Any],
     name: str,
     *arguments: Any,
     options: Mapping[str, Any] | None = None,
@@ -62,6 +90,7 @@ def make_plugin(
 
     Args:
         group: Such as `grasp_planners`.
+        part: The protocol of what is made.
         name: As registered there.
         arguments: What every factory of the group is called with.
         options: What a person gives; None counts as not given.
@@ -69,12 +98,18 @@ def make_plugin(
         flags: Command-line options whose name is not the parameter's, by parameter.
 
     Raises:
-        InputError: There is no such plugin, it takes no such option, or it needs one that is missing.
+        InputError: There is no such plugin, it does not load or lacks a part of the protocol, it takes no such option, or it
+            needs one that is missing.
     """
     supplied = supplied or {}
-    made = bind_plugin(group, name, positional=len(arguments), options=options, supplied=supplied, flags=flags)
-    takes = _options_of(made.func, len(arguments))
-    return made(*arguments, **{key: value for key, value in supplied.items() if key in takes})
+    bound = bind_plugin(group, name, positional=len(arguments), options=options, supplied=supplied, flags=flags)
+    takes = _options_of(bound.func, len(arguments))
+    made = bound(*arguments, **{key: value for key, value in supplied.items() if key in takes})
+    point = _point(group, name)
+    try:
+        return _checked(point, made, part)
+    except _BrokenError as error:
+        raise _unusable(group, point, error) from None
 
 
 def bind_plugin(
@@ -97,7 +132,7 @@ def bind_plugin(
         flags: Command-line options whose name is not the parameter's, by parameter.
 
     Raises:
-        InputError: There is no such plugin, it takes no such option, or it needs one that is missing.
+        InputError: There is no such plugin, it does not load, it takes no such option, or it needs one that is missing.
     """
     factory = load_plugin(group, name)
     takes = _options_of(factory, positional)
@@ -142,13 +177,75 @@ def _who_takes(group: str, option: str, positional: int) -> str:
     names = []
     for point in plugins(group):
         try:
-            factory = point.load()
-        except ImportError:
-            # A plugin whose packages are not installed cannot be recommended.
+            factory = _load(point)
+        except _BrokenError:
+            # A plugin that does not load cannot be recommended.
             continue
         if option in _options_of(factory, positional):
             names.append(f"--{_noun(group).split()[0]} {point.name}")
     return f"; {' and '.join(names)} {'takes' if len(names) == 1 else 'take'} it" if names else ""
+
+
+class _BrokenError(Exception):
+    """A plugin cannot be used; the message names package and entry point."""
+
+
+def _point(group: str, name: str) -> EntryPoint:
+    return next(point for point in plugins(group) if point.name == name)
+
+
+def _load(point: EntryPoint) -> Any:
+    """Return what an entry point leads to; raises _BrokenError where its package does not import."""
+    try:
+        return point.load()
+    except Exception as error:
+        raise _broken(point, "does not import", error) from error
+
+
+def _make(point: EntryPoint, factory: Callable[[], Any], part: type[Any]) -> Any:
+    """Return what a factory without arguments makes; raises _BrokenError where it makes nothing, or something else."""
+    try:
+        return _checked(point, factory(), part)
+    except _BrokenError:
+        raise
+    except Exception as error:
+        raise _broken(point, "cannot be made", error) from error
+
+
+def _checked(point: EntryPoint, made: Any, part: type[Any]) -> Any:
+    """Return what a factory made; raises _BrokenError where it lacks what the part has."""
+    has = {name for cls in part.__mro__ for name in (*vars(cls), *inspect.get_annotations(cls)) if name[0] != "_"}
+    missing = sorted(name for name in has if not hasattr(made, name))
+    if missing:
+        more = f" and {len(missing) - _MOST_MISSING} more" if len(missing) > _MOST_MISSING else ""
+        lacks = f"{', '.join(missing[:_MOST_MISSING])}{more}"
+        raise _broken(point, f"makes no {part.__name__}: {type(made).__name__} lacks {lacks}")
+    return made
+
+
+def _broken(point: EntryPoint, how: str, cause: Exception | None = None) -> _BrokenError:
+    package = f"the package {point.dist.name} {point.dist.version}" if point.dist else "a package"
+    why = f" ({type(cause).__name__}: {' '.join(str(cause).split())[:_LONGEST_CAUSE]})" if cause else ""
+    return _BrokenError(f"{package} has the entry point {point.group}: {point.name} = {point.value}, which {how}{why}")
+
+
+def _unusable(group: str, point: EntryPoint, error: _BrokenError) -> InputError:
+    """Return what to tell a person who named a plugin that cannot be used."""
+    noun = _noun(group)
+    others = ", ".join(name for name in plugin_names(group) if name != point.name)
+    return InputError(
+        f"--{noun.split()[0]} {point.name}: {error}; mend it, or take another {noun}: {others or 'there is none'}"
+    )
+
+
+@cache
+def _warn_once(text: str) -> None:
+    # Loads for ten milliseconds, for a warning alone.
+    from multiprocessing import parent_process
+
+    # Whoever started a worker process has said it.
+    if parent_process() is None:
+        _log.warning(text)
 
 
 @cache

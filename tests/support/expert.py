@@ -19,9 +19,9 @@ from robosandbox.agent.episode import FailedAttempt
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance.openai_server import Answer, fails, tool_calls
 from robosandbox.errors import ErrorRecord
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.world.operators import Operator
 
 
 class Expert:
@@ -34,7 +34,7 @@ class Expert:
         """Take the session whose model it is, and what will be said there: the task's prompt where left out."""
         self._session = session
         self._prompt = session.task.prompt if prompt is None else prompt
-        skills: list[Skill[Any]] = [*session.skills]
+        skills: list[Operator] = [*session.skills]
         self._planner = StubPlanner(skills)
         self._left: deque[SkillCall] = deque()
         self._done: list[SkillCall] = []

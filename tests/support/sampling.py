@@ -206,7 +206,7 @@ def _timeline(task: Task) -> list[Moment]:
 
     with open_session(task, what_if=False, max_replans=0) as session:
         sim, ctx = session.sim, session.ctx
-        session.agent.listeners.append(count)
+        session.ctx.events.subscribe(count)
         sim.subscribe(lambda: moments.append(Moment(sim.time, step, str(ctx.phase), sim.state().tcp_pose.position)))
         episode = session.run()
     if not episode.success:

@@ -14,7 +14,7 @@ from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.motion.twin import make_twin
 from robosandbox.robots.kinematics import Kinematics
-from robosandbox.robots.loader import load_robot
+from robosandbox.robots.loader import robot_of
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.world import World, build_world
 from robosandbox.types import Array, DetectedObject, Observation, ObservedScene, Scene
@@ -155,7 +155,7 @@ class PlanningScenes:
     def __init__(self, scene: Scene, known: Mapping[str, Known] | None = None) -> None:
         self._frame = scene.model_copy(update={"objects": ()})
         self._known = dict(known or {})
-        self._robot_model = load_robot(scene.robot_urdf, scene.robot_config, table_height=scene.table_height)
+        self._robot_model = robot_of(scene)
         self._believed: dict[str, DetectedObject] = {}
         self._world: World = build_world(self._frame, self._robot_model)
 

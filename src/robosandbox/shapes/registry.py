@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 
-from robosandbox.plugins import plugins
+from robosandbox.plugins import make_installed
 from robosandbox.shapes.shape import Shape
 
 
 @cache
 def shapes() -> Mapping[str, Shape]:
-    """Return every shape registered under `robosandbox.shapes`, by kind."""
-    return {point.name: point.load()() for point in plugins("shapes")}
+    """Return every shape registered under `robosandbox.shapes`, by kind; what does not load is left out with a warning."""
+    return make_installed("shapes", Shape)
 
 
 def shape_of(kind: str) -> Shape:

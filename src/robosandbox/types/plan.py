@@ -35,15 +35,18 @@ class Plan(StrictModel):
         steps: The calls; none where nothing has to move.
         answer: What the person is told, where a question was asked.
         then: What only time can tell, and the planner looks at when the steps are done; "" where all is decided.
+        note: What of the prompt the steps take no account of, as how fast; "" where there is nothing.
     """
 
     steps: tuple[SkillCall, ...]
     answer: str = ""
     then: str = ""
+    note: str = ""
 
     def __str__(self) -> str:
         steps = ", ".join(map(str, self.steps)) or self.answer or "nothing to do"
-        return f"{steps}, then look whether “{self.then}”" if self.then else steps
+        steps += f", then look whether “{self.then}”" if self.then else ""
+        return f"{steps} ({self.note})" if self.note else steps
 
 
 class RefusalCode(StrEnum):

@@ -9,6 +9,7 @@ import numpy as np
 
 from robosandbox.spatial import Array
 from robosandbox.types.limits import Limits
+from robosandbox.types.scene import TABLE_HEIGHT
 
 # Share of a cup's radius about its axis that has to be covered for it to seal. Chosen as the half: what is held then hangs
 # inside of what holds it, and a cup half over an edge, which leaks, covers none.
@@ -103,11 +104,13 @@ class RobotFiles:
         model: The URDF or MJCF, resolved.
         sidecar: Resolved.
         package_paths: Where the model's package:// names are looked up.
+        table_height: Of the table that it works on, metres.
     """
 
     model: Path
     sidecar: Path
     package_paths: tuple[Path, ...] = ()
+    table_height: float = TABLE_HEIGHT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from robosandbox.spatial import StrictModel
 from robosandbox.types.objects import SceneObject
@@ -20,14 +20,26 @@ class Scene(StrictModel):
     Attributes:
         robot_urdf: A .urdf or .xml path or a bundled robot's name; None is the bundled Panda.
         robot_config: The sidecar; None looks for `<stem>.robosandbox.yaml` beside the model.
+        robot_arm: Which arm, where a model without a sidecar has several: the name of its last body or of a joint, or a part
+            of one.
+        robot_gripper: A gripper's model to mount on an arm that has none, and no sidecar.
         objects: The objects, with distinct ids.
         table_height: Height of the table top, metres.
     """
 
     robot_urdf: Path | None = None
     robot_config: Path | None = None
+    robot_arm: str | None = None
+    robot_gripper: Path | None = None
     objects: tuple[SceneObject, ...] = ()
     table_height: Annotated[float, Field(gt=0.005, le=2.0, allow_inf_nan=False)] = TABLE_HEIGHT
+
+    @model_validator(mode="after")
+    def _a_sidecar_says_arm_and_gripper(self) -> Self:
+        if self.robot_config is not None and (self.robot_arm is not None or self.robot_gripper is not None):
+            field = "robot_arm" if self.robot_arm is not None else "robot_gripper"
+            raise ValueError(f"{field}: the sidecar that robot_config names says that; leave one of them out")
+        return self
 
     @field_validator("objects")
     @classmethod

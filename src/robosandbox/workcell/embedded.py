@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
+
 import numpy as np
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.driver import Driver, Simulated, simulated
+from robosandbox.skills.manual import MANUAL
 from robosandbox.tasks.evaluate import aside, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.task import Task
@@ -24,13 +27,24 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         agent: With a context made of that driver.
         layouts: The task's.
         seed: The layout that it was opened on.
+        undoes: Whether a way back is kept from what moves something.
 
     Attributes:
         sim: The driver.
     """
 
-    def __init__(self, task: Task, sim: Driver, agent: Agent[AgentContext], *, layouts: Layouts, seed: int) -> None:
-        super().__init__(task, agent, seed=seed)
+    def __init__(
+        self,
+        task: Task,
+        sim: Driver,
+        agent: Agent[AgentContext],
+        *,
+        layouts: Layouts,
+        seed: int,
+        undoes: bool = False,
+    ) -> None:
+        super().__init__(task, agent, seed=seed, undoes=undoes)
+        agent.calls = ChainMap(agent.skills, {move.name: move for move in MANUAL})
         self.sim = sim
         self._layouts = layouts
         self._start_state: Array | None = None

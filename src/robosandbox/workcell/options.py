@@ -20,13 +20,17 @@ class WorkcellOptions:
         task: A task, the name of a bundled one, a YAML file, or a bare scene (whose task is to be at home); a table with
             three cubes when left out.
         robot: A model file or a bundled robot's name, in place of the task's robot.
+        sidecar: The robot's; the one beside its model, a shipped or an inferred one if left out.
+        arm: Which arm, where a model has several: the rest of the sidecar is inferred.
+        gripper: A gripper's model to mount on an arm that has none: the sidecar is inferred.
         driver: Name of an installed driver, with options behind it: "hardware:latency=0.02". One that does not start over
             is opened on the seed's layout.
         driver_options: More of what it takes.
         planner: Name of an installed planner.
         planner_options: What it takes besides the skills, such as `model`.
         camera: The camera whose picture the planner is to see.
-        dialogue: Whether prompts may refer to those before them, where the planner can do that.
+        dialogue: Whether a prompt may answer the question that came of the one before, correct it, or refer to it, and
+            what it did can be undone.
         perception: Name of an installed perception.
         perception_options: What it takes besides.
         grasp: Name of an installed grasp planner.
@@ -44,12 +48,15 @@ class WorkcellOptions:
     task: Task | Scene | Path | str | None = None
     _: KW_ONLY
     robot: Path | str | None = None
+    sidecar: Path | str | None = None
+    arm: str | None = None
+    gripper: Path | str | None = None
     driver: str = "mujoco"
     driver_options: Mapping[str, Any] | None = None
     planner: str = "stub"
     planner_options: Mapping[str, Any] | None = None
     camera: str | None = None
-    dialogue: bool = False
+    dialogue: bool = True
     perception: str = "ground_truth"
     perception_options: Mapping[str, Any] | None = None
     grasp: str = "analytic"

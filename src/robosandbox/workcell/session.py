@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, ParamSpec
+from typing import ParamSpec
 
 import numpy as np
 
@@ -22,8 +22,7 @@ from robosandbox.plugins import make_plugin
 from robosandbox.progress import doing
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.skills.protocols import Skill
-from robosandbox.suggestions import did_you_mean
+from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
@@ -32,6 +31,7 @@ from robosandbox.types import Array, Scene, find_tempo
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.option_types import check_types
 from robosandbox.workcell.options import WorkcellOptions
+from robosandbox.world.operators import Operator
 
 DEFAULT_TASK = "pick_from_three"
 # How far from a task's start configuration a driver may begin, rad or m; chosen so that an encoder's noise stays far below.
@@ -53,15 +53,15 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
     """
     check_types(options)
     task = _task_of(options)
-    skills: list[Skill[Any]] = [*load_skills()]
+    skills: list[Operator] = [*load_skills()]
     sim: Driver
     planner_options = dict(options.planner_options or {})
     if options.camera is not None:
         camera = options.camera
         planner_options["picture"] = lambda: sim.state([camera]).images[camera]
     mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue)
-    grasps: GraspPlanner = make_plugin("grasp_planners", options.grasp, options=options.grasp_options)
-    paths: MotionPlanner = make_plugin("motion_planners", options.motion, options=options.motion_options)
+    grasps: GraspPlanner = make_plugin("grasp_planners", GraspPlanner, options.grasp, options=options.grasp_options)
+    paths: MotionPlanner = make_plugin("motion_planners", MotionPlanner, options.motion, options=options.motion_options)
     eyes = make_perception(options.perception, Setup.of(task.scene), options.perception_options)
     sensor = None if options.sensor == "ideal" else options.sensor
     connect = partial(
@@ -87,7 +87,7 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
             tempo=find_tempo(options.tempo),
         )
         agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
-        workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed)
+        workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed, undoes=options.dialogue)
         if sim.capabilities.reset and (options.seed != 0 or task.start_q is not None):
             workcell.reset(options.seed)
     except BaseException:
@@ -121,11 +121,26 @@ open_session = _front_door(WorkcellOptions)
 def _task_of(options: WorkcellOptions) -> Task:
     """Return the task with the robot that was asked for and the masses of its meshes."""
     task = resolve_task(options.task)
-    if options.robot is not None:
-        scene = task.scene.model_copy(update={"robot_urdf": Path(options.robot), "robot_config": None})
-        task = task.model_copy(update={"scene": scene})
+    scene = task.scene if options.robot is None else with_robot(task.scene, options.robot)
+    files = {"sidecar": options.sidecar, "gripper": options.gripper}
+    for name, file in files.items():
+        if file is not None and not Path(file).is_file():
+            raise InputError(f"--{name}: {file}: no such file{did_you_mean_file(Path(file))}")
+    inferred = next((name for name in ("arm", "gripper") if getattr(options, name) is not None), None)
+    if options.sidecar is not None and inferred is not None:
+        raise InputError(f"--{inferred}: the sidecar says that; leave out --sidecar or --{inferred}")
+    if options.sidecar is not None or inferred is not None:
+        config, gripper = (Path(file).resolve() if file is not None else None for file in files.values())
+        named = {"robot_config": config, "robot_arm": options.arm, "robot_gripper": gripper}
+        scene = scene.model_copy(update=named)
     # Before masses are varied by seed.
-    return task.model_copy(update={"scene": weighed(fitted(options.driver, task.scene))})
+    return task.model_copy(update={"scene": weighed(fitted(options.driver, scene))})
+
+
+def with_robot(scene: Scene, robot: Path | str) -> Scene:
+    """Return a scene with another robot; what was said of the one before is left out."""
+    said = {"robot_config": None, "robot_arm": None, "robot_gripper": None}
+    return scene.model_copy(update={"robot_urdf": Path(robot), **said})
 
 
 def resolve_task(task: Task | Scene | Path | str | None) -> Task:
@@ -156,7 +171,7 @@ def _opened(connect: Callable[..., Driver], task: Task, layouts: Layouts, seed: 
         # which most worlds never need.
         from robosandbox.robots.check.diagnosis import advice, own_files
 
-        files = own_files(task.scene.robot_urdf, task.scene.robot_config)
+        files = own_files(task.scene)
         text = f"{error}{advice(files, str(error)) if files else ''}"
         raise InputError(f"{blamed}: {text}" if blamed else text) from None
     if sim.capabilities.reset or (seed == 0 and layouts.begin_as_written):

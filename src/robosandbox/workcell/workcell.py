@@ -3,18 +3,35 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, Generic, Self
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Generic, Self
 
 from typing_extensions import TypeVar
 
 from robosandbox.agent.agent import Agent
-from robosandbox.agent.episode import Episode
+from robosandbox.agent.episode import Ended, Episode, SkillStarted, Started
 from robosandbox.agent.goal import GoalContext
-from robosandbox.errors import UnsupportedError
-from robosandbox.skills.protocols import Skill
+from robosandbox.agent.goal_planner import read_goals
+from robosandbox.agent.tools import simulated
+from robosandbox.errors import InputError, UnsupportedError
 from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.task import Task
-from robosandbox.types import Observation, ObservedScene, Truth, Verdict
+from robosandbox.types import (
+    Observation,
+    ObservedScene,
+    Plan,
+    Refusal,
+    SkillCall,
+    SkillResult,
+    Truth,
+    Verdict,
+)
+from robosandbox.world.operators import Operator, bind
+from robosandbox.world.verifier import Constraints, Problem, verify
+
+# Number of states that `undo` can go back to; a sim process keeps as many checkpoints.
+WAYS_BACK = 64
 
 ContextT = TypeVar("ContextT", bound=GoalContext, default=Any)
 
@@ -22,17 +39,27 @@ ContextT = TypeVar("ContextT", bound=GoalContext, default=Any)
 class Workcell(ABC, Generic[ContextT]):
     """A robot at a task, in this process or in a sim process, with the same methods and the same values.
 
+    Args:
+        task: What is loaded.
+        agent: Carries out prompts.
+        seed: The layout.
+        undoes: Whether a way back is kept from each prompt or call that moves something.
+
     Attributes:
         task: What is loaded.
         agent: Carries out prompts; it has the skills, and the context that they are called with.
         seed: The layout of the last reset.
     """
 
-    def __init__(self, task: Task, agent: Agent[ContextT], *, seed: int = 0) -> None:
+    def __init__(self, task: Task, agent: Agent[ContextT], *, seed: int = 0, undoes: bool = False) -> None:
         self.task = task
         self.agent = agent
         self.seed = seed
         self._start: Truth | None = None
+        self._ways: deque[tuple[str, Any]] = deque(maxlen=WAYS_BACK)
+        self._prompt: str | None = None
+        self._has_moved = False
+        self._leave: Callable[[], None] = agent.ctx.events.subscribe(self._keep_way_back) if undoes else _nothing
 
     @property
     def ctx(self) -> ContextT:
@@ -40,7 +67,7 @@ class Workcell(ABC, Generic[ContextT]):
         return self.agent.ctx
 
     @property
-    def skills(self) -> tuple[Skill[ContextT], ...]:
+    def skills(self) -> tuple[Operator, ...]:
         """What the robot can do."""
         return tuple(self.agent.skills.values())
 
@@ -70,15 +97,136 @@ class Workcell(ABC, Generic[ContextT]):
     def cameras(self) -> tuple[str, ...]:
         """Names that `picture` takes."""
 
+    @property
+    def calls(self) -> Mapping[str, Operator]:
+        """What a program may call, by name: the skills, and the moves of the hand alone, which no planner plans with."""
+        return self.agent.calls
+
     def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
         """Carry out a prompt, or the task's own.
 
         Args:
-            prompt: A sentence.
+            prompt: A sentence; where the last one was answered with a question, its answer.
             timeout: Simulated seconds after which the running skill is stopped.
         """
         with self.ctx.goal(timeout):
             return self.agent.run(self.task.prompt if prompt is None else prompt)
+
+    def follow(self, plan: Plan, *, timeout: float | None = None) -> Episode:
+        """Carry out a plan as it is; a failure ends it."""
+        with self.ctx.goal(timeout):
+            return self.agent.follow(plan)
+
+    def achieve(self, *goals: str, timeout: float | None = None) -> Episode:
+        """Bring relations about, planning for them: `achieve("on(red_cube, blue_cube)")`.
+
+        Raises:
+            InputError: One of them is no relation.
+        """
+        read_goals(", ".join(goals))
+        return self.run(", ".join(goals), timeout=timeout)
+
+    def do(self, name: str, *, timeout: float | None = None, **arguments: Any) -> SkillResult:
+        """Carry out one call: `do("push", object="red_cube", direction="left", distance=0.1)`.
+
+        Args:
+            name: A skill, or a move of the hand; `calls` has them all.
+            timeout: Simulated seconds after which it is stopped.
+            arguments: As its schema says.
+
+        Raises:
+            SkillError: It takes other arguments, or did not reach its post-condition.
+        """
+        with self.ctx.goal(timeout):
+            return self.ctx.perform(bind(SkillCall(skill=name, arguments=arguments), self.calls))
+
+    # Types are checked without it: any misspelt attribute would pass for a skill.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Callable[..., SkillResult]:
+            """Return what carries out the calls of a skill: `pick("red_cube")` is `do("pick", object="red_cube")`."""
+            if name.startswith("_") or "agent" not in self.__dict__ or name not in self.calls:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            fields = tuple(self.calls[name].schema.get("properties", {}))
+
+            def call(*values: Any, timeout: float | None = None, **arguments: Any) -> SkillResult:
+                if len(values) > len(fields):
+                    raise TypeError(f"{name} takes {', '.join(fields) or 'no arguments'}; {len(values)} were given")
+                named = dict(zip(fields, values, strict=False))
+                if twice := named.keys() & arguments.keys():
+                    raise TypeError(f"{name} got {', '.join(sorted(twice))} twice")
+                return self.do(name, timeout=timeout, **named, **arguments)
+
+            return call
+
+    def plan(self, prompt: str) -> Plan | Refusal:
+        """Return what the planner makes of a sentence; nothing moves.
+
+        Raises:
+            PlannerError: It has no answer.
+        """
+        return self.agent.plan(prompt)
+
+    def check(self, plan: Plan, *, constraints: Constraints | None = None) -> tuple[Problem, ...]:
+        """Return what keeps a plan from being right, by contracts alone; nothing moves."""
+        return verify(plan, self.observe(), self.skills, constraints=constraints).problems
+
+    def simulate(self, plan: Plan) -> dict[str, Any]:
+        """Return what would come of a plan on the twin, a simulation of what is believed; this world is left alone."""
+        return simulated(self.ctx, plan, self.agent.skills)
+
+    def stop(self) -> None:
+        """Stop what runs, from any thread: it ends in a CancelledError, with the arm holding."""
+        self.ctx.cancel()
+
+    def remember(self, what: str) -> None:
+        """Keep a way back to how the world is now, for `undo`; none where this world cannot be copied.
+
+        Args:
+            what: What is done next, for people.
+        """
+        try:
+            self._ways.append((what, self.checkpoint()))
+        except UnsupportedError:
+            return
+
+    def _keep_way_back(self, event: object) -> None:
+        """Remember how the world is before a prompt, or a call that belongs to none, moves something."""
+        match event:
+            case Started(prompt):
+                self._prompt, self._has_moved = prompt, False
+            case SkillStarted(call) if not self._has_moved:
+                self._has_moved = self._prompt is not None
+                self.remember(self._prompt or str(call))
+            case Ended():
+                self._prompt, self._has_moved = None, False
+            case _:
+                pass
+
+    @property
+    def ways_back(self) -> int:
+        """How often `undo` can be called."""
+        return len(self._ways)
+
+    def undo(self) -> str:
+        """Go back to before what was remembered last; return what that was.
+
+        Raises:
+            InputError: There is nothing to go back to, or the sim does not have that state any more.
+        """
+        if not self._ways:
+            raise InputError("nothing to undo")
+        what, way = self._ways[-1]
+        try:
+            self.restore(way)
+        except InputError:
+            # What lies further back is older still.
+            self._ways.clear()
+            raise InputError(
+                f"cannot undo {what!r}: the sim does not have the state before it any more; reset starts over"
+            ) from None
+        self._ways.pop()
+        return what
 
     def observe(self) -> ObservedScene:
         """Return what perception sees now."""
@@ -148,6 +296,10 @@ class Workcell(ABC, Generic[ContextT]):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _nothing() -> None:
+    pass
 
 
 def nobody_judges() -> UnsupportedError:

@@ -7,12 +7,13 @@ from dataclasses import replace
 
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall
 from robosandbox.world.abilities import Abilities, LateAbilities
-from robosandbox.world.contracts import contract_of, find, lookup
+from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
+from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import View
 from robosandbox.world.search import NoWayError, Search
 from robosandbox.world.verifier import Constraints, verify
-from robosandbox.world.ways import Plannable, Ways, subject_of
+from robosandbox.world.ways import Ways, subject_of
 from robosandbox.world.whereabouts import point_of, where
 
 # Plans that are proved by the robot's kinematics and grasps, one after the other: each shows what it cannot do. Chosen.
@@ -24,7 +25,7 @@ _MOST_PUT_BACK = 4
 def achieve(
     goals: Sequence[Fact],
     scene: ObservedScene,
-    skills: Sequence[Plannable],
+    skills: Sequence[Operator],
     *,
     constraints: Constraints | None = None,
     robot: Abilities | None = None,
@@ -35,7 +36,7 @@ def achieve(
     Args:
         goals: What is to hold in the end.
         scene: What is seen now.
-        skills: What may be called; those without a contract are not.
+        skills: What may be called.
         constraints: What was asked besides.
         robot: What the robot can do; None denies nothing but what is far out of reach. Its kinematics and grasps are asked about
             whole plans, and what they deny is searched around.
@@ -57,7 +58,7 @@ def achieve(
 def _proved(
     goals: Sequence[Fact],
     scene: ObservedScene,
-    skills: Sequence[Plannable],
+    skills: Sequence[Operator],
     asked: Constraints,
     able: LateAbilities,
     failed: Sequence[SkillCall],
@@ -118,7 +119,7 @@ def _is_posture(goal: Fact) -> bool:
 
 
 def _moves(
-    postures: Sequence[Fact], plan: Plan, scene: ObservedScene, skills: Sequence[Plannable], robot: Abilities
+    postures: Sequence[Fact], plan: Plan, scene: ObservedScene, skills: Sequence[Operator], robot: Abilities
 ) -> Iterator[SkillCall]:
     """Yield calls that bring about postures after a plan; none where nothing has moved and they surely hold.
 
@@ -130,8 +131,7 @@ def _moves(
         if not plan.steps and now.is_sure and now.holds:
             continue
         able = (skill for skill in skills if not skill.schema.get("properties"))
-        giving = ((skill, contract_of(skill, {})) for skill in able)
-        name = next((skill.name for skill, contract in giving if contract is not None and goal in contract.gives), None)
+        name = next((skill.name for skill in able if goal in skill.contract().gives), None)
         if name is None:
             raise NoWayError(f"no skill brings about {goal}", 0)
         yield SkillCall(skill=name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -84,9 +83,3 @@ class Alternative:
     cleared: tuple[str, ...] = ()
     elsewhere: bool = False
     call: SkillCall | None = None
-
-
-def alternatives_of(skill: object, failure: Failure) -> Iterable[Alternative]:
-    """Return the other ways that a skill itself declares for a failed call of it; none for one that declares none."""
-    declared = getattr(skill, "alternatives", None)
-    return () if declared is None else declared(failure, **failure.call.arguments)

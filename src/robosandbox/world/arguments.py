@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from robosandbox.types import ObservedScene
-from robosandbox.world.contracts import Contract, contract_of, find, lookup
+from robosandbox.world.contracts import Contract, find, lookup
 from robosandbox.world.facts import HELD, Fact
+from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import View
 
 # Stands for a number of any unit of which only the type matters; chosen within the bounds of all skills here.
@@ -17,25 +18,16 @@ _NUMBER = 0.05
 _APART = 0.001
 
 
-class Described(Protocol):
-    """What is asked of a skill here."""
-
-    @property
-    def schema(self) -> Mapping[str, Any]:
-        """JSON schema of its arguments."""
-        ...
-
-
-def object_arguments(skill: Described) -> tuple[str, ...]:
-    """Return the arguments that are ids of objects; none for a skill without a contract."""
+def object_arguments(skill: Operator) -> tuple[str, ...]:
+    """Return the arguments that are ids of objects; none for a skill that promises nothing."""
     return tuple(name for name, probe in _probes(skill).items() if probe in _objects(skill, {}))
 
 
-def fitting(skill: Described, argument: str, scene: ObservedScene) -> list[str]:
+def fitting(skill: Operator, argument: str, scene: ObservedScene) -> list[str]:
     """Return the ids that an argument can be given at all: of a kind for which the skill is made.
 
     Args:
-        skill: With a contract.
+        skill: Whose.
         argument: One of its `object_arguments`.
         scene: What is seen.
     """
@@ -43,17 +35,17 @@ def fitting(skill: Described, argument: str, scene: ObservedScene) -> list[str]:
 
     def fits(name: str) -> bool:
         contract = _contract(skill, {argument: name})
-        known = (need for need in (contract.needs if contract else ()) if lookup(need).is_fixed)
+        known = (need for need in contract.needs if lookup(need).is_fixed)
         about = (need for need in known if lookup(need).objects(need.arguments) == [name])
         return not any(find(need, view).is_refuted for need in about)
 
     return [item.id for item in scene.objects if fits(item.id)]
 
 
-def terms(skill: Described) -> str:
-    """Return what a skill needs and brings about, in a sentence with its arguments' names; "" without a contract."""
+def terms(skill: Operator) -> str:
+    """Return what a skill needs and brings about, in a sentence with its arguments' names; "" where it promises nothing."""
     contract = _contract(skill, {})
-    if contract is None:
+    if not contract.gives:
         return ""
     names = {value: name for name, value in _values(skill, {}).items()}
     # What is needed of two steps of a skill is told once.
@@ -70,16 +62,15 @@ def _named(one: Fact, names: Mapping[Any, str]) -> str:
     )
 
 
-def _objects(skill: Described, given: Mapping[str, Any]) -> tuple[str, ...]:
-    contract = _contract(skill, given)
-    return () if contract is None else contract.objects
+def _objects(skill: Operator, given: Mapping[str, Any]) -> tuple[str, ...]:
+    return _contract(skill, given).objects
 
 
-def _contract(skill: Described, given: Mapping[str, Any]) -> Contract | None:
-    return contract_of(skill, _values(skill, given))
+def _contract(skill: Operator, given: Mapping[str, Any]) -> Contract:
+    return skill.contract(**_values(skill, given))
 
 
-def _values(skill: Described, given: Mapping[str, Any]) -> dict[str, Any]:
+def _values(skill: Operator, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return arguments for a call: those given, names that no object has, and samples that differ from one another."""
     properties, probes = skill.schema.get("properties", {}), _probes(skill)
     return {
@@ -88,7 +79,7 @@ def _values(skill: Described, given: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _probes(skill: Described) -> dict[str, str]:
+def _probes(skill: Operator) -> dict[str, str]:
     """Return for each argument that may be an id a name that no object has."""
     fields = skill.schema.get("properties", {}).items()
     return {name: f"*{name}" for name, field in fields if _may_be_id(field)}

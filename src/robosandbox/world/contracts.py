@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from robosandbox.errors import InputError, Phase, PlacementError, SkillError
 from robosandbox.evidence import PlacementEvidence
@@ -21,7 +20,7 @@ class Contract:
 
     Attributes:
         needs: What has to hold before anything moves; what is told first is what a person should hear first.
-        gives: What holds afterwards.
+        gives: What holds afterwards; where nothing is promised, all that the call names may be changed.
     """
 
     needs: tuple[Fact, ...] = ()
@@ -65,12 +64,6 @@ class Contract:
                 for name in known[fact.relation].objects(fact.arguments)
             )
         )
-
-
-def contract_of(skill: object, arguments: Mapping[str, Any]) -> Contract | None:
-    """Return the contract of a call with checked arguments; None for a skill that has none."""
-    make = getattr(skill, "contract", None)
-    return None if make is None else make(**arguments)
 
 
 def lookup(fact: Fact) -> Predicate:

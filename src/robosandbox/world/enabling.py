@@ -10,13 +10,13 @@ import numpy as np
 
 from robosandbox.types import DetectedObject, ObservedScene, Plan, SkillCall
 from robosandbox.world.achieve import achieve
-from robosandbox.world.contracts import contract_of, find, first_refuted, lookup
+from robosandbox.world.contracts import find, first_refuted, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
+from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import centre, gap
 from robosandbox.world.search import NoWayError
 from robosandbox.world.verifier import verify
-from robosandbox.world.ways import Plannable
 
 # Needs of a call that are looked after one by one; chosen above what any contract here can lack at once.
 _MOST_LACKING = 8
@@ -45,7 +45,7 @@ class Enabling:
     def __init__(
         self,
         scene: ObservedScene,
-        skills: Mapping[str, Plannable],
+        skills: Mapping[str, Operator],
         *,
         about: Iterable[str] = (),
         held: str | None = None,
@@ -96,13 +96,10 @@ class Enabling:
         Raises:
             NoWayError: That cannot be brought about.
         """
-        skill = self._skills.get(call.skill)
-        if skill is None:
+        if call.skill not in self._skills:
             raise NoWayError(f"there is no skill {call.skill}")
-        contract = contract_of(skill, skill.check(call.arguments))
+        contract = bind(call, self._skills).contract
         for _ in range(_MOST_LACKING):
-            if contract is None:
-                break
             needs = contract.resolved(replace(self.scene, held=self._held)).needs
             lacking = first_refuted(sorted(needs, key=_is_of_the_hand), View.of(self.scene))
             if lacking is None:

@@ -67,16 +67,16 @@ class Monitor:
         """Take what the gripper holds before the first call."""
         self._held = scene.held
 
-    def add(self, call: SkillCall, contract: Contract | None, *, is_detour: bool = False) -> None:
+    def add(self, call: SkillCall, contract: Contract, *, is_detour: bool = False) -> None:
         """Take a call that has succeeded: it ends the effects on what it moved.
 
         Args:
             call: Which one.
-            contract: What it promised; None where that is not known, and all that it names may have been moved.
+            contract: What it promised; where that is nothing, all that the call names may have been moved.
             is_detour: It was made because another one had failed: what it undoes is still wanted at the end.
         """
         self._last = call
-        if contract is None:
+        if not contract.gives:
             self._forget({str(value) for value in call.arguments.values()})
             return
         gives = [gift.resolved({HELD: self._held}) for gift in contract.gives]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from robosandbox.errors import InvalidArgumentError
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import ObservedScene, Plan, SkillCall
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import contract_of, find, first_refuted, imagined, lookup
+from robosandbox.world.contracts import find, first_refuted, imagined, lookup
 from robosandbox.world.facts import HELD, Fact, fact
+from robosandbox.world.operators import BoundCall, Operator, bind
 from robosandbox.world.predicate import View
 
 # Number of calls that a plan may have; chosen because nobody asks for more in one sentence: a model that plans more has
@@ -19,19 +20,6 @@ from robosandbox.world.predicate import View
 MAX_STEPS = 40
 # Characters of the longest call that is shown whole; chosen as a line of a terminal or two.
 _SHOWN = 120
-
-
-class Checkable(Protocol):
-    """What the verifier asks of a skill; one with a `contract` method beside this is checked by it."""
-
-    @property
-    def name(self) -> str:
-        """As calls name it."""
-        ...
-
-    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the arguments converted to their types; raises InvalidArgumentError."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,16 +89,18 @@ class Verdict:
     Attributes:
         problems: What is wrong, in the order of the steps; empty where the plan can be right.
         end: The scene as the plan would leave it, or as it is before the first step with a problem.
+        calls: The steps, bound; empty where one of them is wrong in itself.
     """
 
     problems: tuple[Problem, ...]
     end: ObservedScene
+    calls: tuple[BoundCall, ...] = ()
 
 
 def verify(
     plan: Plan,
     scene: ObservedScene,
-    skills: Sequence[Checkable],
+    skills: Sequence[Operator],
     *,
     constraints: Constraints | None = None,
     robot: Abilities | None = None,
@@ -118,7 +108,7 @@ def verify(
     """Run a plan over a scene by its skills' contracts.
 
     Wrong calls are told of every step. What a step needs is told up to the first step that lacks something, since all that
-    follows would happen in another scene; steps behind a skill without a contract are not followed.
+    follows would happen in another scene; steps behind one that promises nothing are not followed.
 
     Args:
         plan: Whose it may be.
@@ -132,11 +122,12 @@ def verify(
         relation = fact("at_most", float(MAX_STEPS))
         return Verdict(problems=(Problem(step=0, call=None, relation=relation, cause=cause),), end=scene)
     by_name = {skill.name: skill for skill in skills}
-    checked = [_checked(number, call, by_name, scene) for number, call in enumerate(plan.steps, start=1)]
-    wrong = tuple(found for found in checked if isinstance(found, Problem))
+    bound = [_bound(number, call, by_name, scene) for number, call in enumerate(plan.steps, start=1)]
+    wrong = tuple(found for found in bound if isinstance(found, Problem))
     if wrong:
         return Verdict(problems=wrong, end=scene)
-    return _Run(scene, constraints or Constraints(), robot or Abilities()).follow(plan.steps, checked, by_name)
+    calls = tuple(found for found in bound if isinstance(found, BoundCall))
+    return _Run(scene, constraints or Constraints(), robot or Abilities()).follow(calls)
 
 
 class _Run:
@@ -148,27 +139,30 @@ class _Run:
         self._robot = robot
         self._moved: dict[str, None] = {}
 
-    def follow(self, calls: Sequence[SkillCall], checked: Sequence[Any], skills: Mapping[str, Checkable]) -> Verdict:
-        for number, (call, arguments) in enumerate(zip(calls, checked, strict=True), start=1):
-            contract = contract_of(skills[call.skill], arguments)
-            if contract is None:
-                return Verdict(problems=(), end=self._scene)
-            contract = contract.resolved(self._scene)
+    def follow(self, calls: tuple[BoundCall, ...]) -> Verdict:
+        return Verdict(problems=tuple(self._problems(calls)), end=self._scene, calls=calls)
+
+    def _problems(self, calls: Sequence[BoundCall]) -> Iterator[Problem]:
+        for number, bound in enumerate(calls, start=1):
+            call, contract = bound.call, bound.contract.resolved(self._scene)
             view = View.of(self._scene, self._robot)
             lacking = first_refuted(contract.needs, view)
             if lacking is not None:
                 need, finding = lacking
                 final = lookup(need).is_fixed
-                problem = Problem(
+                yield Problem(
                     step=number, call=call, relation=need, cause=finding.cause, help=finding.help, is_final=final
                 )
-                return Verdict(problems=(problem,), end=self._scene)
+                return
             forbidden = self._forbidden(number, call, contract.moves)
             if forbidden is not None:
-                return Verdict(problems=(forbidden,), end=self._scene)
+                yield forbidden
+                return
+            if not contract.gives:
+                return
             self._moved.update(dict.fromkeys(contract.moves))
             self._scene = imagined(contract, self._scene)
-        return Verdict(problems=tuple(self._unkept()), end=self._scene)
+        yield from self._unkept()
 
     def _forbidden(self, number: int, call: SkillCall, moves: Iterable[str]) -> Problem | None:
         asked = self._asked
@@ -202,10 +196,8 @@ class _Run:
                 yield Problem(step=0, call=None, relation=goal, cause=f"in the end {finding.cause}", help=finding.help)
 
 
-def _checked(
-    number: int, call: SkillCall, skills: Mapping[str, Checkable], scene: ObservedScene
-) -> Mapping[str, Any] | Problem:
-    """Return a call's arguments converted to their types, or what is wrong with the call itself."""
+def _bound(number: int, call: SkillCall, skills: Mapping[str, Operator], scene: ObservedScene) -> BoundCall | Problem:
+    """Return a call bound, or the problem that lies in the call itself."""
     skill = skills.get(call.skill)
     if skill is None:
         return Problem(
@@ -216,13 +208,12 @@ def _checked(
             help=f"there is {', '.join(skills)}{did_you_mean(call.skill, skills)}",
         )
     try:
-        arguments = skill.check(call.arguments)
+        bound = bind(call, skills)
     except InvalidArgumentError as error:
         return Problem(step=number, call=call, relation=fact("arguments", call.skill), cause=error.message)
-    contract = contract_of(skill, arguments)
-    lacking = None if contract is None else first_refuted(_seen(contract.objects), View.of(scene))
+    lacking = first_refuted(_seen(bound.contract.objects), View.of(scene))
     if lacking is None:
-        return arguments
+        return bound
     need, finding = lacking
     return Problem(step=number, call=call, relation=need, cause=finding.cause, help=finding.help)
 

@@ -2,34 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from robosandbox.types import SkillCall
-from robosandbox.world.contracts import Contract, contract_of
+from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, Fact
+from robosandbox.world.operators import Operator
 
 # Needs that take the hand are seen to last: it is free until then.
 OF_THE_HAND = ("holding", "hand_empty", "hand_ready")
-
-
-class Plannable(Protocol):
-    """What is asked of a skill here."""
-
-    @property
-    def name(self) -> str:
-        """As calls name it."""
-        ...
-
-    @property
-    def schema(self) -> Mapping[str, Any]:
-        """JSON schema of its arguments."""
-        ...
-
-    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the arguments converted to their types; raises InvalidArgumentError."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,14 +36,14 @@ class Way:
 
 
 class Ways:
-    """The skills that have contracts.
+    """The skills and what calls of them promise.
 
     Args:
-        skills: What may be called; those without a contract are not.
+        skills: What may be called.
     """
 
-    def __init__(self, skills: Sequence[Plannable]) -> None:
-        self._skills = {skill.name: skill for skill in skills if getattr(skill, "contract", None) is not None}
+    def __init__(self, skills: Sequence[Operator]) -> None:
+        self._skills = {skill.name: skill for skill in skills}
         self._patterns = {name: _pattern(skill) for name, skill in self._skills.items()}
         self._known: dict[Fact, tuple[Way, ...]] = {}
         self._contracts: dict[tuple[object, ...], Contract] = {}
@@ -78,7 +61,7 @@ class Ways:
             skill = self._skills[call.skill]
             is_open = any(is_mark(value) for value in call.arguments.values())
             arguments = call.arguments if is_open else skill.check(call.arguments)
-            self._contracts[key] = contract_of(skill, arguments) or Contract()
+            self._contracts[key] = skill.contract(**arguments)
         return self._contracts[key]
 
     def _found(self, goal: Fact) -> Iterator[Way]:
@@ -111,10 +94,10 @@ def _takes_the_hand(need: Fact) -> bool:
     return need.relation in OF_THE_HAND
 
 
-def _pattern(skill: Plannable) -> Contract:
+def _pattern(skill: Operator) -> Contract:
     """Return a skill's contract with a mark in place of each argument."""
     names = skill.schema.get("properties", {})
-    return contract_of(skill, {name: f"*{name}" for name in names}) or Contract()
+    return skill.contract(**{name: f"*{name}" for name in names})
 
 
 def _unified(gift: Fact, goal: Fact) -> dict[str, Any] | None:

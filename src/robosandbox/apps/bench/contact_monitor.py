@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from robosandbox.agent.force import meant_by
 from robosandbox.sim.modelled import Modelled
-from robosandbox.skills.protocols import Skill
+from robosandbox.skills.events import SkillStarted
 from robosandbox.types import SkillCall
+from robosandbox.world.operators import Operator, bind
 from robosandbox.world.relations import contents
 
 _TABLE = "table"
@@ -32,7 +32,7 @@ class ContactMonitor:
         worst_intended_force: The most that the robot pressed or pulled what it was to move, N; the sides of a grip cancel.
     """
 
-    def __init__(self, sim: Modelled, skills: Mapping[str, Skill[Any]]) -> None:
+    def __init__(self, sim: Modelled, skills: Mapping[str, Operator]) -> None:
         self._sim = sim
         self._skills = skills
         self.touched: set[str] = set()
@@ -42,11 +42,16 @@ class ContactMonitor:
         self._allowed: frozenset[str] = frozenset()
         sim.subscribe(self._look)
 
+    def hear(self, event: object) -> None:
+        """Take note of the call that comes next, for an event stream."""
+        if isinstance(event, SkillStarted):
+            self.begin(event.call)
+
     def begin(self, call: SkillCall) -> None:
-        """Take note of the call that comes next; fits `Agent.permits`."""
+        """Take note of the call that comes next."""
         truth = self._sim.truth(for_judging=False)
         named = {name: value for name, value in call.arguments.items() if value in truth.objects}
-        moved = meant_by(call, self._skills.get(call.skill), truth.held) & set(truth.objects)
+        moved = meant_by(bind(call, self._skills), truth.held) & set(truth.objects)
         destinations = set(named.values()) - moved
         beside = {other for name in moved for other in truth.objects[name].contacts}
         seen = [item.detected() for item in truth.objects.values()]

@@ -177,10 +177,10 @@ class EpisodeRunner:
         self._session = session
         if settings.recording is not None:
             self._recorder = open_recorder(settings.recording, session)
-            self._recorder.follow(session.agent)
+            self._recorder.follow()
         if isinstance(session.sim, Modelled):
             self._monitor = ContactMonitor(session.sim, session.agent.skills)
-            session.agent.permits.append(self._monitor.begin)
+            session.ctx.events.subscribe(self._monitor.hear)
         return session
 
 

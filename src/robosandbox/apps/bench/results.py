@@ -26,6 +26,8 @@ _RECORDED = (
     "max_replans",
     "what_if",
 )
+# Those of them that stand in a row where they were said.
+_OF_THE_ROBOT = ("robot", "sidecar", "arm", "gripper")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,20 +35,24 @@ class BenchSettings(WorkcellOptions):
     """What all episodes of a bench share: how their workcells are opened, task and seed apart.
 
     Attributes:
+        dialogue: Off: each prompt is the first one that is said.
         recording: Where and how to record the episodes; not at all when left out. No outcome depends on it.
     """
 
     _: KW_ONLY
+    dialogue: bool = False
     recording: RecordSettings | None = None
 
     @classmethod
     def of(cls, options: WorkcellOptions, recording: RecordSettings | None = None) -> Self:
         """Return the settings of a bench whose workcells are opened so."""
-        return cls(**{field.name: getattr(options, field.name) for field in fields(options)}, recording=recording)
+        given = {field.name: getattr(options, field.name) for field in fields(options)}
+        return cls(**{**given, "dialogue": False}, recording=recording)
 
     def record(self) -> dict[str, Any]:
         """Return the settings that outcomes depend on as JSON data."""
         found = {name: getattr(self, name) for name in _RECORDED}
+        found |= {name: str(value) for name in _OF_THE_ROBOT if (value := getattr(self, name)) is not None}
         return {**found, "planner_options": dict(self.planner_options or {})}
 
 

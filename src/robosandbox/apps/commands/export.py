@@ -45,15 +45,18 @@ def to_lerobot(
     except ModuleNotFoundError as error:
         raise missing_extra(error, "export lerobot", "export") from None
     chosen, pixels = _pictures(episodes, cameras, size)
+    frames = 0
+
+    def tell(episode: RecordedEpisode, count: int) -> None:
+        nonlocal frames
+        frames += count
+        print(f"{episode.name}: {count} frames", file=sys.stderr)
+
     with doing(f"exporting {len(episodes)} episodes"):
-        export_lerobot(
-            episodes,
-            target,
-            fps=fps,
-            cameras=chosen,
-            size=pixels,
-            on_done=lambda episode, count: print(f"{episode.name}: {count} frames", file=sys.stderr),
-        )
+        export_lerobot(episodes, target, fps=fps, cameras=chosen, size=pixels, on_done=tell)
+    megabytes = sum(file.stat().st_size for file in target.rglob("*") if file.is_file()) / 1e6
+    noun = "episode" if len(episodes) == 1 else "episodes"
+    print(f"exported {len(episodes)} {noun}, {frames} frames, {megabytes:.1f} MB, to {target}", file=sys.stderr)
     print(target)
     return EXIT_DONE
 

@@ -41,7 +41,7 @@ class LiveView:
 
     def watch(self, agent: Agent[Any]) -> None:
         """Show what an agent does, and on a terminal what a model writes while it writes."""
-        agent.listeners.append(self)
+        agent.ctx.events.subscribe(self)
         agent.streams = agent.streams or self._console.is_terminal
 
     def __call__(self, event: events.AgentEvent) -> None:

@@ -46,13 +46,13 @@ def mcp(
         raise missing_extra(ModuleNotFoundError("mcp", name="mcp"), "mcp", "mcp")
     first = None
     if http is None:
-        from robosandbox.apps.mcp.greeting import greet
+        from robosandbox.apps.mcp.greeting import greet, take_stdout
 
         nothing_done()
         if sys.stdin.isatty():
             print(_AT_A_TERMINAL, file=sys.stderr)
         # A client waits for the first answer, and all that follows takes longer than some wait.
-        first = greet(sys.stdin.fileno(), sys.stdout.fileno())
+        first = greet(sys.stdin.fileno(), take_stdout())
         if first is None:
             return EXIT_DONE
     try:

@@ -36,6 +36,13 @@ RobotName = Annotated[
     str | None,
     typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.", callback=checks.known_robot),
 ]
+SidecarFile = Annotated[
+    Path | None, typer.Option("--sidecar", help="The sidecar; the one beside the model if left out.")
+]
+ArmName = Annotated[str | None, typer.Option("--arm", help="Which arm, where the model has several.")]
+GripperModel = Annotated[
+    Path | None, typer.Option("--gripper", help="A gripper's model to mount on an arm that has none.")
+]
 DriverName = Annotated[
     str,
     typer.Option(

@@ -87,7 +87,7 @@ def recording(settings: RecordSettings | None, session: EmbeddedWorkcell) -> Ite
     from robosandbox.workcell.recording.settings import open_recorder
 
     recorder = open_recorder(settings, session)
-    recorder.follow(session.agent)
+    recorder.follow()
     try:
         yield recorder
     finally:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, Annotated
 
@@ -38,7 +37,7 @@ def repl(
         raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
     settings = record_settings(record, video, video_fps)
     if not connection:
-        with open_here(world, render_size=_PICTURE_SIZE, dialogue=True) as session, recording(settings, session):
+        with open_here(world, render_size=_PICTURE_SIZE) as session, recording(settings, session):
             return _talk(session)
 
     check_remote(world)
@@ -47,7 +46,7 @@ def repl(
     from robosandbox.apps.repl.link import Link
 
     with connection.client(reconnect=reconnect) as client:
-        far = connection.before(client, replace(world, dialogue=True))
+        far = connection.before(client, world)
         return _talk(far, Link(client, far.robot))
 
 

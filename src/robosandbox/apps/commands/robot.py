@@ -10,7 +10,7 @@ import typer
 
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.apps.commands.lazy import plain_group
-from robosandbox.apps.commands.options import NoCache
+from robosandbox.apps.commands.options import ArmName, GripperModel, NoCache, SidecarFile
 from robosandbox.apps.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
@@ -21,13 +21,6 @@ if TYPE_CHECKING:
 app: typer.Typer = plain_group(help="Bring your own robot: infer its sidecar, check it.")
 
 Model = Annotated[str, typer.Argument(help="A URDF or MJCF file, a bundled robot, or menagerie:<name>.")]
-GripperModel = Annotated[
-    Path | None, typer.Option("--gripper", help="A gripper's model to mount on an arm that has none.")
-]
-ArmName = Annotated[str | None, typer.Option("--arm", help="Which arm, where the model has several.")]
-SidecarFile = Annotated[
-    Path | None, typer.Option("--sidecar", help="The sidecar; the one beside the model if left out.")
-]
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="Write the sidecar here.")]
 PictureFile = Annotated[Path | None, typer.Option("--picture", help="A picture of TCP, closing axis, home and reach.")]
 Changes = Annotated[
@@ -58,7 +51,8 @@ def infer(
     if output is not None:
         try:
             output.parent.mkdir(parents=True, exist_ok=True)
-            output.write_text(to_yaml(found, output.resolve().parent), encoding="utf-8")
+            place = None if output.exists() and not output.is_file() else output.resolve().parent
+            output.write_text(to_yaml(found, place), encoding="utf-8")
         except OSError as error:
             raise InputError(f"--output: {output}: {error.strerror}") from None
         print(f"wrote {output}{_found_as(found.model.path, output)}", file=sys.stderr)
@@ -71,7 +65,8 @@ def infer(
     if json:
         print_json(document(found))
     elif output is None:
-        print(to_yaml(found, Path.cwd()), end="")
+        # Nobody says where it is to lie.
+        print(to_yaml(found), end="")
     return EXIT_DONE
 
 
@@ -137,7 +132,7 @@ def _found_as(model: Path, sidecar: Path) -> str:
     expected = model.with_suffix(".robosandbox.yaml")
     if sidecar.resolve() == expected.resolve():
         return ""
-    return f"; it is found by itself as {expected}, else name it: --sidecar of `robot check`, robot_config of a task"
+    return f"; it is found by itself as {expected}, else name it: --sidecar of any command, robot_config of a task"
 
 
 def _model(name: str) -> Path:

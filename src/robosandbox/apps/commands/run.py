@@ -119,6 +119,7 @@ def plan(world: WorkcellOptions, prompt: Prompt = None, steps: Steps = None, jso
                 "plan": None if refused else dump["steps"],
                 "answer": "" if refused else dump["answer"],
                 "then": "" if refused else dump["then"],
+                "note": "" if refused else dump["note"],
                 "refusal": dump if refused else None,
                 "model_usage": usage.record(),
             }
@@ -174,6 +175,7 @@ def planned(answer: Plan | Refusal) -> str:
         return f"refused ({answer.code}): {answer.message}"
     lines = [f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)]
     lines += [f"then look whether “{answer.then}”, and go on"] if answer.then else []
+    lines += [f"note: {answer.note}"] if answer.note else []
     return "\n".join(lines) or str(answer)
 
 

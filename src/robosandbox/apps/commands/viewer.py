@@ -62,9 +62,11 @@ def viewer(
             "--record: what happens in a sim process is recorded there; give --record to `robo-sandbox sim`"
         )
     settings = record_settings(record, video, video_fps)
-    if replay is not None and (connection or world.task is not None or world.robot is not None or world.seed != 0):
+    own = ("task", "robot", "sidecar", "arm", "gripper")
+    if replay is not None and (connection or any(getattr(world, name) is not None for name in own) or world.seed != 0):
         raise InputError(
-            "--replay: the episode has its task, robot and seed; leave out --task, --robot, --seed and --connect"
+            "--replay: the episode has its task, robot and seed; leave out "
+            f"{', '.join(f'--{name}' for name in own)}, --seed and --connect"
         )
     episode = load_episode(replay) if replay is not None else None
     try:
@@ -132,11 +134,13 @@ def _here(
     with ExitStack() as recorded:
 
         def reopen(task: Task | Scene | Path | str | None, robot: Path | str | None, seed: int = 0) -> EmbeddedWorkcell:
-            session = open_here(world, task=task, robot=robot, seed=seed, render_size=_PICTURE_SIZE)
+            # What was said of the robot on the command line is so of no other.
+            other = {} if robot == world.robot else {"sidecar": None, "arm": None, "gripper": None}
+            session = open_here(world, task=task, robot=robot, seed=seed, render_size=_PICTURE_SIZE, **other)
             if settings is not None:
                 recorder = open_recorder(settings, session)
                 recorded.close()
-                recorder.follow(session.agent)
+                recorder.follow()
                 recorded.callback(recorder.close)
             return session
 

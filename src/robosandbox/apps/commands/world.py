@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
 from robosandbox.apps.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.apps.commands.options import (
+    ArmName,
     BaseUrl,
     CalibrationFile,
     Camera,
     Cassette,
     DriverName,
     GraspName,
+    GripperModel,
     MaxReplans,
     Mode,
     Model,
@@ -27,6 +29,7 @@ from robosandbox.apps.commands.options import (
     RobotName,
     Seed,
     SensorName,
+    SidecarFile,
     TaskName,
     TempoName,
     TimeLimit,
@@ -44,7 +47,21 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 # What a sim process has of its own, so that no client says it.
-OF_THE_WORLD = ("task", "robot", "driver", "perception", "sensor", "calibration", "grasp", "motion", "tempo", "seed")
+OF_THE_WORLD = (
+    "task",
+    "robot",
+    "sidecar",
+    "arm",
+    "gripper",
+    "driver",
+    "perception",
+    "sensor",
+    "calibration",
+    "grasp",
+    "motion",
+    "tempo",
+    "seed",
+)
 
 
 # Each option of a command line that says something of a workcell. Most are fields of `WorkcellOptions`; `package_path` and
@@ -52,6 +69,9 @@ OF_THE_WORLD = ("task", "robot", "driver", "perception", "sensor", "calibration"
 _OPTIONS: dict[str, Any] = {
     "task": TaskName,
     "robot": RobotName,
+    "sidecar": SidecarFile,
+    "arm": ArmName,
+    "gripper": GripperModel,
     "driver": DriverName,
     "package_path": PackagePath,
     "no_cache": NoCache,

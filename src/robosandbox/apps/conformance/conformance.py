@@ -9,17 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from robosandbox.agent.context import AgentContext
 from robosandbox.agent.protocols import Planner
 from robosandbox.errors import InputError, InvalidArgumentError, SkillError
-from robosandbox.skills.protocols import Skill, SkillContext
+from robosandbox.skills.base import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.alternatives import Failure, alternatives_of
-from robosandbox.world.contracts import Contract, contract_of, first_refuted, imagined, lookup
+from robosandbox.world.alternatives import Failure
+from robosandbox.world.contracts import first_refuted, imagined, lookup
+from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View
 
 
-def check_skill(skill: Skill, ctx: SkillContext, arguments: dict[str, object]) -> SkillResult | SkillError:
+def check_skill(skill: Skill, ctx: AgentContext, arguments: dict[str, object]) -> SkillResult | SkillError:
     """Run a skill once and check that it keeps its contract and ends in one of the two ways a skill may end.
 
     Args:
@@ -37,28 +39,31 @@ def check_skill(skill: Skill, ctx: SkillContext, arguments: dict[str, object]) -
     seen = ctx.look()
     check_contract(skill, seen, arguments)
     before = ctx.sim.time
+    skills = {skill.name: skill}
+    call = SkillCall(skill=skill.name, arguments=arguments)
     try:
-        skill(ctx, {**arguments, "no_such_argument": 1})
+        bind(SkillCall(skill=skill.name, arguments={**arguments, "no_such_argument": 1}), skills)
     except InvalidArgumentError:
         demand(ctx.sim.time == before, f"{skill.name}: time passed before its arguments were checked")
     else:
         raise AssertionError(f"{skill.name}: accepted an unknown argument")
     try:
-        result = skill(ctx, arguments)
+        result = ctx.perform(bind(call, skills))
     except SkillError as error:
         demand(bool(error.message), f"{skill.name}: raised {type(error).__name__} without a message")
         kind = type(error).evidence_type
         demand(kind is None or isinstance(error.evidence, kind), f"{skill.name}: {type(error).__name__} lacks evidence")
-        call = SkillCall(skill=skill.name, arguments=dict(skill.check(arguments)))
-        contract = (contract_of(skill, call.arguments) or Contract()).resolved(seen)
-        check_alternatives(skill, Failure(call=call, error=error, contract=contract, before=seen, scene=ctx.look()))
+        bound = bind(call, skills)
+        said = SkillCall(skill=skill.name, arguments=dict(bound.arguments))
+        contract = bound.contract.resolved(seen)
+        check_alternatives(skill, Failure(call=said, error=error, contract=contract, before=seen, scene=ctx.look()))
         return error
     demand(isinstance(result, SkillResult), f"{skill.name}: returned {type(result).__name__}, not SkillResult")
     demand(result.skill == skill.name, f"{skill.name}: its result is signed {result.skill!r}")
     return result
 
 
-def check_contract(skill: Skill, scene: ObservedScene, arguments: Mapping[str, object]) -> None:
+def check_contract(skill: Operator, scene: ObservedScene, arguments: Mapping[str, object]) -> None:
     """Check that a skill says what it needs and brings about, in relations that are known and fit one another.
 
     Args:
@@ -66,10 +71,8 @@ def check_contract(skill: Skill, scene: ObservedScene, arguments: Mapping[str, o
         scene: In which the arguments make sense.
         arguments: Valid arguments for it.
     """
-    contract = contract_of(skill, skill.check(arguments))
-    demand(contract is not None, f"{skill.name}: it has no contract(**arguments), so nobody can plan with it")
-    assert contract is not None
-    demand(bool(contract.gives), f"{skill.name}: its contract promises nothing")
+    contract = skill.contract(**skill.check(arguments))
+    demand(bool(contract.gives), f"{skill.name}: its contract promises nothing, so nobody can plan with it")
     for one in (*contract.needs, *contract.gives):
         try:
             lookup(one)
@@ -84,14 +87,14 @@ def check_contract(skill: Skill, scene: ObservedScene, arguments: Mapping[str, o
     )
 
 
-def check_alternatives(skill: Skill, failure: Failure) -> None:
+def check_alternatives(skill: Operator, failure: Failure) -> None:
     """Check that the other ways that a skill declares for a failed call say why, and name relations and calls that there are.
 
     Args:
         skill: The skill.
         failure: A call of it that failed.
     """
-    for way in alternatives_of(skill, failure):
+    for way in skill.alternatives(failure, **failure.call.arguments):
         demand(bool(way.why), f"{skill.name}: an alternative does not say why it may help")
         demand(bool(way.first or way.cleared or way.call), f"{skill.name}: an alternative, {way.why}, does nothing")
         for one in way.first:
@@ -103,7 +106,7 @@ def check_alternatives(skill: Skill, failure: Failure) -> None:
             skill.check(way.call.arguments)
 
 
-def check_planner(planner: Planner, scene: ObservedScene, skills: Sequence[Skill], prompts: Sequence[str]) -> None:
+def check_planner(planner: Planner, scene: ObservedScene, skills: Sequence[Operator], prompts: Sequence[str]) -> None:
     """Check that a planner answers each prompt with a plan of known skills and arguments, or a refusal, repeatably."""
     schemas = {skill.name: skill.schema for skill in skills}
     for prompt in prompts:

@@ -47,7 +47,8 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
 
     With `reward="sparse"` it is 1 in the step in which the task succeeds, which ends the episode, and 0 before.
     `info["is_success"]` says the same; what has to hold for a while has held by then. `reward="dense"` adds by how much
-    the step brought the world closer to success, in metres: `robosandbox.apps.envs.progress.potential`.
+    the step brought the world closer to success, in metres: `robosandbox.apps.envs.progress.potential`. The step in which a
+    limit of robot or task is passed, as by pressing on the table, ends the episode and costs `penalty`.
 
     `reset(seed=s)` is the layout that the bench calls seed `s`, without a seed one is drawn;
     `reset(options={"layout": 0})` is the scene as written.
@@ -62,6 +63,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         control_hz: Actions per simulated second; the control rate divided by a whole number.
         cameras: Those of `pixels`.
         reward: `sparse` or `dense`.
+        penalty: What passing a limit of robot or task costs, 0 or more; 1 is as much as success earns.
         render_mode: `rgb_array`, or None.
         render_size: (height, width) of pictures.
     """
@@ -79,6 +81,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         control_hz: float = 20.0,
         cameras: Sequence[str] = ("scene",),
         reward: RewardKind = "sparse",
+        penalty: float = 1.0,
         render_mode: str | None = None,
         render_size: tuple[int, int] = (240, 320),
     ) -> None:
@@ -89,6 +92,9 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         ):
             if value not in known:
                 raise InputError(f"{name}: {value!r} is not one of {', '.join(known)}")
+        if not 0.0 <= penalty < np.inf:
+            raise InputError(f"penalty: {penalty:g}; give 0 or more: it is taken from the reward")
+        self._penalty = float(penalty)
         self._owned = not isinstance(task, EmbeddedWorkcell)
         self.session: EmbeddedWorkcell = (
             task
@@ -166,7 +172,8 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             stopped = error.message
         success = self._succeeded()
         info = self._info(success) | ({"stopped": stopped} if stopped else {})
-        return self._observe(), self._reward(success), success or bool(stopped), False, info
+        reward = self._reward(success) - (self._penalty if stopped else 0.0)
+        return self._observe(), reward, success or bool(stopped), False, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return the scene camera's picture, RGB (height, width, 3) uint8; None without a render mode."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -40,10 +41,22 @@ class FirstLine:
     Attributes:
         text: The line.
         answered: The id of the request in it if that is answered already, else None.
+        stdout: Descriptor to answer to.
     """
 
     text: str
     answered: str | int | None
+    stdout: int
+
+
+def take_stdout() -> int:
+    """Return a descriptor of stdout that is the protocol's alone: what else writes there goes to stderr, to the process's end.
+
+    The library gives stdout back when it ends, and what a skill has printed would follow from Python's buffer.
+    """
+    taken = os.dup(sys.stdout.fileno())
+    os.dup2(sys.stderr.fileno() if sys.stderr else os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return taken
 
 
 def greet(stdin: int, stdout: int) -> FirstLine | None:
@@ -62,11 +75,11 @@ def greet(stdin: int, stdout: int) -> FirstLine | None:
     text = line.decode("utf-8", errors="replace")
     answer = _answer(text)
     if answer is None:
-        return FirstLine(text, None)
+        return FirstLine(text, None, stdout)
     data = (json.dumps(answer, separators=(",", ":")) + "\n").encode()
     while data:
         data = data[os.write(stdout, data) :]
-    return FirstLine(text, answer["id"])
+    return FirstLine(text, answer["id"], stdout)
 
 
 def _line(read: Callable[[], bytes]) -> bytes:

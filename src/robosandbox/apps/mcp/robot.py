@@ -21,10 +21,10 @@ from robosandbox.agent.tools import simulated
 from robosandbox.errors import BusyError, CancelledError, ErrorRecord, Phase
 from robosandbox.evidence import BusyEvidence
 from robosandbox.skills.manual import MANUAL
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import Observation, ObservedScene, Plan, Refusal, SkillCall, SkillResult, Verdict
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.workcell import Workcell
+from robosandbox.world.operators import Operator
 
 ValueT = TypeVar("ValueT")
 Tell = Callable[[str], None]
@@ -64,12 +64,12 @@ class Robot:
             cell.ctx.skills = cell.agent.skills
 
     @property
-    def skills(self) -> tuple[Skill[Any], ...]:
+    def skills(self) -> tuple[Operator, ...]:
         """What plans may call."""
         return self.cell.skills
 
     @property
-    def calls(self) -> tuple[Skill[Any], ...]:
+    def calls(self) -> tuple[Operator, ...]:
         """What clients may call: the skills, and in a world of this process the hand by itself."""
         return tuple(self._hands.skills.values())
 
@@ -242,7 +242,7 @@ class Robot:
     ) -> ValueT:
         if agent is None:
             return work()
-        agent.listeners.append(hear)
+        leave = agent.ctx.events.subscribe(hear)
         try:
             with agent.ctx.goal(self._timeout):
                 # A goal forgets what was cancelled before it began; this one may have been while it waited its turn.
@@ -250,7 +250,7 @@ class Robot:
                     raise CancelledError("cancelled before it began", phase=Phase.CHECK)
                 return work()
         finally:
-            agent.listeners.remove(hear)
+            leave()
 
     async def _look(self, look: Callable[[], ValueT]) -> ValueT:
         if not self._here:

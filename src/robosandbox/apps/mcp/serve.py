@@ -62,13 +62,14 @@ async def serve_stdio(server: Server[Any], first: FirstLine | None = None) -> No
         await _serve_stdio(server, first)
     except* (BrokenPipeError, anyio.BrokenResourceError, anyio.ClosedResourceError):
         # Nobody reads any more; what Python still holds for stdout at its end would find that out once again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), first.stdout if first else sys.stdout.fileno())
 
 
 async def _serve_stdio(server: Server[Any], first: FirstLine | None) -> None:
     options = server.create_initialization_options()
+    stdout = anyio.wrap_file(os.fdopen(first.stdout, "w", encoding="utf-8", closefd=False)) if first else None
     ended = anyio.Event()
-    async with stdio_server(stdin=_nothing_until(ended)) as (_, write):
+    async with stdio_server(stdin=_nothing_until(ended), stdout=stdout) as (_, write):
         heard_send, heard = anyio.create_memory_object_stream[SessionMessage | Exception](0)
         said, said_receive = anyio.create_memory_object_stream[SessionMessage](0)
 

@@ -12,6 +12,7 @@ import mcp_types as types
 from pydantic import Field, TypeAdapter, ValidationError
 
 from robosandbox.agent.episode import Episode
+from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.tools import (
     AchieveArguments,
     CheckArguments,
@@ -25,7 +26,6 @@ from robosandbox.agent.tools import (
 )
 from robosandbox.errors import InputError, SkillError
 from robosandbox.printable import printable
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import (
     MAX_PROMPT_LENGTH,
     Observation,
@@ -37,6 +37,7 @@ from robosandbox.types import (
 )
 from robosandbox.world.arguments import terms
 from robosandbox.world.described import describe_scene
+from robosandbox.world.operators import Operator
 
 
 class LookArguments(StrictModel):
@@ -74,17 +75,13 @@ class JudgeArguments(StrictModel):
 
 
 def _object(**fields: str | list[str]) -> dict[str, Any]:
-    """Return the schema of an object that has these fields, of these types, or an error, and may have more.
-
-    The official JavaScript client holds failed calls to the schema as well.
-    """
+    """Return the schema of an answer: these fields, of these types, or an error; none is required, as clients check both."""
     return {
         "type": "object",
         "properties": {
             **{name: {"type": kind} for name, kind in fields.items()},
             "error": {"type": ["object", "null"]},
         },
-        "anyOf": [{"required": list(fields)}, {"required": ["error"]}],
     }
 
 
@@ -123,7 +120,7 @@ OWN: dict[str, Own] = {
 """Tools of the server's own, by name."""
 
 
-def catalogue(skills: Sequence[Skill[Any]], *, loads: bool = True) -> list[types.Tool]:
+def catalogue(skills: Sequence[Operator], *, loads: bool = True) -> list[types.Tool]:
     """Return the tools: the skills under their own names and schemas, and the server's own.
 
     Args:
@@ -140,7 +137,7 @@ def catalogue(skills: Sequence[Skill[Any]], *, loads: bool = True) -> list[types
         types.Tool(
             name=skill.name,
             description=f"{skill.description} {terms(skill)}".strip(),
-            input_schema={"type": "object", **skill.schema},
+            input_schema=flat(skill.schema),
             output_schema=_object(skill="string", detail="object", side_effects="array"),
             annotations=types.ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False),
         )
@@ -150,7 +147,7 @@ def catalogue(skills: Sequence[Skill[Any]], *, loads: bool = True) -> list[types
         types.Tool(
             name=name,
             description=description(tool.arguments),
-            input_schema=schema(tool.arguments),
+            input_schema=schema(tool.arguments, skills),
             output_schema=tool.answers,
             annotations=types.ToolAnnotations(
                 read_only_hint=not tool.moves, destructive_hint=tool.undoes, open_world_hint=False

@@ -1,12 +1,10 @@
-"""Carries out one line after another, and remembers what was said, what came of it, and the way back."""
+"""A shell that carries out one line after another, and remembers what was said and what came of it."""
 
 from __future__ import annotations
 
 import logging
-from collections import deque
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
 
 from robosandbox.agent import episode as events
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE
@@ -27,7 +25,6 @@ from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, R
 from robosandbox.workcell.workcell import Workcell
 
 _log = logging.getLogger(__name__)
-_KEPT = 64  # Number of prompts that /undo can take back. Chosen.
 
 # What people type to a program that they do not know yet: a command's name without its slash, and other words for it.
 _BARE = {
@@ -47,12 +44,6 @@ class Entry:
     time: datetime
     said: str
     outcome: str
-
-
-@dataclass(frozen=True, slots=True)
-class _Way:
-    back_from: str
-    checkpoint: Any
 
 
 class Shell:
@@ -81,8 +72,8 @@ class Shell:
         self.scene: ObservedScene | None = None
         self.said = ""
         self.interrupts = Interrupts(workcell.ctx, lambda: self.away)
-        self._ways: deque[_Way] = deque(maxlen=_KEPT)
-        workcell.agent.listeners += [self.interrupts, self._note_plan]
+        workcell.ctx.events.subscribe(self.interrupts)
+        workcell.ctx.events.subscribe(self._note_plan)
 
     @property
     def away(self) -> bool:
@@ -113,29 +104,18 @@ class Shell:
     def reset(self, seed: int | None) -> Outcome:
         """Start over with a seed's layout, the present one's if none is named."""
         chosen = self.workcell.seed if seed is None else seed
-        way = _Way("/reset" if seed is None else f"/reset {seed}", self.workcell.checkpoint())
+        said = "/reset" if seed is None else f"/reset {seed}"
+        self.workcell.remember(said)
         self.workcell.reset(chosen)
-        self._ways.append(way)
         self.scene = None
-        return self._noted(way.back_from, Outcome(f"reset: {self.workcell.task.name} with seed {chosen}"))
+        return self._noted(said, Outcome(f"reset: {self.workcell.task.name} with seed {chosen}"))
 
     def undo(self) -> Outcome:
         """Go back to the state before the last command that changed it."""
-        if not self._ways:
-            return Outcome("nothing to undo", EXIT_FAILED)
-        way = self._ways[-1]
-        try:
-            self.workcell.restore(way.checkpoint)
-        except InputError:
-            # What lies further back is older still.
-            self._ways.clear()
-            raise InputError(
-                f"cannot undo {way.back_from!r}: the sim does not have the state before it any more; /reset starts over"
-            ) from None
-        self._ways.pop()
+        what = self.workcell.undo()
         self.scene = None
         self.candidates = ()
-        return self._noted("/undo", Outcome(f"undone: {way.back_from}"))
+        return self._noted("/undo", Outcome(f"undone: {what}"))
 
     def _command(self, line: str) -> Outcome:
         name, _, rest = line.partition(" ")
@@ -144,7 +124,6 @@ class Shell:
     def say(self, prompt: str) -> Outcome:
         """Carry out a sentence."""
         self.said = prompt
-        way = _Way(prompt, self.workcell.checkpoint())
         self.candidates = ()
         try:
             episode = self.workcell.run(prompt)
@@ -155,7 +134,6 @@ class Shell:
             raise
         finally:
             if self.interrupts.moved:
-                self._ways.append(way)
                 self.scene = None
         text = sentence(episode)
         if episode.refusal is not None and episode.refusal.code is RefusalCode.AMBIGUOUS:

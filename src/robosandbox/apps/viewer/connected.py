@@ -7,7 +7,6 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
 
 import zenoh
 
@@ -19,7 +18,7 @@ from robosandbox.motion.twin import standing
 from robosandbox.sim.world import World, build_world_of
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Observation, Scene, frozen_array
-from robosandbox.workcell.session import resolve_task
+from robosandbox.workcell.session import resolve_task, with_robot
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 from robosandbox.workcell.zenoh.messages import State, decode
 
@@ -132,8 +131,7 @@ class ConnectedSource:
         """Have the sim load another task; for jobs."""
         chosen = resolve_task(task)
         if robot is not None:
-            scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
-            chosen = chosen.model_copy(update={"scene": scene})
+            chosen = chosen.model_copy(update={"scene": with_robot(chosen.scene, robot)})
         self._drawable = False
         try:
             self._session.load(chosen)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -17,7 +16,6 @@ from robosandbox.tasks.task import Task
 from robosandbox.types import Plan, Refusal, Verdict
 
 _log = logging.getLogger(__name__)
-_KEPT = 64  # Number of moves that can be taken back. Chosen.
 
 
 class Doing(StrEnum):
@@ -103,11 +101,10 @@ class Operator:
     def __init__(self, source: WorldSource) -> None:
         self.source = source
         self.listeners: list[Callable[[News], None]] = []
-        self._ways: deque[tuple[str, Any]] = deque(maxlen=_KEPT)
         self._lock = threading.Lock()
         self._doing = Doing.NOTHING
         self._stop = threading.Event()
-        source.workcell.agent.listeners.append(self.tell)
+        self._leave = source.workcell.ctx.events.subscribe(self.tell)
 
     @property
     def doing(self) -> Doing:
@@ -127,12 +124,12 @@ class Operator:
 
     def run(self, prompt: str) -> None:
         """Carry out a prompt."""
-        self._begin(Doing.RUNNING, prompt, lambda: self._episode(prompt, prompt, self._work.agent.run))
+        self._begin(Doing.RUNNING, prompt, lambda: self._episode(prompt, self._work.agent.run))
 
     def follow(self, plan: Plan) -> None:
         """Carry out a plan as it is."""
         words = ", ".join(map(str, plan.steps))
-        self._begin(Doing.RUNNING, words, lambda: self._episode(words, plan, self._work.agent.follow))
+        self._begin(Doing.RUNNING, words, lambda: self._episode(plan, self._work.agent.follow))
 
     def plan(self, prompt: str) -> None:
         """Ask the planner, and move nothing."""
@@ -142,9 +139,8 @@ class Operator:
         """Start over with a seed's layout."""
 
         def job() -> None:
-            way = self._way_back()
+            self._work.remember(f"reset to seed {seed}")
             self._work.reset(seed)
-            self._remember(f"reset to seed {seed}", way)
             self.source.relook()
             self.tell(Went(f"seed {seed}"))
 
@@ -154,11 +150,7 @@ class Operator:
         """Go back to before the last thing that changed the world."""
 
         def job() -> None:
-            if not self._ways:
-                self.tell(Complaint("there is nothing to go back to"))
-                return
-            what, way = self._ways.pop()
-            self._work.restore(way)
+            what = self._work.undo()
             self.source.relook()
             self.tell(Went(f"back to before: {what}"))
 
@@ -185,7 +177,7 @@ class Operator:
         """Move something by hand; return whether it was begun, which it is not while something else is under way."""
 
         def moved() -> None:
-            self._remember(what, self._way_back())
+            self._work.remember(what)
             job()
 
         return self._begin(Doing.MOVING, what, moved, quiet=True)
@@ -201,21 +193,19 @@ class Operator:
 
     def _exchange(self, load: Callable[[], None]) -> None:
         """Have the source open another world, and listen to the agent of that one."""
-        self._work.agent.listeners.remove(self.tell)
+        self._leave()
         try:
             load()
         finally:
-            self._work.agent.listeners.append(self.tell)
-        self._ways.clear()
+            self._leave = self._work.ctx.events.subscribe(self.tell)
         self.tell(Loaded())
 
     @property
     def _work(self) -> Any:
         return self.source.workcell
 
-    def _episode(self, what: str, order: Any, carry_out: Callable[[Any], Episode]) -> None:
+    def _episode(self, order: Any, carry_out: Callable[[Any], Episode]) -> None:
         work = self._work
-        self._remember(what, self._way_back())
         with work.ctx.goal():
             if self._stop.is_set():
                 # A goal forgets what was cancelled before it began.
@@ -224,17 +214,6 @@ class Operator:
         if not episode.success:
             self.source.settle()
         self.tell(Finished(episode, self._verdict(episode)))
-
-    def _way_back(self) -> Any | None:
-        """Return the way back to now; None where the world cannot be copied."""
-        try:
-            return self._work.checkpoint()
-        except UnsupportedError:
-            return None
-
-    def _remember(self, what: str, way: Any | None) -> None:
-        if way is not None:
-            self._ways.append((what, way))
 
     def _verdict(self, episode: Episode) -> Verdict | None:
         """Judge the task by its own prompt's outcome; None where that is not known, or was not waited for."""
@@ -269,4 +248,4 @@ class Operator:
             self.tell(Complaint(str(InternalError.log("the viewer", fault, _log))))
         finally:
             self._doing = Doing.NOTHING
-            self.tell(Idle(len(self._ways)))
+            self.tell(Idle(self._work.ways_back))

@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from robosandbox.errors import InputError
-from robosandbox.robots.loader import load_robot
+from robosandbox.robots.loader import load_robot, robot_of
 from robosandbox.robots.locate import SIDECAR_SUFFIX, find_sidecar, resolve_robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.types import Pose, Scene, Vec3
@@ -66,9 +66,10 @@ class SidecarFile:
         Raises:
             InputError: The robot cannot be loaded.
         """
-        robot = load_robot(scene.robot_urdf, scene.robot_config)
+        robot = robot_of(scene)
         model = resolve_robot(scene.robot_urdf).resolve()
-        source = find_sidecar(model, scene.robot_config)
+        inferred = scene.robot_arm is not None or scene.robot_gripper is not None
+        source = None if inferred else find_sidecar(model, scene.robot_config)
         beside = model.parent / f"{model.stem}{SIDECAR_SUFFIX}"
         target = source or beside
         if _is_installed(target):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import shutil
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,6 @@ import numpy as np
 from pydantic_core import to_json
 
 from robosandbox.agent import episode as events
-from robosandbox.agent.agent import Agent
 from robosandbox.driver import Driver
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.world import World, build_world_of
@@ -69,8 +69,8 @@ class _Open:
 class Recorder:
     """Writes the episodes of one world, each into a folder of its own in `folder`.
 
-    It records from `begin`, which the agent's first event calls too, until `finish`, the next episode or a reset. A
-    disk that is full ends the recording, not the motion.
+    It records from `begin`, which the first event of a prompt calls too, until `finish`, the next episode or a reset; a
+    call that belongs to no prompt is an episode of its own. A disk that is full ends the recording, not the motion.
 
     Args:
         folder: Where episodes go; made when needed.
@@ -94,7 +94,8 @@ class Recorder:
         self._seen: ObservedScene | None = None
         self._video = video
         self._open: _Open | None = None
-        self._agents: list[Agent[Any]] = []
+        self._leave_events: Callable[[], None] = _nothing
+        self._alone = False
         self._log: tuple[int, StepLog] | None = None
         self._leave = self._sim.subscribe(self._tick)
         if self._simulated is not None:
@@ -106,14 +107,10 @@ class Recorder:
             for skill in host.skills
         )
 
-    def follow(self, agent: Agent[Any]) -> None:
-        """Take down the episodes of an agent in this world."""
-        agent.listeners.append(self.on_event)
-        self._agents.append(agent)
-
-    def watches(self, ctx: object) -> bool:
-        """Return whether what is done in this context is done in the workcell that is recorded."""
-        return ctx is self._host.ctx
+    def follow(self) -> None:
+        """Take down the episodes of this world as its events tell of them."""
+        self._leave_events()
+        self._leave_events = self._host.ctx.events.subscribe(self.on_event)
 
     @property
     def _world(self) -> World:
@@ -183,7 +180,7 @@ class Recorder:
             self._open.log.enter(skill, phase)
 
     def on_event(self, event: events.AgentEvent) -> None:
-        """Take down what an agent tells."""
+        """Take down an event."""
         match event:
             case events.Started(prompt):
                 self.begin(prompt)
@@ -197,6 +194,9 @@ class Recorder:
             case events.Planned(plan, replan):
                 self.note("planned", replan=replan, plan=plan.steps)
             case events.SkillStarted(call, index, total):
+                if self._open is None or self._open.ended is not None:
+                    self.begin(str(call))
+                    self._alone = True
                 self.enter(call.skill, "")
                 self.note("skill_started", call=call, index=index, total=total)
             case events.PhaseEntered(call, phase):
@@ -205,13 +205,20 @@ class Recorder:
             case events.SkillEnded(call, result):
                 self.enter("", "")
                 self.note("skill_ended", call=call, result=result)
+                self._end_alone(True, "plan_complete", str(call))
             case events.SkillFailed(call, error):
                 self.enter("", "")
                 self.note("skill_failed", call=call, error=error)
+                self._end_alone(False, error.code, f"{call}: {error.message}")
             case events.Replanning(replan, error):
                 self.note("replanning", replan=replan, code=error.code)
             case events.Ended(episode):
                 self.end(episode)
+
+    def _end_alone(self, success: bool, reason: str, detail: str) -> None:
+        """Finish the episode of a call that belongs to no prompt."""
+        if self._alone:
+            self.finish(outcome=(success, reason, detail))
 
     def end(self, episode: events.Episode) -> None:
         """Note that the agent has ended; what follows until `finish` belongs to the verdict."""
@@ -238,6 +245,7 @@ class Recorder:
             The episode's folder; None when none was open or it did not stay.
         """
         current, self._open = self._open, None
+        self._alone = False
         if current is None:
             return None
         if not keep:
@@ -261,9 +269,7 @@ class Recorder:
         self._leave()
         if self._simulated is not None and self._jumped in self._simulated.jump_hooks:
             self._simulated.jump_hooks.remove(self._jumped)
-        for agent in self._agents:
-            agent.listeners.remove(self.on_event)
-        self._agents = []
+        self._leave_events()
 
     def _tick(self) -> None:
         current = self._open
@@ -348,3 +354,7 @@ def _robot_meta(robot: RobotSpec, world: World, simulated: bool) -> RobotMeta:
 
 def _finite(values: Array) -> tuple[float | None, ...]:
     return tuple(float(value) if np.isfinite(value) else None for value in values)
+
+
+def _nothing() -> None:
+    pass

@@ -11,10 +11,12 @@ from typing import Any
 import zenoh
 
 from robosandbox.errors import InputError, ServiceUnavailableError
+from robosandbox.forks import ForkGuard
 from robosandbox.workcell.zenoh.access import rules_for_anyone
 from robosandbox.workcell.zenoh.messages import DEFAULT_ENDPOINT
 
 _RETRY = {"period_init_ms": 50, "period_max_ms": 250, "period_increase_factor": 1.5}
+_ZENOH = ForkGuard("Zenoh")
 _LOCAL_PROTOCOLS = ("unixsock-stream", "unixpipe")
 
 
@@ -155,7 +157,21 @@ def _base_config(file: Path | None) -> zenoh.Config:
     return config
 
 
+def is_forked() -> bool:
+    """Return whether this process was forked after Zenoh was used, so that it cannot be used here."""
+    return _ZENOH.lost() is not None
+
+
+def check_process() -> None:
+    """Raise ServiceUnavailableError where this process was forked after Zenoh was used."""
+    lost = _ZENOH.lost()
+    if lost is not None:
+        raise ServiceUnavailableError(lost)
+
+
 def _open(config: zenoh.Config, otherwise: str) -> zenoh.Session:
+    check_process()
+    _ZENOH.begin()
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:

@@ -152,7 +152,13 @@ class SidecarPanel:
             return
         task = self._source.workcell.task
         if target.resolve() != (file.source or file.beside):
-            task = task.model_copy(update={"scene": task.scene.model_copy(update={"robot_config": target.resolve()})})
+            task = task.model_copy(
+                update={
+                    "scene": task.scene.model_copy(
+                        update={"robot_config": target.resolve(), "robot_arm": None, "robot_gripper": None}
+                    )
+                }
+            )
         self._control.load(task, None)
 
 

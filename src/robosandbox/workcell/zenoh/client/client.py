@@ -21,7 +21,7 @@ from robosandbox.validation import did_you_mean
 from robosandbox.workcell.zenoh.client.goal import RemoteGoal
 from robosandbox.workcell.zenoh.client.robot import RemoteRobot
 from robosandbox.workcell.zenoh.messages import DEFAULT_ENDPOINT, key, robot_of
-from robosandbox.workcell.zenoh.transport import open_connector
+from robosandbox.workcell.zenoh.transport import check_process, is_forked, open_connector
 
 __all__ = ["Client", "RemoteGoal", "RemoteRobot", "connect"]
 
@@ -73,13 +73,23 @@ class Client:
         self.id: str = str(uuid.uuid4())
         self.reconnect = reconnect
         self.listeners: list[OnPresence] = []
-        self.session = session
+        self._session = session
         self._present: set[str] = set()
         self._closed = False
         self._changed = threading.Condition()
         self._meeting = threading.Lock()
         self._robots: dict[str, RemoteRobot] = {}
         self._watch = session.liveliness().declare_subscriber(key("*", "alive"), self._on_alive, history=True)
+
+    @property
+    def session(self) -> zenoh.Session:
+        """The Zenoh session.
+
+        Raises:
+            ServiceUnavailableError: This process was forked from the one that connected.
+        """
+        check_process()
+        return self._session
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -153,7 +163,12 @@ class Client:
         return robot_id in self._present
 
     def close(self) -> None:
-        """Leave; goals of this client that still run are cancelled, and threads that wait for a sim wait no longer."""
+        """Leave; goals of this client that still run are cancelled, and threads that wait for a sim wait no longer.
+
+        In a forked process there is nothing to leave: the connection is that of the process before it.
+        """
+        if is_forked():
+            return
         with self._changed:
             self._closed = True
             self._changed.notify_all()

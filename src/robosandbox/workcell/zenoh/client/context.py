@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +10,11 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.skills.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, SkillResult
 from robosandbox.workcell.zenoh.messages import Simulate, SkillInfo, Trial
+from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.contracts import Contract
+from robosandbox.world.operators import BoundCall, Operator
 
 if TYPE_CHECKING:
     from robosandbox.workcell.zenoh.client.robot import RemoteRobot
@@ -48,12 +50,7 @@ class RemoteContext(GoalContext):
     def _allow(self, timeout: float | None) -> None:
         self._timeout = self._left = timeout
 
-    def call(self, skill: str, arguments: Mapping[str, Any]) -> SkillResult:
-        """Run a skill on the robot.
-
-        Raises:
-            SkillError: It failed, was cancelled, or took too long.
-        """
+    def _perform(self, call: BoundCall) -> SkillResult:
         if self._cancelled.is_set():
             self._cancelled.clear()
             raise CancelledError("cancelled; the arm holds where it was")
@@ -64,17 +61,19 @@ class RemoteContext(GoalContext):
                 evidence=TimeoutEvidence(deadline=timeout, elapsed=timeout - self._left),
             )
         goal = self._robot.send(
-            skill, arguments, timeout=self._left, boot_id=self._boot_id, intents=bool(self.intent_listeners)
+            call.skill.name,
+            call.arguments,
+            timeout=self._left,
+            boot_id=self._boot_id,
+            intents=bool(len(self.events)),
         )
         asked = False
         try:
             for feedback in goal.follow():
                 if feedback is not None:
-                    for listener in tuple(self.listeners):
-                        listener(feedback.phase)
+                    self.entered(feedback.phase)
                 for intent in goal.intents():
-                    for show in tuple(self.intent_listeners):
-                        show(intent)
+                    self.announce(intent)
                 if self._cancelled.is_set() and not asked:
                     asked = True
                     goal.cancel()
@@ -88,8 +87,7 @@ class RemoteContext(GoalContext):
 class RemoteSkill:
     """A skill of a remote robot, with the schema that the robot gave."""
 
-    def __init__(self, robot: RemoteRobot, info: SkillInfo) -> None:
-        self._robot = robot
+    def __init__(self, info: SkillInfo) -> None:
         self._info = info
 
     @property
@@ -107,20 +105,19 @@ class RemoteSkill:
         """JSON schema of the arguments."""
         return self._info.arguments
 
-    @property
-    def contract(self) -> Any:
-        """What makes the contract of a call, where this machine has the same skill; else None."""
-        return getattr(self._installed, "contract", None)
-
     def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the arguments, checked where this machine has the same skill; the sim checks them before anything moves."""
         return arguments if self._installed is None else self._installed.check(arguments)
 
+    def contract(self, *args: Any, **arguments: Any) -> Contract:
+        """Return the contract of a call, where this machine has the same skill; else one that promises nothing."""
+        return Contract() if self._installed is None else self._installed.contract(*args, **arguments)
+
+    def alternatives(self, failure: Failure, *args: Any, **arguments: Any) -> Iterable[Alternative]:
+        """Return ways around a failed call, where this machine has the same skill."""
+        return () if self._installed is None else self._installed.alternatives(failure, *args, **arguments)
+
     @cached_property
-    def _installed(self) -> Skill | None:
+    def _installed(self) -> Operator | None:
         same = (skill for skill in load_skills() if skill.name == self.name and skill.schema == self.schema)
         return next(same, None)
-
-    def __call__(self, ctx: RemoteContext, arguments: Mapping[str, Any]) -> SkillResult:
-        """Run it on the robot; raises SkillError."""
-        return ctx.call(self.name, arguments)

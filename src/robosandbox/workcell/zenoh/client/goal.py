@@ -12,6 +12,7 @@ from robosandbox.errors import ConnectionLostError, UnknownGoalError
 from robosandbox.evidence import ConnectionEvidence
 from robosandbox.types import Intent, SkillResult
 from robosandbox.workcell.zenoh.messages import Feedback, Goal, Intended
+from robosandbox.workcell.zenoh.transport import check_process
 
 if TYPE_CHECKING:
     from robosandbox.workcell.zenoh.client.robot import RemoteRobot
@@ -62,7 +63,7 @@ class RemoteGoal:
         Raises:
             SkillError: The skill failed, was cancelled, or the sim was restarted while it ran.
             TimeoutError: The goal runs on.
-            ServiceUnavailableError: The sim went away and did not come back.
+            ServiceUnavailableError: The sim went away and did not come back, or this process was forked since.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         for _ in self.follow():
@@ -79,6 +80,9 @@ class RemoteGoal:
         """
         checked = time.monotonic()
         while True:
+            if not self._goal.status.final:
+                # Nobody would bring news.
+                check_process()
             # Waiting in slices keeps Ctrl-C alive.
             with self._changed:
                 self._changed.wait_for(self._has_news, _SLICE_SECONDS)

@@ -72,12 +72,12 @@ class RemoteRobot:
         self.id = robot_id
         self.ctx: RemoteContext = RemoteContext(self)
         self._client = client
-        self._session = client.session
         self._asker = Asker(client, robot_id)
         self._goals: dict[str, set[RemoteGoal]] = {}
         self._info: Info | None = None
         self._skills: list[RemoteSkill] = []
-        self._token = self._session.liveliness().declare_token(key(robot_id, "client", client.id))
+        self._calls: dict[str, RemoteSkill] = {}
+        self._token = client.session.liveliness().declare_token(key(robot_id, "client", client.id))
         self._news = self.watch("goal/*/*", self._on_news)
         self.survey()
 
@@ -91,13 +91,19 @@ class RemoteRobot:
     def survey(self) -> Info:
         """Ask what it is, and take over its skills as they are now."""
         info = self.info()
-        self._skills = [RemoteSkill(self, item) for item in info.skills]
+        self._skills = [RemoteSkill(item) for item in info.skills if not item.by_hand]
+        self._calls = {item.name: RemoteSkill(item) for item in info.skills}
         return info
 
     @property
     def skills(self) -> list[RemoteSkill]:
         """Its skills, for planners and agents."""
         return self._skills
+
+    @property
+    def calls(self) -> Mapping[str, RemoteSkill]:
+        """What may be called, by name: its skills, and the moves of its hand alone."""
+        return self._calls
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -152,7 +158,7 @@ class RemoteRobot:
             if self._asker.source.believes(origin.source_id if origin else None, suffix):
                 handler(sample)
 
-        return self._session.declare_subscriber(key(self.id, suffix), hear)
+        return self._client.session.declare_subscriber(key(self.id, suffix), hear)
 
     # Acting.
 

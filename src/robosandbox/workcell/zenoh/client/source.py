@@ -6,14 +6,17 @@ import logging
 import threading
 import time
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import zenoh
 
 from robosandbox.errors import ServiceUnavailableError
 from robosandbox.workcell.zenoh.messages import key
 
+if TYPE_CHECKING:
+    from robosandbox.workcell.zenoh.client.client import Client
+
 _log = logging.getLogger(__name__)
-# Between two warnings of what is not believed.
 # Between two warnings of what is not believed, seconds; chosen so that a forger cannot flood a terminal.
 _WARN_SECONDS = 10.0
 # What a Zenoh listener puts into an error reply in the name of one that did not answer.
@@ -28,12 +31,12 @@ class Source:
     secret, so this does not stop a forger with a Zenoh of its own making.
 
     Args:
-        session: The client's.
+        client: Has the Zenoh session.
         robot_id: In keys.
     """
 
-    def __init__(self, session: zenoh.Session, robot_id: str) -> None:
-        self._session = session
+    def __init__(self, client: Client, robot_id: str) -> None:
+        self._client = client
         self._robot_id = robot_id
         self._id: str | None = None
         self._lock = threading.Lock()
@@ -100,16 +103,17 @@ class Source:
             for reply in self._ask("info", None, timeout)
             if reply.replier_id is not None and not _timed_out(reply)
         }
-        if any(self._session.info.routers_zid()):
+        session = self._client.session
+        if any(session.info.routers_zid()):
             return found
         # Without a router a sim is at the other end of a link that this session has made itself.
-        linked = {str(zid) for zid in (*self._session.info.peers_zid(), self._session.zid())}
+        linked = {str(zid) for zid in (*session.info.peers_zid(), session.zid())}
         for stranger in found - linked:
             _log.warning("session %s answers for robot %s through another's link", stranger, self._robot_id)
         return found & linked
 
     def _ask(self, suffix: str, payload: bytes | None, timeout: float) -> Iterator[zenoh.Reply]:
-        yield from self._session.get(
+        yield from self._client.session.get(
             key(self._robot_id, suffix),
             payload=payload,
             timeout=timeout,

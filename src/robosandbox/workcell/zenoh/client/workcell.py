@@ -59,14 +59,21 @@ class RemoteWorkcell(Workcell[RemoteContext]):
                 raise InputError(f"camera {camera!r} is not one of {', '.join(robot.cameras)}")
             self._planner_options["picture"] = lambda: self._pixels(camera)
         self._loaded: dict[str, Any] = {}
-        self.adopt()
+        self._begin()
 
     def adopt(self) -> None:
         """Take over what the sim has loaded, whoever did; there is another agent then."""
+        self._leave()
+        self._begin()
+
+    def _begin(self) -> None:
         info, options, robot = self.robot.survey(), self._options, self.robot
         mind = make_planner(options.planner, robot.skills, self._planner_options, dialogue=options.dialogue)
         agent = Agent(ctx=robot.ctx, skills=robot.skills, planner=mind, max_replans=options.max_replans)
-        super().__init__(validate(info.task, Task, source="the sim's task"), agent, seed=info.seed)
+        agent.calls = robot.calls
+        super().__init__(
+            validate(info.task, Task, source="the sim's task"), agent, seed=info.seed, undoes=options.dialogue
+        )
         self._loaded = info.task
         self._start = robot.truth() if info.truth else None
 

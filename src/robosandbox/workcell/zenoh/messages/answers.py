@@ -71,11 +71,13 @@ class SkillInfo(StrictModel):
         name: In keys.
         description: What it does, in a line.
         arguments: JSON schema of what `send_goal` takes as arguments.
+        by_hand: Whether it only moves the hand, so that no plan is made of it.
     """
 
     name: str
     description: str
     arguments: dict[str, Any]
+    by_hand: bool = False
 
 
 class Info(Message):
@@ -139,8 +141,8 @@ class Goal(Message):
         boot_id: The sim process that took it.
         skill: Its name.
         status: How far it is.
-        began: Trial seconds at its start.
-        ended: Trial seconds at its end.
+        began: Simulated seconds at its start.
+        ended: Simulated seconds at its end.
         result: After it succeeded.
         error: After it failed or was cancelled.
     """
@@ -175,8 +177,8 @@ class Feedback(Message):
         skill: Its name.
         phase: What it does now.
         number: Of the phase, from 1.
-        time: Trial seconds.
-        elapsed: Trial seconds since the goal began.
+        time: Simulated seconds.
+        elapsed: Simulated seconds since the goal began.
     """
 
     goal_id: GoalId
@@ -258,7 +260,7 @@ class Saved(Message):
 
     Attributes:
         checkpoint: Its name, for `reset`.
-        time: Trial seconds of it.
+        time: Simulated seconds of it.
     """
 
     checkpoint: str
@@ -283,7 +285,7 @@ class Picture(Message):
         camera: Its name.
         boot_id: The sim process.
         stamp: Unix seconds when the state was taken.
-        time: Trial seconds of it.
+        time: Simulated seconds of it.
         intrinsics: The camera's pinhole.
         format: `jpeg`, `png` or `raw`: rows of RGB bytes; depth as 16-bit millimetres in a PNG, or raw float32 metres.
         pose_camera_in_world: x right, y down, z into the scene.

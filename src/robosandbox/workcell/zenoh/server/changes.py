@@ -48,8 +48,10 @@ class WorldChanges:
             doing = self.occupation()
             if doing is not None:
                 live = self._ledger.live()
+                stopping = self._ledger.is_stopping() if live else self._given_up.is_set()
+                what = "it is being stopped; wait for its end" if stopping else "cancel it or wait for it"
                 raise BusyError(
-                    f"the robot is busy with {doing}; cancel it or wait for it",
+                    f"the robot is busy with {doing}; {what}",
                     evidence=BusyEvidence(
                         doing=doing, goal_id=live[0] if live else None, waiting=max(0, len(live) - 1)
                     ),

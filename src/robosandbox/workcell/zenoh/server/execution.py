@@ -5,17 +5,18 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from robosandbox.agent.context import AgentContext
 from robosandbox.driver import come_to_rest
 from robosandbox.errors import CancelledError, ConnectionLostError, ErrorRecord, InternalError, SkillError
 from robosandbox.evidence import ConnectionEvidence
-from robosandbox.skills.protocols import Skill
-from robosandbox.types import Intent, SkillResult
+from robosandbox.skills import events
+from robosandbox.skills.events import PhaseEntered, SkillEvent
+from robosandbox.types import SkillResult
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.zenoh.messages import Feedback, Goal, Intended
 from robosandbox.workcell.zenoh.server.goals import Ledger, LiveGoal
 from robosandbox.workcell.zenoh.server.publishing import GoalNews
 from robosandbox.workcell.zenoh.server.snapshots import thinned
+from robosandbox.world.operators import BoundCall
 
 _log = logging.getLogger(__name__)
 # How often coming to rest is begun anew; chosen because a cancel or a limit may end each trial.
@@ -53,7 +54,8 @@ class Executor:
                 if not self._ledger.start(goal_id, served.sim.time):
                     raise CancelledError("cancelled before it began")
                 self._news.status(entry.goal)
-                outcome = self._call(entry, served, served.agent.skills[entry.goal.skill])
+                assert entry.call is not None, "a goal of an earlier process is not run again"
+                outcome = self._call(entry, entry.call, served)
         except CancelledError as error:
             outcome = self._abandoned(error) if entry.abandoned else error.record()
         except SkillError as error:
@@ -76,35 +78,34 @@ class Executor:
             evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
         ).record()
 
-    def _call(self, entry: LiveGoal, served: EmbeddedWorkcell, skill: Skill[AgentContext]) -> SkillResult:
-        began = served.sim.time
+    def _call(self, entry: LiveGoal, call: BoundCall, served: EmbeddedWorkcell) -> SkillResult:
+        began, goal = served.sim.time, entry.goal
 
-        def tell(phase: str) -> None:
-            entry.phases += 1
-            now = served.sim.time
-            self._news.feedback(
-                Feedback(
-                    goal_id=entry.goal.goal_id,
-                    skill=entry.goal.skill,
-                    phase=phase,
-                    number=entry.phases,
-                    time=now,
-                    elapsed=now - began,
-                )
-            )
+        def tell(event: SkillEvent) -> None:
+            match event:
+                case PhaseEntered(_, phase):
+                    entry.phases += 1
+                    now = served.sim.time
+                    self._news.feedback(
+                        Feedback(
+                            goal_id=goal.goal_id,
+                            skill=goal.skill,
+                            phase=phase,
+                            number=entry.phases,
+                            time=now,
+                            elapsed=now - began,
+                        )
+                    )
+                case events.Intended(_, intent) if entry.intents:
+                    self._news.intent(Intended(goal_id=goal.goal_id, intent=thinned(intent)))
+                case _:
+                    pass
 
-        def show(intent: Intent) -> None:
-            self._news.intent(Intended(goal_id=entry.goal.goal_id, intent=thinned(intent)))
-
-        served.ctx.listeners.append(tell)
-        if entry.intents:
-            served.ctx.intent_listeners.append(show)
+        leave = served.ctx.events.subscribe(tell)
         try:
-            return skill(served.ctx, entry.checked)
+            return served.ctx.perform(call)
         finally:
-            served.ctx.listeners.remove(tell)
-            if entry.intents:
-                served.ctx.intent_listeners.remove(show)
+            leave()
 
 
 def _come_to_rest(served: EmbeddedWorkcell) -> None:

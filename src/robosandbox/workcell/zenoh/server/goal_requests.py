@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robosandbox.errors import ConnectionLostError, InternalError, InvalidArgumentError, UnknownGoalError
+from robosandbox.errors import ConnectionLostError, InternalError, UnknownGoalError
 from robosandbox.evidence import ConnectionEvidence
-from robosandbox.validation import did_you_mean
+from robosandbox.types import SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.zenoh.messages import GoalRef, SendGoal
 from robosandbox.workcell.zenoh.server.changes import WorldChanges
 from robosandbox.workcell.zenoh.server.goals import Ledger
 from robosandbox.workcell.zenoh.server.requests import Request
+from robosandbox.world.operators import bind
 
 
 class GoalRequests:
@@ -54,16 +55,9 @@ class GoalRequests:
                 "the sim was restarted since the plan was made; look again and plan anew",
                 evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=True),
             )
-        name = _skill_of(request)
-        skills = self._served().agent.skills
-        skill = skills.get(name)
-        if skill is None:
-            raise InvalidArgumentError(
-                f"no skill {name[:60]!r}; there is {', '.join(skills)}{did_you_mean(name, skills)}"
-            )
-        checked = skill.check(message.arguments)
+        call = bind(SkillCall(skill=_skill_of(request), arguments=message.arguments), self._served().calls)
         try:
-            goal, new = self._ledger.admit(message, name, checked, self._changes.doing)
+            goal, new = self._ledger.admit(message, call, self._changes.doing)
         except OSError as error:
             raise InternalError(
                 f"not accepted: the sim cannot write beside its state file ({error.strerror}); make room there"

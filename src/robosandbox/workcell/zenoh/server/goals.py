@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from robosandbox.errors import (
@@ -20,6 +20,7 @@ from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEviden
 from robosandbox.types import SkillResult
 from robosandbox.workcell.zenoh.messages import KEPT_RESULTS, Goal, GoalStatus, SendGoal
 from robosandbox.workcell.zenoh.server.journal import Acceptance, KeptGoal
+from robosandbox.world.operators import BoundCall
 
 # Goals that may wait behind the running one; chosen as longer than any plan that a person follows.
 MAX_WAITING = 16
@@ -32,7 +33,7 @@ class LiveGoal:
     Attributes:
         goal: As clients see it now.
         arguments: As they came.
-        checked: The arguments converted to their types.
+        call: The same, bound; None for one of an earlier process.
         timeout: Simulated seconds; None for no limit.
         client_id: Whose loss cancels it.
         cancelled: Whether somebody asked for its end.
@@ -43,7 +44,7 @@ class LiveGoal:
 
     goal: Goal
     arguments: Mapping[str, Any]
-    checked: Mapping[str, Any] = field(default_factory=dict)
+    call: BoundCall | None = None
     timeout: float | None = None
     client_id: str | None = None
     cancelled: bool = False
@@ -68,13 +69,12 @@ class Ledger:
         self._live: OrderedDict[str, LiveGoal] = OrderedDict()
         self._ended: OrderedDict[str, LiveGoal] = OrderedDict()
 
-    def admit(self, request: SendGoal, skill: str, checked: Mapping[str, Any], doing: str | None) -> tuple[Goal, bool]:
+    def admit(self, request: SendGoal, call: BoundCall, doing: str | None) -> tuple[Goal, bool]:
         """Take a goal in, or find it.
 
         Args:
             request: What was asked.
-            skill: Its skill.
-            checked: The arguments converted to their types.
+            call: The same, bound.
             doing: What else than goals occupies the robot.
 
         Returns:
@@ -88,17 +88,19 @@ class Ledger:
         with self._lock:
             known = self._live.get(request.goal_id) or self._ended.get(request.goal_id)
             if known is not None:
-                if known.goal.skill != skill or dict(known.arguments) != request.arguments:
+                if known.goal.skill != call.skill.name or dict(known.arguments) != request.arguments:
                     problem = f"{request.goal_id} is a {known.goal.skill} goal already; make a new id"
                     raise InvalidMessageError(problem, evidence=MessageEvidence(field="goal_id", problem=problem))
                 return known.goal, False
             self._refuse_if_busy(request, doing)
-            goal = Goal(goal_id=request.goal_id, boot_id=self._boot_id, skill=skill, status=GoalStatus.ACCEPTED)
+            goal = Goal(
+                goal_id=request.goal_id, boot_id=self._boot_id, skill=call.skill.name, status=GoalStatus.ACCEPTED
+            )
             number = self._accepted + 1
             self._keep_acceptance(Acceptance(number=number, goal=goal, arguments=request.arguments))
             self._accepted = number
             self._live[request.goal_id] = LiveGoal(
-                goal, request.arguments, checked, request.timeout, request.client_id, intents=request.intents
+                goal, request.arguments, call, request.timeout, request.client_id, intents=request.intents
             )
             return goal, True
 
@@ -110,7 +112,11 @@ class Ledger:
         if request.queue and len(self._live) <= MAX_WAITING:
             return
         name = first.goal.skill if first else str(doing)
-        what = f"{waiting} goals wait already" if request.queue else "cancel it, wait for it, or send with queue"
+        what = "cancel it, wait for it, or send with queue"
+        if request.queue:
+            what = f"{waiting} goals wait already"
+        elif first and first.cancelled:
+            what = "it was cancelled and is being stopped; wait for its end (`wait`, or its status), or send with queue"
         raise BusyError(
             f"the robot is busy with {name}; {what}",
             evidence=BusyEvidence(doing=name, goal_id=first.goal.goal_id if first else None, waiting=waiting),
@@ -192,6 +198,11 @@ class Ledger:
         """Return the skill of the goal that runs or is next."""
         with self._lock:
             return next((entry.goal.skill for entry in self._live.values()), None)
+
+    def is_stopping(self) -> bool:
+        """Return whether the goal that runs or is next was cancelled and has not ended."""
+        with self._lock:
+            return next((entry.cancelled for entry in self._live.values()), False)
 
     # Across restarts.
 

@@ -15,7 +15,6 @@ from robosandbox.validation import validate
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import USUAL, WorkcellOptions
 from robosandbox.workcell.recording.settings import RecordSettings, open_recorder
-from robosandbox.workcell.recording.skill import RecordedSkill
 from robosandbox.workcell.session import open_workcell
 from robosandbox.workcell.zenoh.messages import Load
 from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld
@@ -58,7 +57,8 @@ class TaskLoader:
         self, task: Task | str, robot: str | None = None, *, wait_hook: Callable[[], None] | None = None
     ) -> EmbeddedWorkcell:
         """Open a task as written; `wait_hook` as in `open_workcell`."""
-        return self._open(replace(self._options, task=task, robot=robot, seed=0), wait_hook)
+        own = replace(self._options, task=task, robot=robot, sidecar=None, arm=None, gripper=None, seed=0)
+        return self._open(own, wait_hook)
 
     def _open(self, options: WorkcellOptions, wait_hook: Callable[[], None] | None = None) -> EmbeddedWorkcell:
         session = open_workcell(options, wait_hook=wait_hook)
@@ -68,7 +68,7 @@ class TaskLoader:
             except InputError:
                 session.close()
                 raise
-            session.agent.skills.update({skill.name: RecordedSkill(skill, recorder) for skill in session.skills})
+            recorder.follow()
         return session
 
     def resume(self, world: SavedWorld) -> EmbeddedWorkcell:
@@ -109,6 +109,7 @@ class TaskLoader:
 
     def _check_files(self, scene: Scene) -> None:
         named = [("scene.robot_urdf", scene.robot_urdf), ("scene.robot_config", scene.robot_config)]
+        named += [("scene.robot_gripper", scene.robot_gripper)]
         named += [(f"scene.objects[{index}].mesh", item.mesh) for index, item in enumerate(scene.objects)]
         for field, path in named:
             if path is not None:
@@ -128,7 +129,7 @@ class TaskLoader:
 
 def _check_same_robot(task: Scene, saved: Scene) -> None:
     """Refuse a world that was saved with another robot or table than its task has."""
-    for field in ("robot_urdf", "robot_config", "table_height"):
+    for field in ("robot_urdf", "robot_config", "robot_arm", "robot_gripper", "table_height"):
         mine, theirs = getattr(task, field), getattr(saved, field)
         if mine != theirs:
             raise InputError(

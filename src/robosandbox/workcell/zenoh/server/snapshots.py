@@ -57,8 +57,13 @@ def info_of(
         else None,
         cameras=tuple(Camera(name=name, width=width, height=height) for name, (height, width) in sizes.items()),
         skills=tuple(
-            SkillInfo(name=skill.name, description=skill.description, arguments=dict(skill.schema))
-            for skill in served.skills
+            SkillInfo(
+                name=name,
+                description=skill.description,
+                arguments=dict(skill.schema),
+                by_hand=name not in served.agent.skills,
+            )
+            for name, skill in served.calls.items()
         ),
         task=served.task.model_dump(mode="json"),
         seed=served.seed,

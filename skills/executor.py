@@ -1,0 +1,81 @@
+"""The one place where a skill is run: limits, needs, the verb itself, promises, side effects, repairs."""
+
+from __future__ import annotations
+
+from robosandbox.errors import SkillError
+from robosandbox.skills.base import Skill
+from robosandbox.skills.primitives.abilities import GripperAbilities
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import ObservedScene, SkillCall, SkillResult
+from robosandbox.world.alternatives import Failure
+from robosandbox.world.contracts import Contract, error_for, first_refuted, lost
+from robosandbox.world.operators import BoundCall
+from robosandbox.world.predicate import View
+from robosandbox.world.side_effects import disturbed
+
+
+class Executor:
+    """Runs bound calls in a context.
+
+    Args:
+        ctx: The world; its context for agents is who asks.
+    """
+
+    def __init__(self, ctx: SkillContext) -> None:
+        self._ctx = ctx
+
+    def perform(self, call: BoundCall[Skill]) -> SkillResult:
+        """Carry out a call and hold it to its contract.
+
+        Raises:
+            SkillError: A limit forbids it, it lacks what it needs, it failed, or what it promises is not seen; with
+                repairs that were tried on the twin.
+        """
+        ctx = self._ctx
+        ctx.permit(call)
+        before = ctx.look()
+        contract = call.contract.resolved(before)
+        try:
+            return self._kept(call, contract, before)
+        except SkillError as error:
+            ctx.doubt()
+            if not error.repairs and ctx.what_if:
+                said = SkillCall(skill=call.skill.name, arguments=dict(call.arguments))
+                error.repairs = ctx.repairs_for(
+                    Failure(call=said, error=error, contract=contract, before=before, scene=ctx.look())
+                )
+            error.append(ctx.advice_for(error))
+            raise
+
+    def _kept(self, call: BoundCall[Skill], contract: Contract, before: ObservedScene) -> SkillResult:
+        """Run the skill between a look at what it needs and one at what it promises.
+
+        Raises:
+            SkillError: What it needs does not hold, it failed, or what it promises is not seen.
+        """
+        ctx = self._ctx
+        if not contract.gives:
+            unsaid: SkillResult = call.skill.run(ctx, **call.arguments)
+            return unsaid
+        require(ctx, contract, before)
+        robot = GripperAbilities(ctx)
+        result: SkillResult = call.skill.run(ctx, **call.arguments)
+        after = ctx.look()
+        seen = View(scene=after, before=before, robot=robot)
+        broken = first_refuted(contract.gives, seen)
+        if broken is not None:
+            raise lost(*broken, seen, by=call.skill.name)
+        moved = disturbed(before, after, *contract.moves, *([before.held] if before.held else []))
+        return result.model_copy(update={"side_effects": (*result.side_effects, *moved)})
+
+
+def require(ctx: SkillContext, contract: Contract, scene: ObservedScene) -> None:
+    """Check that what a contract needs holds in a scene; skills do so again where it has changed under way.
+
+    Raises:
+        SkillError: Something that it needs does not hold.
+    """
+    view = View.of(scene, GripperAbilities(ctx))
+    lacking = first_refuted(contract.resolved(scene).needs, view)
+    if lacking is not None:
+        raise error_for(*lacking, view)
