@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Self
 
 from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.agent.goal import GoalContext
@@ -170,7 +171,10 @@ class AgentContext(GoalContext):
                 check_call(call.call, self.look(), limits.workspace)
 
     def twin(self) -> AgentContext:
-        """Return a context in a simulation of what is believed now, for trying things out; nothing there touches this one."""
+        """Return a context in a simulation of what is believed now, for trying things out; nothing there touches this one.
+
+        Whoever asks for it closes it.
+        """
         copy = AgentContext(
             sim=self.planning(self.look()).twin(self.sim.state()),
             perception=GroundTruthPerception(),
@@ -185,6 +189,16 @@ class AgentContext(GoalContext):
         # A cancel stops what is tried out, too.
         copy._cancelled = self._cancelled
         return copy
+
+    def close(self) -> None:
+        """Free the sim."""
+        self.sim.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on the twin; nothing with `what_if` off."""

@@ -23,6 +23,7 @@ class Preview:
         error: Why.
         seconds: Simulated time that it took.
         touched: What the robot touched though no call named it.
+        begin: The scene that it began with.
         end: The scene that was left.
     """
 
@@ -31,6 +32,7 @@ class Preview:
     error: ErrorRecord | None = None
     seconds: float
     touched: tuple[str, ...] = ()
+    begin: ObservedScene
     end: ObservedScene
 
     @property
@@ -89,25 +91,24 @@ def preview(
         skills: What it may call, by name.
         tick: Called at each control tick; a SkillError that it raises ends the trial.
     """
-    twin = ctx.twin()
-    if tick is not None:
-        twin.sim.subscribe(tick)
-    start = twin.sim.time
-    touches = _Touches(twin.sim)
-    if twin.sim.capabilities.contact == "named":
-        twin.sim.subscribe(touches)
-    done: list[tuple[SkillCall, SkillResult]] = []
-    result = Preview(steps=(), seconds=0.0, end=twin.look())
-    for call in plan.steps:
-        touches.about |= {*map(str, call.arguments.values()), str(twin.look().held)}
-        try:
-            done.append((call, twin.perform(bind(call, skills))))
-        except SkillError as error:
-            result = replace(result, failed=call, error=error.record())
-            break
-    return replace(
-        result, steps=tuple(done), seconds=twin.sim.time - start, touched=tuple(touches.found), end=twin.look()
-    )
+    with ctx.twin() as twin:
+        if tick is not None:
+            twin.sim.subscribe(tick)
+        begin = twin.look()
+        touches = _Touches(twin.sim)
+        if twin.sim.capabilities.contact == "named":
+            twin.sim.subscribe(touches)
+        done: list[tuple[SkillCall, SkillResult]] = []
+        result = Preview(steps=(), seconds=0.0, begin=begin, end=begin)
+        for call in plan.steps:
+            touches.about |= {*map(str, call.arguments.values()), str(twin.look().held)}
+            try:
+                done.append((call, twin.perform(bind(call, skills))))
+            except SkillError as error:
+                result = replace(result, failed=call, error=error.record())
+                break
+        seconds = twin.sim.time - begin.time
+        return replace(result, steps=tuple(done), seconds=seconds, touched=tuple(touches.found), end=twin.look())
 
 
 def _effects(result: SkillResult) -> str:

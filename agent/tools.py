@@ -188,7 +188,6 @@ def simulated(
         return verdict
     if not isinstance(ctx, AgentContext):
         return ctx.simulate(plan)
-    begin = ctx.twin().look()
     tried = preview(ctx, plan, skills, tick=tick)
     data: dict[str, Any] = {
         "ok": tried.success,
@@ -196,7 +195,7 @@ def simulated(
         "would_work": [str(call) for call, _ in tried.steps],
         "side_effects": [effect for _, result in tried.steps for effect in result.side_effects],
         "would_touch": list(tried.touched),
-        "changes": changes(begin, tried.end),
+        "changes": changes(tried.begin, tried.end),
     }
     if tried.failed is not None and tried.error is not None:
         data |= {"would_fail": str(tried.failed), "error": error_data(tried.error)}

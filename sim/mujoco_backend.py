@@ -52,7 +52,7 @@ class MuJoCoBackend(SensedSimulation):
             InputError: A file, name or number of the robot or scene is wrong.
         """
         scene = weighed(scene)
-        self.close()
+        self._unload()
         self._as_written = scene
         self._compile(scene)
         self.reset(q=q)
@@ -84,15 +84,6 @@ class MuJoCoBackend(SensedSimulation):
         self.episode += 1
         self.physics_steps = 0
         self._jumped()
-
-    def close(self) -> None:
-        """Free what was loaded; the backend can load again."""
-        self._free_renderers()
-        self._world = None
-        self._data = None
-        self._pressing = None
-        self._sleepers = None
-        self._timer = None
 
     def __enter__(self) -> Self:
         return self
@@ -164,7 +155,7 @@ class MuJoCoBackend(SensedSimulation):
         """
         if not _rewritable(self._loaded.scene, scene):
             as_loaded = self._as_loaded(scene)
-            self.close()
+            self._unload()
             self._compile(as_loaded)
         world = self._loaded
         stale = [

@@ -209,10 +209,16 @@ class SensedSimulation(ControlledSimulation):
             self._remember()
         super()._tick(guards)
 
-    def _free_renderers(self) -> None:
+    def _unload(self) -> None:
         for renderer in self._renderers.values():
             renderer.close()
         self._renderers = {}
+        self._past.clear()
+        self._exposure = None
+        self._specs = None
+        self._objects = None
+        self._observed = None
+        super()._unload()
 
     def _render(self, camera: str) -> np.ndarray:
         name = self.camera_in_model(camera)

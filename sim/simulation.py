@@ -174,6 +174,23 @@ class Simulation:
             self._timer = SleepTimer(self.model, self._live)
         return self._timer
 
+    def close(self) -> None:
+        """Free the world, and let go of listeners, guards and hooks; the simulation can load again."""
+        self._unload()
+        self._loop.close()
+        self.wait_hooks.clear()
+        self.jump_hooks.clear()
+
+    def _unload(self) -> None:
+        """Free the model, the state, and all that is read of them."""
+        self._world = None
+        self._spec = None
+        self._data = None
+        self._pressing = None
+        self._pressed = (-1, {})
+        self._sleepers = None
+        self._timer = None
+
     def ask_wait_hooks(self) -> None:
         """Ask the wait hooks whether to go on; they raise where not."""
         for hook in self.wait_hooks:

@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.ranges import LAYOUTS
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, Pose, Randomize, Scene, SceneObject
 from robosandbox.world.relations import bottom, bounds, gap
@@ -78,6 +79,8 @@ def draw_layout(
         raise InputError(f"seed: {seed!r} is no whole number; give 0 or more")
     if seed < 0:
         raise InputError(f"seed: {seed} is negative; give 0 or more")
+    if seed >= LAYOUTS:
+        raise InputError(f"seed: {seed} is beyond a task's last layout; give 0 to {LAYOUTS - 1}")
     if seed == 0:
         return Layout(task.scene, np.zeros(joints))
     rng = np.random.default_rng([seed, *task.name.encode(), *([attempt] if attempt else [])])

@@ -1,6 +1,5 @@
 """A bench loses no row: broken tasks, seeds without a layout, benches that are broken off, rows without number."""
 
-import io
 import json
 import logging
 import subprocess
@@ -17,7 +16,7 @@ from robosandbox.apps.bench.engines import ProcessPool
 from robosandbox.apps.bench.episodes import Chunk
 from robosandbox.apps.bench.results_file import ResultsFile
 from robosandbox.apps.commands import bench
-from robosandbox.apps.commands.bench_report import RowArray
+from robosandbox.apps.commands.bench_report import RowArray, open_rows
 from robosandbox.apps.commands.console import EXIT_FAILED, EXIT_USAGE, run_app
 from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.tasks.loader import bundled_tasks, load_task
@@ -190,15 +189,17 @@ def test_chunks_are_small_at_the_end_and_hold_each_seed_once() -> None:
     assert all(size <= max(1, sum(sizes[k:]) / 2 / 2) for k, size in enumerate(sizes))
 
 
-def test_an_array_of_rows_reads_like_the_document_of_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_of_rows_is_a_whole_document_after_each_of_them(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     (row,) = run_bench([task("home_0")], 1)
-    file = io.StringIO()
-    file.close = lambda: None  # type: ignore[method-assign]
-    array = RowArray(file)
-    for _ in range(3):
+    file = tmp_path / "rows.json"
+    array = open_rows(str(file))
+    for count in range(1, 4):
         array.add(row)
+        assert file.read_text() == json.dumps([row.record()] * count, indent=1) + "\n"
     array.close()
-    assert file.getvalue() == json.dumps([row.record()] * 3, indent=1) + "\n"
+    assert file.read_text() == json.dumps([row.record()] * 3, indent=1) + "\n"
     RowArray().close()
     assert capsys.readouterr().out == ""
 

@@ -383,6 +383,21 @@ def test_what_is_carried_against_something_counts_as_touching_it() -> None:
         assert "cube on other" in monitor.touched and monitor.worst_force > 0.0
 
 
+def test_a_hand_on_the_destination_of_what_it_carries_counts_as_touching_it() -> None:
+    with world(CUBE, OTHER) as (session, _):
+        pick(session)
+        monitor, hand = ContactMonitor(session.sim, session.agent.skills), Intervention(session.sim)
+        monitor.begin(SkillCall(skill="place_on", arguments={"target": "other"}))
+        session.sim.wait()
+        assert not monitor.touched
+        # From above, away from the cube between the fingers.
+        x, y, z = session.sim.state().tcp_pose.xyz
+        hand.set_pose("other", Pose(xyz=(x, y, z + 0.12)))
+        session.sim.wait()
+        assert any(pair.endswith(" on other") and not pair.startswith("cube ") for pair in monitor.touched)
+        assert monitor.worst_force > 0.0
+
+
 def test_an_arm_that_is_stopped_stays_where_it_was_stopped() -> None:
     with world(CUBE) as (session, _):
         sim, stopped = session.sim, list[np.ndarray]()

@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 
 from robosandbox.shapes import CONTAINER_WALL
-from robosandbox.types import DetectedObject, ObjectKind, Pose
+from robosandbox.tasks.judge import checks as judged
+from robosandbox.types import DetectedObject, ObjectKind, ObservedScene, Pose
 from robosandbox.world import relations
+from robosandbox.world.contracts import find
+from robosandbox.world.described import describe_scene
+from robosandbox.world.facts import fact
 from robosandbox.world.nearness import nearer
+from robosandbox.world.predicate import View
 
 
 def thing(
@@ -74,6 +79,30 @@ def test_inside_needs_centre_within_walls_and_bottom_below_rim() -> None:
     assert relations.inside(thing("box", CUBE, (0.1, 0, 0.064)), tray)
     assert not relations.inside(thing("box", CUBE, (0.1, 0, 0.12)), tray)
     assert not relations.inside(thing("box", CUBE, (0.2, 0, 0.06)), tray)
+
+
+@pytest.mark.parametrize("off", [-0.0055, -0.0045, 0.0045, 0.0055])
+def test_skills_believe_a_thing_to_stand_there_within_the_judges_5_mm(off: float) -> None:
+    cube, block = thing("box", CUBE, (0, 0, 0.06 + off)), thing("box", (0.05, 0.05, 0.01), (0, 0, 0.03))
+    stands = abs(off) < judged.REST_WITHIN
+    assert relations.on_top(cube, block).holds is stands
+    assert relations.on_table(cube, 0.04).holds is stands
+    assert relations.beside(cube, thing("box", CUBE, (0.08, 0, 0.06)), "front").holds is stands
+
+
+def test_what_has_fallen_through_a_floor_is_not_inside() -> None:
+    tray = thing("bin", (0.06, 0.06, 0.05), (0, 0, 0.04))
+    assert relations.inside(thing("box", CUBE, (0, 0, 0.04 - 0.0045 + 0.02)), tray)
+    assert not relations.inside(thing("box", CUBE, (0, 0, 0.04 - 0.0055 + 0.02)), tray)
+
+
+@pytest.mark.parametrize("opening", [0.0025, 0.0035])
+def test_skills_believe_a_drawer_to_be_closed_within_the_judges_3_mm(opening: float) -> None:
+    drawer = replace(thing("drawer", (0.2, 0.16, 0.09, 0.12), (0, 0, 0.04)), opening=opening)
+    scene = ObservedScene(time=0.0, objects=(drawer,), table_height=0.04, base_xy=(-0.3, 0.0))
+    shut = opening < judged.CLOSED_WITHIN
+    assert find(fact("closed", "drawer"), View.of(scene)).holds is shut
+    assert describe_scene(scene)["objects"][0]["state"] == ("closed" if shut else "open")
 
 
 def test_inside_of_a_box_is_an_error() -> None:

@@ -161,8 +161,12 @@ def _noun(group: str) -> str:
     return group.removesuffix("s").replace("_", " ")
 
 
-def _options_of(factory: Callable[..., Any], positional: int) -> dict[str, inspect.Parameter]:
-    """Return the parameters of a factory that may be given by keyword, without the first `positional` ones."""
+@cache
+def _options_of(factory: Callable[..., Any], positional: int) -> Mapping[str, inspect.Parameter]:
+    """Return the parameters of a factory that may be given by keyword, without the first `positional` ones.
+
+    Looked up once: of a class without a constructor of its own Python makes a copy of `sys.modules` each time, in a cycle.
+    """
     by_keyword = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     parameters = list(inspect.signature(factory).parameters.values())[positional:]
     return {item.name: item for item in parameters if item.kind in by_keyword}

@@ -22,6 +22,8 @@ LEAST_LENGTH, MOST_LENGTH = 1e-4, 10.0
 MOST_DISTANCE = 100.0
 # Metres per unit of a mesh file: files in micrometres to files in kilometres.
 LEAST_SCALE, MOST_SCALE = 1e-6, 1e3
+# Number of a task's layouts: what a signed 32-bit integer, which messages and files of other languages hold, can count.
+LAYOUTS = 2**31
 # Radians; chosen as a whole turn either way, rounded up.
 MOST_TURN = 6.3
 

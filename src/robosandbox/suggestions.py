@@ -36,6 +36,13 @@ def did_you_mean_file(path: Path) -> str:
     return did_you_mean(path.name, near)
 
 
+def no_file(path: Path) -> str:
+    """Return what is wrong with a path that is no file: what it is instead, or that nothing is there, and what is near."""
+    if path.exists():
+        return f"{path}: is {'a folder' if path.is_dir() else 'a pipe or device'}; name a file"
+    return f"{path}: no such file{did_you_mean_file(path)}"
+
+
 def _is_near(name: str, choice: str) -> bool:
     """Tell whether two names share a word, one begins with the other, or most letters are the same."""
     from rapidfuzz import fuzz

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from robosandbox.errors import InputError
-from robosandbox.suggestions import did_you_mean as did_you_mean, did_you_mean_file, nearest as nearest
+from robosandbox.suggestions import did_you_mean as did_you_mean, nearest as nearest, no_file
 
 MAX_FILE_BYTES = 1_000_000  # Bytes of a YAML file. Chosen far above any that people write.
 _MAX_SHOWN = 60  # Characters of a value that an error shows. Chosen so that it stays one line.
@@ -45,7 +45,7 @@ def read_text(path: Path) -> str:
         InputError: It is missing, too large or no text.
     """
     if not path.is_file():
-        raise InputError(f"{path}: no such file{did_you_mean_file(path)}")
+        raise InputError(no_file(path))
     try:
         size = path.stat().st_size
         if size > MAX_FILE_BYTES:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -11,7 +12,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 # Seconds that a sim process may take to start; chosen for a machine ten times as busy as one on which it takes 5 s of
 # CPU.
@@ -29,17 +30,24 @@ class SimProcess:
         state_file: Where the world is kept; `restart` then goes on from it.
         log: Where stderr goes; nowhere if left out.
         protocol: Of the endpoint, `tcp` or `tls`; None for a sim that connects to a router and listens nowhere.
+        first: Python that the process runs before the program, to break something in it.
 
     Attributes:
         endpoint: Where it listens; empty for a sim that does not.
     """
 
     def __init__(
-        self, *options: str, state_file: Path | None = None, log: Path | None = None, protocol: str | None = "tcp"
+        self,
+        *options: str,
+        state_file: Path | None = None,
+        log: Path | None = None,
+        protocol: str | None = "tcp",
+        first: str = "",
     ) -> None:
         self.endpoint: str = f"{protocol}/127.0.0.1:{free_port()}" if protocol else ""
         self._options = [*options, *(["--state-file", str(state_file)] if state_file else [])]
         self._log = log
+        self._first = first
         self._process = self._start()
 
     @property
@@ -51,6 +59,14 @@ class SimProcess:
     def running(self) -> bool:
         """Whether the process lives."""
         return self._process.poll() is None
+
+    def ended(self, timeout: float = 30.0) -> int:
+        """Wait until it has ended by itself and return its exit code.
+
+        Raises:
+            subprocess.TimeoutExpired: It did not end in time.
+        """
+        return self._process.wait(timeout)
 
     def kill(self) -> None:
         """End it at once, as a power cut would."""
@@ -84,7 +100,7 @@ class SimProcess:
 
     def _start(self) -> subprocess.Popen[str]:
         listen = ["--listen", self.endpoint] if self.endpoint else []
-        command = [sys.executable, "-c", _MAIN, "sim", *listen, *self._options]
+        command = [sys.executable, "-c", f"{self._first}\n{_MAIN}", "sim", *listen, *self._options]
         with open(self._log or os.devnull, "a", encoding="utf-8") as errors:
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
         watchdog = threading.Timer(_START_SECONDS, process.kill)
@@ -102,6 +118,47 @@ class SimProcess:
 def mcp_command(*options: str) -> list[str]:
     """Return what starts `robo-sandbox mcp` with options."""
     return [sys.executable, "-c", _MAIN, "mcp", *options]
+
+
+class McpProcess:
+    """`robo-sandbox mcp` on its stdin and stdout, spoken to message by message."""
+
+    def __init__(self, *options: str) -> None:
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(mcp_command(*options), stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+        client = {"name": "test", "version": "1"}
+        self.ask(0, "initialize", protocolVersion="2025-06-18", capabilities={}, clientInfo=client)
+        self.write(json.dumps({"jsonrpc": "2.0", "method": "notifications/initialized"}))
+
+    def write(self, line: str) -> None:
+        """Send a line as it is."""
+        print(line, file=self.process.stdin, flush=True)
+
+    def read(self) -> dict[str, Any]:
+        """Return the next message; raises EOFError where the server has ended."""
+        line = self.process.stdout.readline() if self.process.stdout else ""
+        if not line:
+            raise EOFError("the MCP server has ended")
+        message: dict[str, Any] = json.loads(line)
+        return message
+
+    def ask(self, number: int, method: str, **params: Any) -> dict[str, Any]:
+        """Return the answer to a request, whatever comes before it."""
+        self.write(json.dumps({"jsonrpc": "2.0", "id": number, "method": method, "params": params}))
+        while (message := self.read()).get("id") != number:
+            pass
+        return message
+
+    def call(self, number: int, tool: str, **arguments: Any) -> dict[str, Any]:
+        """Return a tool's result, or the error in its place."""
+        return self.ask(number, "tools/call", name=tool, arguments=arguments)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.kill()
+        self.process.communicate()
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -89,6 +90,8 @@ def bench_main() -> None:
     """Run `robo-sandbox-bench`; without arguments it runs every bundled task once."""
     from robosandbox.apps.commands import bench
 
+    # As Ctrl-C: what is done is kept, and nothing runs on.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(_as_process(bench.app, "robo-sandbox-bench", bench.split_lists(sys.argv[1:])))
 
 

@@ -32,9 +32,15 @@ class ControlLoop:
         self._listeners.append(listener)
 
         def end() -> None:
-            self._listeners.remove(listener)
+            if listener in self._listeners:
+                self._listeners.remove(listener)
 
         return end
+
+    def close(self) -> None:
+        """Let go of listeners and guards: they hold the driver in turn, and all that it simulates with it."""
+        self._listeners.clear()
+        self.guards.clear()
 
     def ticked(self, stop: Callable[[], None], guards: Sequence[Guard] = ()) -> None:
         """Tell the listeners, and ask the guards.

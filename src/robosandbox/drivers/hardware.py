@@ -129,6 +129,7 @@ class Hardware(BareDriver):
 
     def close(self) -> None:
         """Switch it off."""
+        self._loop.close()
         self._plant.close()
 
     def referee(self) -> Truth:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from robosandbox.ranges import LAYOUTS
 from robosandbox.spatial import StrictModel
 from robosandbox.types.scene import Scene
 
@@ -26,7 +27,7 @@ class Checkpoint(StrictModel):
         physics_steps: Since the last reset.
     """
 
-    seed: Annotated[int, Field(ge=0, lt=2**31)]
+    seed: Annotated[int, Field(ge=0, lt=LAYOUTS)]
     scene: Scene
     start: tuple[StateNumber, ...]
     state: tuple[StateNumber, ...]

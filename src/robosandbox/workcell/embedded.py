@@ -131,6 +131,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     def close(self) -> None:
         """Free the world."""
+        super().close()
         self.sim.close()
 
     def _begin(self, seed: int) -> None:

@@ -287,9 +287,11 @@ class Workcell(ABC, Generic[ContextT]):
             InputError: The checkpoint is of another task, or is not kept any more.
         """
 
-    @abstractmethod
     def close(self) -> None:
         """Free what it holds."""
+        self._leave()
+        # What ends listening holds the listener.
+        self._leave = _nothing
 
     def __enter__(self) -> Self:
         return self

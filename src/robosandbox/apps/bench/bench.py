@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass
-from itertools import groupby, islice, product
+from itertools import groupby, islice
 from operator import itemgetter
 
 from robosandbox.apps.bench.engines import Engine, InProcess, ProcessPool
@@ -80,12 +80,12 @@ def run_bench(
     # A sim tries a task's world when it is told to load it.
     tasks = tasks if remote else _tried(tasks, seeds, settings, kept)
     _check_some_can_run(tasks)
-    waiting = sum(1 for _ in _waiting(tasks, seeds, kept))
+    waiting = sum(seeds - (kept.count(task.name, seeds) if kept else 0) for task in tasks if isinstance(task, Task))
     if engine is None:
         engine = InProcess(remote) if min(jobs, waiting) <= 1 or remote is not None else ProcessPool(min(jobs, waiting))
     coming = engine.run(_chunks(tasks, seeds, waiting=waiting, jobs=jobs, settings=settings, kept=kept))
     with closing(ResultsFile.temporary()) if kept is None else nullcontext(kept) as store:
-        for task, seed in product(tasks, range(seeds)):
+        for task, seed in ((task, seed) for task in tasks for seed in range(seeds)):
             row = store.find(task.name, seed)
             if row is None:
                 source = task.rows(seed, settings) if isinstance(task, BrokenTask) else coming

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import logging
 import multiprocessing
+import os
+import signal
+import threading
 from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from itertools import islice
-from typing import Protocol
+from contextlib import suppress
+from dataclasses import replace
+from multiprocessing.connection import Connection, wait
+from typing import Any, Protocol
 
-from robosandbox.apps.bench.episodes import Chunk, EpisodeRunner, run_chunk
+from robosandbox.apps.bench.episodes import Chunk, EpisodeRunner
 from robosandbox.apps.bench.results import Row
-from robosandbox.errors import ServiceUnavailableError
+from robosandbox.errors import RoboSandboxError, ServiceUnavailableError
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 
 _log = logging.getLogger(__name__)
@@ -57,7 +60,7 @@ class InProcess:
 
 
 class ProcessPool:
-    """Runs chunks on processes of this machine; those of a process that dies are run again.
+    """Runs chunks on processes of this machine; what a process that dies has not done is run again.
 
     Args:
         jobs: How many.
@@ -67,47 +70,111 @@ class ProcessPool:
         self._jobs = jobs
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
-        """Yield each chunk's rows as it ends."""
-        coming = iter(chunks)
-        begun: list[Chunk] = []
+        """Yield each row as its episode ends."""
+        coming, again = iter(chunks), list[Chunk]()
+        workers = [_Worker() for _ in range(self._jobs)]
         deaths = 0
-        while True:
-            try:
-                for chunk, rows in self._run_once(coming, begun):
-                    begun.remove(chunk)
-                    deaths = 0
-                    yield from rows
-            except BrokenProcessPool:
-                deaths += 1
-                _log.warning("a process of the bench died; what it ran is run again")
-                if deaths == _MOST_DEATHS:
-                    raise ServiceUnavailableError(
-                        f"--jobs: processes of the bench died {deaths} times in a row; --jobs 1 shows where, and fewer "
-                        "jobs need less memory"
-                    ) from None
-            else:
-                return
+        try:
+            while True:
+                for worker in workers:
+                    while len(worker.chunks) < _AHEAD and (chunk := again.pop() if again else next(coming, None)):
+                        worker.give(chunk)
+                busy: dict[Any, _Worker] = {worker.pipe: worker for worker in workers if worker.chunks}
+                if not busy:
+                    return
+                for pipe in wait(list(busy)):
+                    worker = busy[pipe]
+                    try:
+                        row = worker.row()
+                    except (EOFError, OSError):
+                        deaths += 1
+                        _log.warning("a process of the bench died; what it ran is run again")
+                        again.extend(reversed(worker.chunks))
+                        workers[workers.index(worker)] = _Worker()
+                        worker.end()
+                        _check_deaths(deaths)
+                    else:
+                        deaths = 0
+                        yield row
+        finally:
+            for worker in workers:
+                worker.end()
 
-    def _run_once(self, coming: Iterator[Chunk], begun: list[Chunk]) -> Iterator[tuple[Chunk, list[Row]]]:
-        """Run what was begun and what comes, until all is done or a process dies.
 
-        Args:
-            coming: Chunks that nobody has begun; some are taken from it and added to `begun`.
-            begun: Chunks without rows; those that have theirs are for the caller to take out.
-        """
+class _Worker:
+    """A process that runs chunks.
+
+    Attributes:
+        pipe: Chunks go there, rows come from there.
+        chunks: What it was given, without the episodes whose rows have come.
+    """
+
+    def __init__(self) -> None:
         # Forking a process with threads (a progress bar, a renderer) can deadlock; spawning cannot.
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(max_workers=self._jobs, mp_context=context) as pool:
-            pending = {pool.submit(run_chunk, chunk): chunk for chunk in begun}
-            try:
-                while True:
-                    for chunk in islice(coming, self._jobs * _AHEAD - len(pending)):
-                        begun.append(chunk)
-                        pending[pool.submit(run_chunk, chunk)] = chunk
-                    if not pending:
-                        return
-                    done, _ = wait(pending, return_when=FIRST_COMPLETED)
-                    for future in done:
-                        yield pending.pop(future), future.result()
-            finally:
-                pool.shutdown(wait=True, cancel_futures=True)
+        self.pipe, theirs = context.Pipe()
+        self.chunks: list[Chunk] = []
+        self._process = context.Process(target=_work, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()
+
+    def give(self, chunk: Chunk) -> None:
+        """Have it run a chunk after those that it has."""
+        self.chunks.append(chunk)
+        # Of one that has died the next row that is asked for tells.
+        with suppress(BrokenPipeError, ConnectionResetError):
+            self.pipe.send(chunk)
+
+    def row(self) -> Row:
+        """Return its next row.
+
+        Raises:
+            EOFError: It has died.
+            OSError: Likewise.
+            Exception: What ends the bench.
+        """
+        came: Row | Exception = self.pipe.recv()
+        if isinstance(came, Exception):
+            raise came
+        first = self.chunks[0]
+        left = replace(first, seeds=first.seeds[1:])
+        self.chunks[:1] = [left] if left.seeds else []
+        return came
+
+    def end(self) -> None:
+        """End it, whatever it does."""
+        self._process.terminate()
+        self._process.join()
+        self.pipe.close()
+
+
+def _work(pipe: Connection[Row | Exception, Chunk]) -> None:
+    """Run the chunks that come and send each row as its episode ends."""
+    # Ctrl-C goes to all processes of a terminal; the bench's own ends this one.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    runner = EpisodeRunner()
+    while True:
+        chunk = pipe.recv()
+        try:
+            for row in runner.rows(chunk):
+                pipe.send(row)
+        except RoboSandboxError as error:
+            pipe.send(error)
+
+
+def _end_with_parent() -> None:
+    """End this process when the bench is gone: however it died, its end of a pipe is closed then."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
+def _check_deaths(deaths: int) -> None:
+    if deaths == _MOST_DEATHS:
+        raise ServiceUnavailableError(
+            f"--jobs: processes of the bench died {deaths} times in a row; --jobs 1 shows where, and fewer jobs need "
+            "less memory"
+        )

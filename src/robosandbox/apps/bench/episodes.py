@@ -131,6 +131,8 @@ class EpisodeRunner:
         if self._recorder is not None and settings.recording is not None:
             keep = verdict.success or not settings.recording.only_success
             self._recorder.finish(judged=verdict, keep=keep)
+            if self._recorder.cut_short is not None:
+                raise ServiceUnavailableError(f"--record: {self._recorder.cut_short}; make room, then run it again")
         detail: dict[str, float | str] = {key: round(value, 3) for key, value in verdict.detail.items()}
         if not claimed:
             detail["agent"] = f"{reason}: {said}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from array import array
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import IO, Self
 
@@ -29,6 +30,7 @@ class ResultsFile:
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
+        self._full = False
         self._pages: dict[tuple[str, int], array[int]] = {}
 
     @classmethod
@@ -62,11 +64,21 @@ class ResultsFile:
         return rows
 
     def add(self, row: Row) -> None:
-        """Append a row; it outlives the process from here on."""
-        self._file.seek(0, 2)
-        self._note(row, self._file.tell())
-        self._file.write(json.dumps(row.record()).encode() + b"\n")
-        self._file.flush()
+        """Append a row; it outlives the process from here on.
+
+        Raises:
+            InputError: The disk is full.
+        """
+        end = self._file.seek(0, 2)
+        try:
+            self._file.write(json.dumps(row.record()).encode() + b"\n")
+            self._file.flush()
+        except OSError as error:
+            self._full = True
+            raise InputError(
+                f"the rows cannot be kept: {error.strerror}; make room where --resume says, or else in TMPDIR, and go on"
+            ) from None
+        self._note(row, end)
 
     def find(self, task: str, seed: int) -> Row | None:
         """Return the row of an episode, or None if it is not there."""
@@ -80,9 +92,16 @@ class ResultsFile:
         """Return whether the row of an episode is there."""
         return self._offset(task, seed) != _ABSENT
 
+    def count(self, task: str, seeds: int) -> int:
+        """Return how many rows of a task's first seeds are there."""
+        pages = (range(at * _PAGE, (at + 1) * _PAGE) for name, at in self._pages if name == task)
+        return sum(self.holds(task, seed) for page in pages for seed in page if seed < seeds)
+
     def close(self) -> None:
-        """Free the file."""
-        self._file.close()
+        """Free the file; of a row that could not be written a part may be left, which the next bench cuts off."""
+        # Closing would write it once more.
+        with suppress(OSError) if self._full else nullcontext():
+            self._file.close()
 
     def _offset(self, task: str, seed: int) -> int:
         page = self._pages.get((task, seed // _PAGE))

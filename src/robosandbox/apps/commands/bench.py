@@ -19,6 +19,7 @@ from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_
 from robosandbox.apps.commands.world import Connection, takes_world
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
+from robosandbox.ranges import LAYOUTS
 from robosandbox.workcell.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -78,6 +79,8 @@ class BenchRun:
         for option, value in (("--seeds", self.seeds), ("--jobs", self.jobs)):
             if value < 1:
                 raise InputError(f"{option}: {value}; give 1 or more")
+        if self.seeds > LAYOUTS:
+            raise InputError(f"--seeds: {self.seeds}; a task has {LAYOUTS} layouts, so give 1 to {LAYOUTS}")
         if self.json is not None and self.json != "-":
             _check_writable(Path(self.json))
             if self.resume is not None and Path(self.json).resolve() == self.resume.resolve():

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import stat
 import sys
-from typing import IO, TYPE_CHECKING
+from io import FileIO
+from typing import TYPE_CHECKING
 
 from robosandbox.errors import InputError
 
@@ -46,38 +49,71 @@ def summary(tally: Tally) -> list[str]:
 
 
 class RowArray:
-    """Writes rows as one JSON array, each as it comes; the array is whole also where the bench is broken off.
+    """Writes rows as one JSON array, each as it comes.
+
+    A file is a whole array after each row: the next one is written over the closing bracket. Whatever cannot be gone back
+    in, as a pipe, gets its bracket at the end, also where the bench is broken off.
 
     Args:
-        file: Where to, stdout if it is None.
+        file: Where to, unbuffered; stdout if it is None.
     """
 
-    def __init__(self, file: IO[str] | None = None) -> None:
+    def __init__(self, file: FileIO | None = None) -> None:
         self._file = file
-        self._rows = 0
+        self._goes_back = file is not None and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+        # Bytes up to the end of the last whole row.
+        self._end = 0
 
     def add(self, row: Row) -> None:
-        """Write a row."""
+        """Write a row.
+
+        Raises:
+            InputError: The disk is full, or the file cannot be written any more.
+        """
         # The text of an array of one, less its brackets.
-        self._write(("[\n", ",\n")[self._rows > 0] + json.dumps([row.record()], indent=1)[2:-2])
-        self._rows += 1
+        text = (("[\n", ",\n")[self._end > 0] + json.dumps([row.record()], indent=1)[2:-2]).encode()
+        self._write(text, closed=self._goes_back)
+        self._end += len(text)
 
     def close(self) -> None:
         """Write the closing bracket; nothing where there was no row."""
-        if self._rows:
-            self._write("\n]\n")
+        if self._end:
+            self._write(b"", closed=True)
         if self._file is not None:
             self._file.close()
 
-    def _write(self, text: str) -> None:
-        # A reader of stdout that has gone is for the caller to hear of; a full disk is about the option.
-        if self._file is None:
-            sys.stdout.write(text)
-            return
+    def _write(self, data: bytes, *, closed: bool) -> None:
+        """Write behind the last whole row; what cannot be written whole is taken back."""
+        data += b"\n]\n" if closed else b""
         try:
-            self._file.write(text)
+            if self._file is None:
+                sys.stdout.write(data.decode())
+                sys.stdout.flush()
+                return
+            if self._goes_back:
+                self._file.seek(self._end)
+            while data:
+                data = data[self._file.write(data) :]
+            if self._goes_back:
+                self._file.truncate()
+        except BrokenPipeError:
+            # A reader that has gone is for the caller to hear of.
+            raise
         except OSError as error:
-            raise InputError(f"--json: {self._file.name!r} cannot be written: {error.strerror}") from None
+            name = "stdout" if self._file is None else repr(self._file.name)
+            if self._goes_back:
+                self._take_back()
+            raise InputError(
+                f"--json: {name} cannot be written: {error.strerror}; make room, or name another"
+            ) from None
+
+    def _take_back(self) -> None:
+        assert self._file is not None
+        self._file.seek(self._end)
+        self._file.truncate()
+        if self._end:
+            # Where the bracket was before.
+            self._file.write(b"\n]\n")
 
 
 def open_rows(target: str) -> RowArray:
@@ -89,6 +125,6 @@ def open_rows(target: str) -> RowArray:
     if target == "-":
         return RowArray()
     try:
-        return RowArray(open(target, "w", encoding="utf-8"))
+        return RowArray(FileIO(target, "w"))
     except OSError as error:
         raise InputError(f"--json: {target!r} cannot be written: {error.strerror}") from None

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from robosandbox.errors import InputError
 from robosandbox.plugins import check_plugin
-from robosandbox.suggestions import did_you_mean, did_you_mean_file
+from robosandbox.suggestions import did_you_mean, did_you_mean_file, no_file
 
 _TASK_SUFFIXES = (".yaml", ".yml")
 
@@ -24,7 +24,7 @@ def known_task(task: str | None) -> str | None:
         return task
     path = Path(task)
     if not path.is_file():
-        raise InputError(f"{path}: no such file{did_you_mean_file(path)}")
+        raise InputError(no_file(path))
     return task
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import logging
 import os
 import re
 import sys
-from collections.abc import Sequence
-from typing import Any, TextIO
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, NoReturn, TextIO
 
 import typer
 
@@ -32,6 +35,9 @@ _EXIT_INTERRUPTED = 130  # Exit code number: 128 and the number of SIGINT, as of
 _GL_REMEDY = (
     "unset it, or `apt-get install libegl1` for MUJOCO_GL=egl, `apt-get install libosmesa6` for MUJOCO_GL=osmesa"
 )
+
+# No room: of the disk, of its owner's share, of what a process may write into one file.
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 _HOME = re.compile(r"(--[a-z-]+=|)(~/.*)", re.DOTALL)
 
@@ -80,6 +86,13 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         # The reader has gone, as in `... | head`; closing stdout here keeps the interpreter from complaining at exit.
         sys.stdout = None
         return EXIT_FAILED
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        sys.stdout = None
+        where = repr(error.filename) if error.filename else "a file or stdout"
+        _complain(program, f"{where} cannot be written: {error.strerror}; make room, then run it again")
+        return EXIT_UNAVAILABLE
 
 
 def _at_home(arguments: Sequence[str]) -> list[str]:
@@ -120,6 +133,31 @@ def _exit_code(error: RoboSandboxError) -> int | None:
     if isinstance(error, UnsupportedError):
         return EXIT_USAGE
     return EXIT_UNAVAILABLE if isinstance(error, ServiceError) else None
+
+
+@contextmanager
+def ending_with_threads(program: str) -> Iterator[None]:
+    """Have the process end when any of its threads dies meanwhile: what the thread did would never be done again.
+
+    Zenoh's own panics are no `Exception`, and pass by all that keeps a thread alive.
+    """
+
+    def end(died: threading.ExceptHookArgs) -> None:
+        name = died.thread.name if died.thread else "?"
+        end_now(program, f"the thread {name!r} died of {died.exc_type.__name__}: {died.exc_value}")
+
+    before, threading.excepthook = threading.excepthook, end
+    try:
+        yield
+    finally:
+        threading.excepthook = before
+
+
+def end_now(program: str, cause: str) -> NoReturn:
+    """End the process at once, as a kill would, with a line that says why."""
+    _complain(program, f"{cause}; the process ends, start it again")
+    sys.stderr.flush()
+    os._exit(EXIT_UNAVAILABLE)
 
 
 def print_json(document: Any) -> None:

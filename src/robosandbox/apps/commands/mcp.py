@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Annotated
 
@@ -72,16 +72,17 @@ def mcp(
     def here() -> Iterator[Robot]:
         from robosandbox.agent.pace import Pace
 
-        with ExitStack() as opened:
+        def reopen(task: str | None = None) -> EmbeddedWorkcell:
+            session = open_here(world) if task is None else open_here(world, task=task)
+            if realtime:
+                session.sim.subscribe(Pace(session.sim))
+            return session
 
-            def reopen(task: str | None = None) -> EmbeddedWorkcell:
-                session = open_here(world) if task is None else open_here(world, task=task)
-                opened.callback(session.close)
-                if realtime:
-                    session.sim.subscribe(Pace(session.sim))
-                return session
-
-            yield Robot(reopen(), reopen=reopen, timeout=timeout)
+        robot = Robot(reopen(), reopen=reopen, timeout=timeout)
+        try:
+            yield robot
+        finally:
+            robot.cell.close()
 
     serve(there if connection else here, port=http, first=first)
     return EXIT_DONE

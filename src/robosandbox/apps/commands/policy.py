@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, print_json
+from robosandbox.apps.commands.recording import tell_recorded
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 from robosandbox.progress import doing
@@ -58,13 +58,11 @@ def run_policy(
         "stopped": ran.stopped,
         "judged": asdict(verdict),
     }
-    if recorder is not None:
-        folder = recorder.finish(judged=verdict, outcome=(ran.success, reason, said))
-        document["recorded"] = str(folder)
-        print(f"recorded: {folder}", file=sys.stderr)
+    outcome = (ran.success, reason, said)
+    whole = recorder is None or tell_recorded(recorder, recorder.finish(judged=verdict, outcome=outcome), document)
     if json:
         print_json(document)
     else:
         numbers = ", ".join(f"{key}={value:.3f}" for key, value in verdict.detail.items())
         print(f"{'done' if verdict.success else 'not done'}: {name} after {said} ({numbers})")
-    return EXIT_DONE if verdict.success else EXIT_FAILED
+    return EXIT_DONE if whole and verdict.success else EXIT_FAILED

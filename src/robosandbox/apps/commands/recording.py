@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -60,6 +61,17 @@ def parse_size(size: str) -> tuple[int, int]:
     ):
         raise InputError(f"--size: {size!r} is not WIDTHxHEIGHT in even pixels, such as 320x240")
     return int(height), int(width)
+
+
+def tell_recorded(recorder: Recorder, folder: Path | None, document: dict[str, Any]) -> bool:
+    """Say where an episode was recorded, in a document and on stderr; return whether it is there whole."""
+    document["recorded"] = str(folder) if folder else None
+    if recorder.cut_short is not None:
+        # The log has said it.
+        document["recording_error"] = recorder.cut_short
+        return False
+    print(f"recorded: {folder}", file=sys.stderr)
+    return True
 
 
 @contextmanager

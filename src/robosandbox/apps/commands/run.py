@@ -12,7 +12,7 @@ import typer
 
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
 from robosandbox.apps.commands.options import Json, Prompt
-from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_settings, recording
+from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_settings, recording, tell_recorded
 from robosandbox.apps.commands.world import OF_THE_WORLD, Connection, open_here, takes_world
 from robosandbox.errors import InputError
 from robosandbox.printable import printable
@@ -201,17 +201,14 @@ def _carry_out(session: Workcell, prompt: str, json: bool, recorder: Recorder | 
     document = _document(session, episode)
     verdict = _verdict(session, episode)
     document["judged"] = asdict(verdict) if verdict else None
-    if recorder is not None:
-        folder = recorder.finish(judged=verdict)
-        document["recorded"] = str(folder)
-        print(f"recorded: {folder}", file=sys.stderr)
+    whole = recorder is None or tell_recorded(recorder, recorder.finish(judged=verdict), document)
     if json:
         print_json(document)
     else:
         print(sentence(episode, document["judged"]))
     if episode.final_reason == "planner_unavailable":
         return EXIT_UNAVAILABLE
-    return EXIT_DONE if episode.success and (verdict is None or verdict.success) else EXIT_FAILED
+    return EXIT_DONE if whole and episode.success and (verdict is None or verdict.success) else EXIT_FAILED
 
 
 def _verdict(session: Workcell, episode: Episode) -> Verdict | None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import typer
 
-from robosandbox.apps.commands.console import EXIT_DONE
+from robosandbox.apps.commands.console import EXIT_DONE, end_now, ending_with_threads
 from robosandbox.apps.commands.recording import Video, VideoFps, record_settings
 from robosandbox.apps.commands.world import takes_world
 from robosandbox.errors import InputError
@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 
 # Between looks for a signal, seconds; chosen so that Ctrl-C seems to act at once.
 _WAKE_SECONDS = 0.2
+# How long the world's thread may not look at its queue, seconds; chosen above the 120 s that clients wait for any answer,
+# and above taking a mesh apart.
+_MOST_SILENT_SECONDS = 300.0
 Pace = Literal["realtime", "fast"]
+_PROGRAM = "robo-sandbox"
 
 ZenohConfig = Annotated[
     Path | None, typer.Option("--zenoh-config", help="A Zenoh configuration file, see examples/zenoh/.")
@@ -145,13 +149,21 @@ def _serve(loader: TaskLoader, serving: Serving, stopped: threading.Event) -> No
         )
         if saved is not None:
             server.adopt(saved)
-        with server:
+        with ending_with_threads(_PROGRAM), server:
             where = ", ".join(endpoints) or "the routers of the Zenoh config"
             said = f"{serving.robot_id!r}: {host.task.name} with {host.sim.spec.name}"
             print(f"listening on {where} as {said}", flush=True)
             # A signal may be taken by one of Zenoh's threads; its handler runs when this thread wakes up next.
+            looks, silent = server.looks, 0.0
             while not stopped.wait(_WAKE_SECONDS):
-                pass
+                # Counted in wakes: a process that was stopped for a while has not been silent.
+                silent = silent + _WAKE_SECONDS if server.looks == looks else 0.0
+                looks = server.looks
+                if silent > _MOST_SILENT_SECONDS:
+                    end_now(
+                        _PROGRAM,
+                        f"the world has not looked at its queue for {silent:.0f} s, at {server.doing or 'rest'}",
+                    )
             print("stopping", file=sys.stderr, flush=True)
         server.served.close()
     finally:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robosandbox.apps.commands.console import EXIT_DONE
+from robosandbox.apps.commands.console import EXIT_DONE, ending_with_threads
 from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.apps.commands.runs import load as load_episode
 from robosandbox.apps.commands.world import Connection, check_remote, open_here, takes_world
@@ -75,7 +75,7 @@ def viewer(
         raise missing_extra(error, "viewer", "viewer") from None
     sys.setswitchinterval(_SWITCH_SECONDS)
     opened = _there(connection, world) if connection else _here(world, settings, episode)
-    with opened as (source, playback, link):
+    with ending_with_threads("robo-sandbox"), opened as (source, playback, link):
         with doing("starting the page's server"):
             shown = Viewer(source, port, playback)
             shown.control.listeners.append(_log)

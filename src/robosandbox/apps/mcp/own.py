@@ -26,6 +26,7 @@ from robosandbox.errors import (
     PlannerUnavailableError,
     RenderingError,
     RoboSandboxError,
+    ServiceUnavailableError,
     SkillError,
 )
 from robosandbox.types import Plan, Refusal, StrictModel
@@ -41,7 +42,7 @@ async def answer_own(robot: Robot, ctx: Context, own: StrictModel) -> types.Call
         return await _answered(robot, ctx, own)
     except SkillError as error:
         return tools.skill_failed(error)
-    except (InputError, PlannerError) as error:
+    except (InputError, PlannerError, ServiceUnavailableError) as error:
         return tools.failed(_code(error), str(error))
     except RenderingError as error:
         return tools.failed("rendering", str(error))
@@ -119,6 +120,8 @@ def no_camera(robot: Robot, name: str) -> str:
 
 
 def _code(error: RoboSandboxError) -> str:
+    if isinstance(error, ServiceUnavailableError):
+        return "service_unavailable"
     if isinstance(error, PlannerUnavailableError):
         return "planner_unavailable"
     return "planner_failed" if isinstance(error, PlannerError) else "invalid_argument"

@@ -40,6 +40,7 @@ class Robot:
         timeout: Simulated seconds that a call may take.
 
     Attributes:
+        cell: The workcell, which another takes the place of when a task is loaded; the one before is closed then.
         last_failure: The last skill error here; None before one.
     """
 
@@ -53,7 +54,7 @@ class Robot:
         self._adopt(cell)
 
     def _adopt(self, cell: Workcell) -> None:
-        self._cell = cell
+        self.cell: Workcell = cell
         self._here = isinstance(cell, EmbeddedWorkcell)
         self._hands = cell.agent
         if isinstance(cell, EmbeddedWorkcell):
@@ -65,7 +66,7 @@ class Robot:
     @property
     def skills(self) -> tuple[Operator, ...]:
         """What plans may call."""
-        return self._cell.skills
+        return self.cell.skills
 
     @property
     def calls(self) -> tuple[Operator, ...]:
@@ -75,12 +76,12 @@ class Robot:
     @property
     def cameras(self) -> tuple[str, ...]:
         """Names that `picture` takes."""
-        return tuple(self._cell.cameras)
+        return tuple(self.cell.cameras)
 
     @property
     def task(self) -> dict[str, Any]:
         """Which task is loaded, what it asks, and the layout's seed."""
-        return {"task": self._cell.task.name, "prompt": self._cell.task.prompt, "seed": self._cell.seed}
+        return {"task": self.cell.task.name, "prompt": self.cell.task.prompt, "seed": self.cell.seed}
 
     async def ready(self) -> Robot:
         """Return the robot itself, which is there."""
@@ -106,7 +107,7 @@ class Robot:
         Raises:
             BusyError: Something else is under way.
         """
-        agent = self._cell.agent
+        agent = self.cell.agent
         return await self._under_way(f"run {prompt[:60]!r}", lambda: agent.run(prompt), tell, agent)
 
     async def follow(self, plan: Plan, tell: Tell) -> Episode:
@@ -115,7 +116,7 @@ class Robot:
         Raises:
             BusyError: Something else is under way.
         """
-        agent = self._cell.agent
+        agent = self.cell.agent
         return await self._under_way(", ".join(map(str, plan.steps)), lambda: agent.follow(plan), tell, agent)
 
     async def simulate(self, plan: Plan) -> dict[str, Any]:
@@ -124,7 +125,7 @@ class Robot:
         Raises:
             BusyError: Something else is under way.
         """
-        agent = self._cell.agent
+        agent = self.cell.agent
         return await self._under_way("simulate", lambda: simulated(agent.ctx, plan, agent.skills), _nobody, agent)
 
     async def reset(self, seed: int) -> None:
@@ -134,7 +135,7 @@ class Robot:
             BusyError: Something else is under way.
             RoboSandboxError: It cannot start over, or has no such layout.
         """
-        await self._under_way("reset", lambda: self._cell.reset(seed), _nobody)
+        await self._under_way("reset", lambda: self.cell.reset(seed), _nobody)
 
     async def load(self, task: str) -> None:
         """Put the robot at another bundled task.
@@ -147,7 +148,7 @@ class Robot:
         assert reopen is not None
 
         def work() -> None:
-            before, cell = self._cell, reopen(task)
+            before, cell = self.cell, reopen(task)
             self._adopt(cell)
             if cell is not before:
                 before.close()
@@ -166,7 +167,7 @@ class Robot:
             BusyError: Something else is under way.
             UnsupportedError: Nobody can judge.
         """
-        return await self._under_way("judge", lambda: self._cell.judge(), _nobody)
+        return await self._under_way("judge", lambda: self.cell.judge(), _nobody)
 
     async def plan(self, prompt: str) -> Plan | Refusal:
         """Return the planner's answer; nothing moves.
@@ -175,15 +176,15 @@ class Robot:
             PlannerError: The planner has none.
         """
         # A planner may think for a minute; the worker stays free meanwhile.
-        return await asyncio.to_thread(self._cell.agent.answer, prompt, await self.scene())
+        return await asyncio.to_thread(self.cell.agent.answer, prompt, await self.scene())
 
     async def scene(self) -> ObservedScene:
         """Return what perception sees."""
-        return await self._look(lambda: self._cell.observe())
+        return await self._look(lambda: self.cell.observe())
 
     async def state(self) -> Observation:
         """Return joints, TCP and gripper."""
-        return await self._look(lambda: self._cell.state())
+        return await self._look(lambda: self.cell.state())
 
     async def picture(self, camera: str) -> bytes:
         """Return what a camera sees as a PNG file.
@@ -191,11 +192,11 @@ class Robot:
         Raises:
             RenderingError: This machine cannot make pictures.
         """
-        return await self._look(lambda: self._cell.picture(camera))
+        return await self._look(lambda: self.cell.picture(camera))
 
     def close(self) -> None:
         """Let the worker end; what runs is stopped."""
-        self._cell.ctx.cancel()
+        self.cell.ctx.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)
 
     async def _under_way(
@@ -223,7 +224,7 @@ class Robot:
                 return await asyncio.shield(done)
             except asyncio.CancelledError:
                 stop.set()
-                self._cell.ctx.cancel()
+                self.cell.ctx.cancel()
                 with anyio.CancelScope(shield=True):
                     await asyncio.wait([done])
                 # Whatever it ended in is nobody's to hear: the caller has gone.

@@ -15,9 +15,10 @@ from robosandbox import __version__
 from robosandbox.agent.tools import error_data, rounded
 from robosandbox.apps.mcp import prompts, tools
 from robosandbox.apps.mcp.greeting import INSTRUCTIONS, NAME
+from robosandbox.apps.mcp.leaving import while_there
 from robosandbox.apps.mcp.own import Context, answer_own, no_camera, reported
 from robosandbox.apps.mcp.robot import Robot
-from robosandbox.errors import RenderingError, RoboSandboxError, SkillError
+from robosandbox.errors import RenderingError, RoboSandboxError, ServiceUnavailableError, SkillError
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import SkillCall
 from robosandbox.validation import did_you_mean
@@ -50,13 +51,13 @@ def build_server(ready: Ready) -> Server[Any]:
         except RoboSandboxError as error:
             return tools.failed("no_world", f"the world could not be opened: {error}")
         if params.name in {skill.name for skill in robot.calls}:
-            return await _perform(robot, ctx, SkillCall(skill=params.name, arguments=arguments))
+            return await while_there(ctx, _perform(robot, ctx, SkillCall(skill=params.name, arguments=arguments)))
         own = tools.own_arguments(params.name, arguments)
         if own is None or (params.name == "load" and not robot.loads):
             names = [tool.name for tool in tools.catalogue(robot.calls, loads=robot.loads)]
             hint = did_you_mean(params.name, names)
             raise MCPError(types.INVALID_PARAMS, f"no tool {params.name[:60]!r}; there is {', '.join(names)}{hint}")
-        return own if isinstance(own, types.CallToolResult) else await answer_own(robot, ctx, own)
+        return own if isinstance(own, types.CallToolResult) else await while_there(ctx, answer_own(robot, ctx, own))
 
     async def list_resources(ctx: Context, params: types.PaginatedRequestParams | None) -> types.ListResourcesResult:
         del ctx, params
@@ -101,6 +102,8 @@ async def _perform(robot: Robot, ctx: Context, call: SkillCall) -> types.CallToo
     except SkillError as error:
         robot.last_failure = error.record()
         return tools.skill_failed(error)
+    except ServiceUnavailableError as error:
+        return tools.failed("service_unavailable", str(error))
 
 
 def _resources(robot: Robot) -> list[types.Resource]:

@@ -59,6 +59,12 @@ class _Open:
         self.episode: events.Episode | None = None
         self.interrupted = ""
 
+    def close(self) -> None:
+        """Close films and events."""
+        for video in self.videos:
+            video.close()
+        self.events.close()
+
 
 class Recorder:
     """Writes the episodes of one world, each into a folder of its own in `folder`.
@@ -73,10 +79,12 @@ class Recorder:
 
     Attributes:
         last: The folder of the episode that was finished last.
+        cut_short: Why the episode that was begun last is not there whole; None where it is.
     """
 
     def __init__(self, folder: Path, host: EmbeddedWorkcell, *, video: VideoSettings | None = None) -> None:
         self.last: Path | None = None
+        self.cut_short: str | None = None
         self._folder = folder
         self._host = host
         self._sim = host.sim
@@ -118,8 +126,13 @@ class Recorder:
         return self._open.folder if self._open else None
 
     def begin(self, prompt: str) -> None:
-        """Begin an episode with the world as it is; one that is open ends."""
+        """Begin an episode with the world as it is; one that is open ends.
+
+        Raises:
+            InputError: Its folder cannot be made.
+        """
         self.finish()
+        self.cut_short = None
         sim, host, world = self._sim, self._host, self._world
         folder = new_folder(self._folder, f"{self._task['name']}-seed{host.seed:04d}")
         videos = (
@@ -140,9 +153,13 @@ class Recorder:
             versions=versions(),
             started=datetime.now(UTC),
         )
-        write_whole(folder / META, meta.model_dump_json() + "\n")
         log = self._step_recorder()
-        self._open = _Open(folder, sim, log, videos)
+        try:
+            write_whole(folder / META, meta.model_dump_json() + "\n")
+            self._open = _Open(folder, sim, log, videos)
+        except OSError as error:
+            self._cut_short(folder, error)
+            return
         self._seen = None
         self._tick()
 
@@ -231,19 +248,18 @@ class Recorder:
         self._alone = False
         if current is None:
             return None
-        for video in current.videos:
-            video.close()
-        current.events.close()
         if not keep:
+            current.close()
             current.writer.abandon()
             shutil.rmtree(current.folder)
             return None
         try:
+            current.close()
             current.writer.finish()
             result = self._result(current, judged, outcome)
             write_whole(current.folder / RESULT, result.model_dump_json(indent=1) + "\n")
         except OSError as error:
-            _log.error("%s: the recording is cut short: %s", current.folder, error)
+            self._cut_short(current.folder, error)
         self.last = current.folder
         return current.folder
 
@@ -251,7 +267,7 @@ class Recorder:
         """Finish what is open and follow the world no longer."""
         self.finish()
         self._leave()
-        if self._simulated is not None:
+        if self._simulated is not None and self._jumped in self._simulated.jump_hooks:
             self._simulated.jump_hooks.remove(self._jumped)
         self._leave_events()
 
@@ -277,8 +293,12 @@ class Recorder:
     def _give_up(self, error: OSError) -> None:
         current, self._open = self._open, None
         if current is not None:
-            _log.error("%s: nothing more is recorded: %s", current.folder, error)
+            self._cut_short(current.folder, error)
             current.writer.abandon()
+
+    def _cut_short(self, folder: Path, error: OSError) -> None:
+        self.cut_short = f"{folder}: the recording is cut short: {error.strerror or error}"
+        _log.error("%s; make room there", self.cut_short)
 
     def _step_recorder(self) -> StepLog:
         """Return the log of the loaded model; it is made once, for episodes of a second are many."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -46,11 +47,20 @@ def open_recorder(settings: RecordSettings, host: EmbeddedWorkcell) -> Recorder:
     """Return a recorder for a world.
 
     Raises:
-        InputError: The folder is a file, a camera is none of the world's, the frame rate does not fit, or a package is
+        InputError: The folder is a file or cannot be written to, a camera is none of the world's, the frame rate does not fit, or a package is
             missing.
     """
     if settings.folder.exists() and not settings.folder.is_dir():
         raise InputError(f"--record: {str(settings.folder)!r} is a file; name a folder")
+    there = next(
+        folder for folder in (settings.folder.absolute(), *settings.folder.absolute().parents) if folder.exists()
+    )
+    try:
+        tempfile.TemporaryFile(dir=there).close()
+    except OSError as error:
+        raise InputError(
+            f"--record: {str(there)!r} cannot be written to: {error.strerror}; name another folder"
+        ) from None
     try:
         from robosandbox.workcell.recording.recorder import Recorder
     except ModuleNotFoundError as error:

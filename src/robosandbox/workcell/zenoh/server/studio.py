@@ -82,8 +82,10 @@ class Studio:
     def exchange(self, driver: Driver) -> None:
         """Look through another driver's cameras from now on; call it with `lock` held."""
         self._driver = driver
-        self._retired.append(self._photographer)
-        self._photographer = photographer(driver)
+        with self._changed:
+            self._retired.append(self._photographer)
+            self._photographer = photographer(driver)
+            self._changed.notify_all()
 
     @property
     def sizes(self) -> Mapping[str, tuple[int, int]]:
@@ -111,7 +113,7 @@ class Studio:
         due = 0.0
         while True:
             with self._changed:
-                while not self._stopping and not self._requests:
+                while not self._stopping and not self._requests and not self._retired:
                     wait = due - time.monotonic() if self._streams else None
                     if wait is not None and wait <= 0.0:
                         break
@@ -120,9 +122,11 @@ class Studio:
                     break
                 asked, self._requests = self._requests, []
                 streamed = dict(self._streams) if time.monotonic() >= due else {}
+            self._dismiss()
             if streamed:
                 due = time.monotonic() + 1.0 / self._photographer.hz
-            self._draw_all(asked, streamed)
+            if asked or streamed:
+                self._draw_all(asked, streamed)
         self._retired.append(self._photographer)
         self._dismiss()
 
@@ -163,7 +167,6 @@ class Studio:
 
     def _draw(self, view: View, moment: _Moment) -> tuple[bytes, Picture]:
         with self.lock:
-            self._dismiss()
             if moment.photographer is not self._photographer:
                 raise BusyError("another task was loaded meanwhile; ask again", evidence=BusyEvidence(doing="load"))
             pixels, lens, pose = moment.develop(view.camera, view.kind)

@@ -30,10 +30,15 @@ class Worker:
     Args:
         sim: The world.
         pace: How simulated time passes.
+
+    Attributes:
+        pace: Likewise.
+        looks: How often it looked at its queue, for a watchdog: while it works or waits, that goes up.
     """
 
     def __init__(self, sim: Driver, pace: Pace) -> None:
         self.pace: Pace = pace
+        self.looks: int = 0
         self._sim = sim
         self._leave: Job = _nothing
         self._reads: deque[Job] = deque()
@@ -127,6 +132,7 @@ class Worker:
             ahead = self._ahead()
 
     def _answer(self) -> None:
+        self.looks += 1
         while self._reads:
             self._run(self._reads.popleft())
 
