@@ -63,7 +63,7 @@ async def _answered(robot: Robot, ctx: Context, own: StrictModel) -> types.CallT
         case PlanArguments():
             return tools.answer(planned(await robot.plan(own.prompt)))
         case CheckArguments():
-            return tools.answer(checked(Plan(steps=own.steps), await robot.scene(), robot.skills))
+            return tools.answer(checked(Plan(steps=own.steps), await robot.scene(), robot.calls))
         case RunArguments() | FollowArguments() | AchieveArguments() | SimulateArguments() | JudgeArguments():
             order = BoundOrder(next(name for name, kind in ORDERS.items() if kind.arguments is type(own)), own)
             return tools.ended(await reported(ctx, lambda tell: robot.order(order, tell)))
