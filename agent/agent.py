@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Generic, TypeVar
 
-from robosandbox.agent.course import Course, Desk, Finished, GivenPlan, Remembering, Report, begin
+from robosandbox.agent.course import Conversing, Course, Desk, Finished, GivenPlan, Remembering, Report, begin
 from robosandbox.agent.episode import (
     AgentEvent,
     Ended,
@@ -101,6 +101,11 @@ class Agent(Generic[WorldT]):
         self.streams: bool = False
         self.thinks: bool = False
         self.left: bool = False
+
+    def begin_anew(self) -> None:
+        """Begin a new conversation: the world has started over."""
+        if isinstance(self.planner, Conversing):
+            self.planner.begin_anew()
 
     def plan(self, prompt: str) -> Plan | Refusal:
         """Return what the planner makes of the prompt and the scene; nothing moves.

@@ -107,6 +107,15 @@ class Remembering(Protocol):
         ...
 
 
+@runtime_checkable
+class Conversing(Protocol):
+    """A planner for which a prompt may refer to those before it."""
+
+    def begin_anew(self) -> None:
+        """Forget what was said: the world has started over."""
+        ...
+
+
 class PlannedCourse:
     """One plan, another one after each failure, and what it leaves for later.
 

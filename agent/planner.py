@@ -50,6 +50,11 @@ class StubPlanner:
                 f"Nothing yet; “{episode.prompt}” was {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
             )
 
+    def begin_anew(self) -> None:
+        """Forget what was said: the world has started over."""
+        self._dialogue = Dialogue(self._skills) if self._dialogue else None
+        self._last, self._told = None, ""
+
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the skill calls for a sentence, or what remains of them after failures; an answer to a question.
 

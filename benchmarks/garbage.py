@@ -30,7 +30,6 @@ from robosandbox.workcell.zenoh.messages import (
     Message,
     Reset,
     SendGoal,
-    Simulate,
     decode,
 )
 
@@ -39,7 +38,8 @@ QUERYABLES: dict[str, type[Message]] = {
     "info": Ask,
     "truth": Ask,
     "checkpoint": Ask,
-    "simulate": Simulate,
+    "skill/run/send_goal": SendGoal,
+    "skill/simulate/send_goal": SendGoal,
     "obs/state": Ask,
     "obs/objects": Ask,
     "reset": Reset,
@@ -157,8 +157,6 @@ class Nonsense:
             return {"protocol": PROTOCOL, "goal_id": foreign}
         if model is Reset:
             return {"protocol": PROTOCOL, "checkpoint": self._rng.choice(NAMES)[:64]}
-        if model is Simulate:
-            return {"protocol": PROTOCOL, "steps": [{"skill": self._rng.choice(NAMES), "arguments": {}}]}
         if model is Load:
             return {"protocol": PROTOCOL, "task": self._rng.choice(NAMES)[:64]}
         if model is Clock:

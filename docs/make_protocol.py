@@ -21,7 +21,7 @@ PROSE = Path(__file__).with_name("protocol.in.md")
 # Under `robosandbox/<robot_id>/`: the key, how it is used, what is sent, what comes back, and what it is for.
 KEYS: tuple[tuple[str, str, type[wire.Message] | str, type[wire.Message] | str, str], ...] = (
     ("info", "query", wire.Ask, wire.Info, "what the sim is and can do"),
-    ("skill/<name>/send_goal", "query", wire.SendGoal, wire.Goal, "run a skill; answered at once"),
+    ("skill/<name>/send_goal", "query", wire.SendGoal, wire.Goal, "run a skill or an order; answered at once"),
     ("skill/<name>/cancel_goal", "query", wire.GoalRef, wire.Goal, "stop it; answered at once, ended by `status`"),
     ("skill/<name>/get_result", "query", wire.GoalRef, wire.Goal, f"how far it is; the last {wire.KEPT_RESULTS} kept"),
     ("goal/<goal_id>/status", "publication", "", wire.Goal, "each change; late joiners ask get_result"),
@@ -36,17 +36,10 @@ KEYS: tuple[tuple[str, str, type[wire.Message] | str, type[wire.Message] | str, 
     ("load", "query", wire.Load, wire.TrueState, "load another task; refused as busy while a goal runs"),
     ("clock", "query", wire.Clock, wire.TrueState, "let simulated time pass"),
     ("checkpoint", "query", wire.Ask, wire.Saved, f"keep the world as it is; the last {wire.KEPT_CHECKPOINTS} kept"),
-    (
-        "simulate",
-        "query",
-        wire.Simulate,
-        wire.Trial,
-        "try calls out on the twin; refused as busy while a goal runs",
-    ),
     ("alive", "liveliness token", "", "", "the sim is there"),
     ("client/<client_id>", "liveliness token", "", "", "declared by a client: when it goes, its goals are cancelled"),
 )
-REQUESTS = (wire.Ask, wire.SendGoal, wire.GoalRef, wire.Reset, wire.Load, wire.Clock, wire.Simulate)
+REQUESTS = (wire.Ask, wire.SendGoal, wire.GoalRef, wire.Reset, wire.Load, wire.Clock)
 ANSWERS = (
     *(
         wire.Info,
@@ -57,7 +50,6 @@ ANSWERS = (
         wire.Objects,
         wire.TrueState,
         wire.Saved,
-        wire.Trial,
         wire.Picture,
     ),
     errors.ErrorRecord,

@@ -188,7 +188,7 @@ def test_sim_at_a_router_cannot_act_on_another(kit: Kit, bench: ModuleType) -> N
             "load",
             "clock",
             "checkpoint",
-            "simulate",
+            "skill/run/send_goal",
             "truth",
         )
         for suffix in asked:

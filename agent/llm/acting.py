@@ -75,6 +75,10 @@ class ActingPlanner(LLMPlanner):
         super().__init__(skills, settings)
         self._earlier: deque[dict[str, Any]] = deque(maxlen=_REMEMBERED)
 
+    def begin_anew(self) -> None:
+        """Forget what was said: the world has started over."""
+        self._earlier.clear()
+
     def begin(self, prompt: str, desk: Desk) -> Course:
         """Return the course for a prompt."""
         check_prompt(prompt)

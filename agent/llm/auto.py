@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from robosandbox.agent.course import Continuing, Course, Desk, Finished, PlannedCourse, Report, begin
+from robosandbox.agent.course import Continuing, Conversing, Course, Desk, Finished, PlannedCourse, Report, begin
 from robosandbox.agent.partial import PartialReading
 from robosandbox.agent.protocols import Attempt, Planner
 from robosandbox.types import ObservedScene, Plan, Refusal
@@ -42,6 +42,12 @@ class AutoPlanner:
             return question
         self._handed_over = prompt
         return self._second.plan(prompt, scene, history)
+
+    def begin_anew(self) -> None:
+        """Forget what was said: the world has started over."""
+        for planner in (self._first, self._second):
+            if isinstance(planner, Conversing):
+                planner.begin_anew()
 
     def go_on(self, scene: ObservedScene) -> Plan | Refusal:
         """Return what is done now that the steps of the first planner's plan are."""

@@ -22,6 +22,7 @@ class ErrorCode(StrEnum):
     POUR = "pour"
     TAP = "tap"
     UNSUPPORTED = "unsupported"
+    REFUSED = "refused"
     GOAL_TIMEOUT = "goal_timeout"
     CANCELLED = "cancelled"
     INTERNAL = "internal"

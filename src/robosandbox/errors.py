@@ -26,6 +26,7 @@ RoboSandboxError
     ├── PourError                what was poured did not arrive, or spilled
     ├── TapError                 the touch was not felt, or moved the object
     ├── UnsupportedError         this robot cannot do this skill
+    ├── RefusedPromptError       the planner refuses what was asked
     ├── GoalTimeoutError         the deadline passed
     ├── CancelledError           somebody cancelled
     ├── InternalError            a fault in the code, with an id in the log
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
         PlacementError as PlacementError,
         PourError as PourError,
         PushError as PushError,
+        RefusedPromptError as RefusedPromptError,
         Repair as Repair,
         ServiceError as ServiceError,
         SkillError as SkillError,

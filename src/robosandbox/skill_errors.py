@@ -243,6 +243,12 @@ class UnsupportedError(SkillError):
     code = ErrorCode.UNSUPPORTED
 
 
+class RefusedPromptError(SkillError):
+    """The planner refuses the sentence or the goals; the message says why, or asks which is meant."""
+
+    code = ErrorCode.REFUSED
+
+
 class GoalTimeoutError(SkillError):
     """The deadline passed."""
 
@@ -325,6 +331,7 @@ SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
         PourError,
         TapError,
         UnsupportedError,
+        RefusedPromptError,
         GoalTimeoutError,
         CancelledError,
         InternalError,

@@ -106,6 +106,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         sim = simulated(self.sim, "a layout is laid out by it; open the session with the seed")
         forget()
         self._layouts.lay_out(seed, lambda scene, q: sim.reset(scene, q=q))
+        self.agent.begin_anew()
         self._begin(seed)
 
     def checkpoint(self) -> Checkpoint:

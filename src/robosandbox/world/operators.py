@@ -67,6 +67,11 @@ class BoundCall(Generic[OperatorT]):
     arguments: Mapping[str, Any]
     contract: Contract
 
+    @property
+    def name(self) -> str:
+        """The skill's."""
+        return self.skill.name
+
     def __str__(self) -> str:
         return str(self.call)
 

@@ -16,7 +16,6 @@ from robosandbox.agent.tools import (
     RefuseArguments,
     SimulateArguments,
     checked,
-    wanted,
 )
 from robosandbox.apps.mcp import tools
 from robosandbox.apps.mcp.robot import Robot, Tell
@@ -31,6 +30,15 @@ from robosandbox.errors import (
 )
 from robosandbox.types import Plan, Refusal, StrictModel
 from robosandbox.validation import did_you_mean
+from robosandbox.workcell.orders import (
+    ORDERS,
+    BoundOrder,
+    FollowArguments,
+    JudgeArguments,
+    PlanArguments,
+    RunArguments,
+    planned,
+)
 
 Context = ServerRequestContext[Any, Any]
 ValueT = TypeVar("ValueT")
@@ -58,19 +66,15 @@ async def _answered(robot: Robot, ctx: Context, own: StrictModel) -> types.CallT
     match own:
         case tools.LookArguments():
             return await _look(robot, own)
-        case tools.PlanArguments():
-            return tools.answer(tools.planned(await robot.plan(own.prompt)))
+        case PlanArguments():
+            return tools.answer(planned(await robot.plan(own.prompt)))
         case CheckArguments():
             return tools.answer(checked(Plan(steps=own.steps), await robot.scene(), robot.skills))
-        case SimulateArguments():
-            return tools.answer(await robot.simulate(Plan(steps=own.steps)))
-        case tools.RunArguments():
-            return tools.ended(await reported(ctx, lambda tell: robot.run(own.prompt, tell)))
-        case AchieveArguments():
-            return await _achieve(robot, ctx, own)
-        case tools.JudgeArguments():
-            verdict = await robot.judge()
-            return tools.answer({"success": verdict.success, "detail": dict(verdict.detail)})
+        case RunArguments() | FollowArguments() | AchieveArguments() | SimulateArguments() | JudgeArguments():
+            order = BoundOrder(next(name for name, kind in ORDERS.items() if kind.arguments is type(own)), own)
+            return tools.ended(await reported(ctx, lambda tell: robot.order(order, tell)))
+        case tools.UndoArguments():
+            return tools.answer({"undone": await robot.undo()})
         case tools.ResetArguments():
             await robot.reset(own.seed)
             return tools.answer(robot.task)
@@ -79,7 +83,7 @@ async def _answered(robot: Robot, ctx: Context, own: StrictModel) -> types.CallT
             return tools.answer(robot.task)
         case RefuseArguments():
             refusal = Refusal(code=own.code, message=own.message, candidates=own.candidates)
-            return tools.answer(tools.planned(refusal))
+            return tools.answer(planned(refusal))
         case _:
             raise AssertionError(f"{type(own).__name__} has no handler")
 
@@ -111,13 +115,6 @@ async def _look(robot: Robot, arguments: tools.LookArguments) -> types.CallToolR
         picture = tools.base64_text(await robot.picture(arguments.camera))
         result.content.append(types.ImageContent(type="image", data=picture, mime_type="image/png"))
     return result
-
-
-async def _achieve(robot: Robot, ctx: Context, arguments: AchieveArguments) -> types.CallToolResult:
-    found = wanted(arguments, await robot.scene(), robot.skills)
-    if isinstance(found, Refusal):
-        return tools.failed(found.code.value, found.message)
-    return tools.ended(await reported(ctx, lambda tell: robot.follow(found, tell)))
 
 
 def no_camera(robot: Robot, name: str) -> str:

@@ -16,13 +16,12 @@ from typing import Any, TypeVar
 import anyio
 
 from robosandbox.agent.agent import Agent
-from robosandbox.agent.episode import AgentEvent, Consulted, Episode, PhaseEntered, Planned, SkillFailed, Thought
-from robosandbox.agent.tools import simulated
+from robosandbox.agent.episode import AgentEvent, Consulted, PhaseEntered, Planned, SkillFailed, Thought
 from robosandbox.errors import BusyError, CancelledError, ErrorRecord, Phase
 from robosandbox.evidence import BusyEvidence
-from robosandbox.skills.manual import MANUAL
-from robosandbox.types import Observation, ObservedScene, Plan, Refusal, SkillCall, SkillResult, Verdict
+from robosandbox.types import Observation, ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.orders import Answer, BoundOrder
 from robosandbox.workcell.workcell import Workcell
 from robosandbox.world.operators import Operator
 
@@ -56,12 +55,8 @@ class Robot:
     def _adopt(self, cell: Workcell) -> None:
         self.cell: Workcell = cell
         self._here = isinstance(cell, EmbeddedWorkcell)
-        self._hands = cell.agent
         if isinstance(cell, EmbeddedWorkcell):
             cell.sim.subscribe(self._answer_looks)
-            skills: list[Any] = [*cell.skills, *MANUAL]
-            self._hands = Agent(ctx=cell.ctx, skills=skills, planner=cell.agent.planner)
-            cell.ctx.skills = cell.agent.skills
 
     @property
     def skills(self) -> tuple[Operator, ...]:
@@ -70,8 +65,8 @@ class Robot:
 
     @property
     def calls(self) -> tuple[Operator, ...]:
-        """What clients may call: the skills, and in a world of this process the hand by itself."""
-        return tuple(self._hands.skills.values())
+        """What clients may call: the skills, and the hand by itself."""
+        return tuple(self.cell.calls.values())
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -99,34 +94,27 @@ class Robot:
             BusyError: Something else is under way.
             SkillError: The post-condition was not reached.
         """
-        return await self._under_way(str(call), lambda: self._hands.perform(call), tell, self._hands)
+        agent = self.cell.agent
+        return await self._under_way(str(call), lambda: agent.perform(call), tell, agent)
 
-    async def run(self, prompt: str, tell: Tell) -> Episode:
-        """Carry out a prompt with the planner that the server was started with.
+    async def order(self, order: BoundOrder, tell: Tell) -> Answer:
+        """Carry out an order with the planner that the server was started with.
 
         Raises:
             BusyError: Something else is under way.
+            SkillError: It cannot be done.
         """
-        agent = self.cell.agent
-        return await self._under_way(f"run {prompt[:60]!r}", lambda: agent.run(prompt), tell, agent)
+        cell = self.cell
+        return await self._under_way(order.name, lambda: order.carry_out(cell), tell, cell.agent)
 
-    async def follow(self, plan: Plan, tell: Tell) -> Episode:
-        """Carry out a plan as it is.
+    async def undo(self) -> str:
+        """Go back to before what was done last; return what that was.
 
         Raises:
             BusyError: Something else is under way.
+            InputError: There is nothing to go back to.
         """
-        agent = self.cell.agent
-        return await self._under_way(", ".join(map(str, plan.steps)), lambda: agent.follow(plan), tell, agent)
-
-    async def simulate(self, plan: Plan) -> dict[str, Any]:
-        """Return what would come of a plan, tried out on the twin.
-
-        Raises:
-            BusyError: Something else is under way.
-        """
-        agent = self.cell.agent
-        return await self._under_way("simulate", lambda: simulated(agent.ctx, plan, agent.skills), _nobody, agent)
+        return await self._under_way("undo", self.cell.undo, _nobody)
 
     async def reset(self, seed: int) -> None:
         """Start over with a layout.
@@ -135,7 +123,12 @@ class Robot:
             BusyError: Something else is under way.
             RoboSandboxError: It cannot start over, or has no such layout.
         """
-        await self._under_way("reset", lambda: self.cell.reset(seed), _nobody)
+
+        def work() -> None:
+            self.cell.remember(f"reset to seed {seed}")
+            self.cell.reset(seed)
+
+        await self._under_way("reset", work, _nobody)
 
     async def load(self, task: str) -> None:
         """Put the robot at another bundled task.
@@ -159,15 +152,6 @@ class Robot:
     def loads(self) -> bool:
         """Whether it can be put at another task."""
         return self._reopen is not None
-
-    async def judge(self) -> Verdict:
-        """Tell whether the task has succeeded since the last reset; time may pass for it.
-
-        Raises:
-            BusyError: Something else is under way.
-            UnsupportedError: Nobody can judge.
-        """
-        return await self._under_way("judge", lambda: self.cell.judge(), _nobody)
 
     async def plan(self, prompt: str) -> Plan | Refusal:
         """Return the planner's answer; nothing moves.

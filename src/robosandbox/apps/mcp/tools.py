@@ -11,7 +11,6 @@ from typing import Any
 import mcp_types as types
 from pydantic import Field, TypeAdapter, ValidationError
 
-from robosandbox.agent.episode import Episode
 from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.tools import (
     AchieveArguments,
@@ -27,14 +26,12 @@ from robosandbox.agent.tools import (
 from robosandbox.errors import InputError, SkillError
 from robosandbox.printable import printable
 from robosandbox.types import (
-    MAX_PROMPT_LENGTH,
     Observation,
     ObservedScene,
-    Plan,
-    Refusal,
     SkillResult,
     StrictModel,
 )
+from robosandbox.workcell.orders import Answer, FollowArguments, JudgeArguments, PlanArguments, RunArguments
 from robosandbox.world.arguments import terms
 from robosandbox.world.described import describe_scene
 from robosandbox.world.operators import Operator
@@ -44,18 +41,6 @@ class LookArguments(StrictModel):
     """See the objects, the arm's state and, if asked, a camera's picture; nothing moves."""
 
     camera: str | None = Field(default=None, description="Name of a camera whose picture is wanted as well.")
-
-
-class PlanArguments(StrictModel):
-    """Turn a sentence into skill calls or a refusal, with the planner that the server was started with; nothing moves."""
-
-    prompt: str = Field(description="What the person said.", min_length=1, max_length=MAX_PROMPT_LENGTH)
-
-
-class RunArguments(StrictModel):
-    """Carry out a sentence with the planner that the server was started with: plans, looks, plans anew after failures."""
-
-    prompt: str = Field(description="What the person said.", min_length=1, max_length=MAX_PROMPT_LENGTH)
 
 
 class ResetArguments(StrictModel):
@@ -70,8 +55,8 @@ class LoadArguments(StrictModel):
     task: str = Field(description="Its name, such as put_in_bin.", min_length=1, max_length=60)
 
 
-class JudgeArguments(StrictModel):
-    """Ask whether the task has succeeded since the last reset, by the simulated state; time may pass while it is watched."""
+class UndoArguments(StrictModel):
+    """Go back to before the last order, call or reset that changed something; what came of it is lost."""
 
 
 def _object(**fields: str | list[str]) -> dict[str, Any]:
@@ -103,7 +88,7 @@ class Own:
 
 
 _PLANNED = _object(plan=["array", "null"], refusal=["object", "null"])
-_EPISODE = _object(success="boolean", reason="string", detail="string", done="array")
+_EPISODE = _object(success="boolean", reason="string", detail="string", answer="string", done="array")
 _TASK = _object(task="string", prompt="string", seed="integer")
 OWN: dict[str, Own] = {
     "look": Own(LookArguments, _object(scene="object", state="object", doing=["string", "null"], cameras="array")),
@@ -111,9 +96,11 @@ OWN: dict[str, Own] = {
     "check": Own(CheckArguments, _object(ok="boolean", problems="array")),
     "simulate": Own(SimulateArguments, _object(ok="boolean")),
     "run": Own(RunArguments, _EPISODE, moves=True),
+    "follow": Own(FollowArguments, _EPISODE, moves=True),
     "achieve": Own(AchieveArguments, _EPISODE, moves=True),
     "judge": Own(JudgeArguments, _object(success="boolean", detail="object")),
     "reset": Own(ResetArguments, _TASK, moves=True, undoes=True),
+    "undo": Own(UndoArguments, _object(undone="string"), moves=True, undoes=True),
     "load": Own(LoadArguments, _TASK, moves=True, undoes=True),
     "refuse": Own(RefuseArguments, _PLANNED),
 }
@@ -194,27 +181,9 @@ def answer(data: dict[str, Any], *, said: str | None = None, is_error: bool = Fa
     )
 
 
-def planned(planner_answer: Plan | Refusal) -> dict[str, Any]:
-    """Return a planner's answer as `robo-sandbox plan --json` prints it."""
-    dump = planner_answer.model_dump(mode="json")
-    if isinstance(planner_answer, Refusal):
-        return {"plan": None, "refusal": dump}
-    return {"plan": dump["steps"], "refusal": None}
-
-
-def ended(episode: Episode) -> types.CallToolResult:
-    """Return what came of a prompt or of goals: what was done, and why it ended; an error where it did not succeed."""
-    data = {
-        "success": episode.success,
-        "reason": episode.final_reason.value,
-        "detail": episode.final_detail,
-        "done": [
-            {"call": str(step.call), **step.result.model_dump(mode="json", exclude={"skill"})} for step in episode.steps
-        ],
-        "refusal": episode.refusal.model_dump(mode="json") if episode.refusal else None,
-        "error": error_data(episode.error) if episode.error else None,
-    }
-    return answer(data, is_error=not episode.success)
+def ended(came: Answer) -> types.CallToolResult:
+    """Return what came of an order; an error where it did not succeed."""
+    return answer(came.data, is_error=came.failure is not None)
 
 
 def seen(scene: ObservedScene) -> dict[str, Any]:

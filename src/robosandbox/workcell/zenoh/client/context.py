@@ -11,16 +11,13 @@ from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import ObservedScene, Plan, SkillResult
-from robosandbox.workcell.zenoh.messages import Simulate, SkillInfo, Trial
+from robosandbox.workcell.zenoh.messages import SkillInfo
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.operators import BoundCall, Operator
 
 if TYPE_CHECKING:
     from robosandbox.workcell.zenoh.client.robot import RemoteRobot
-
-# Seconds until a trial on the sim's twin counts as lost. Chosen: forty calls of a few seconds each on a slow machine.
-_SIMULATE_SECONDS = 120.0
 
 
 class RemoteContext(GoalContext):
@@ -45,7 +42,7 @@ class RemoteContext(GoalContext):
         Raises:
             SkillError: The sim is busy, or refuses.
         """
-        return self._robot.ask("simulate", Simulate(steps=plan.steps), Trial, _SIMULATE_SECONDS).result
+        return self._robot.order("simulate", steps=[call.model_dump(mode="json") for call in plan.steps])
 
     def _allow(self, timeout: float | None) -> None:
         self._timeout = self._left = timeout

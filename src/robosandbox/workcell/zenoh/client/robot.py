@@ -208,6 +208,27 @@ class RemoteRobot:
             raise
         return goal
 
+    def order(self, name: str, *, timeout: float | None = None, **arguments: Any) -> dict[str, Any]:
+        """Have the sim carry out an order with its own planner, and return what came of it.
+
+        Args:
+            name: `run`, `plan`, `follow`, `achieve`, `check`, `simulate` or `judge`.
+            timeout: Simulated seconds after which it is stopped.
+            arguments: What it takes, as `prompt` or `goals`.
+
+        Raises:
+            SkillError: The sim refuses it, or it ended without an answer.
+        """
+        goal = self.send(name, arguments, timeout=timeout)
+        try:
+            for _ in goal.follow():
+                pass
+        finally:
+            self.forget(goal)
+        if goal.goal.answer is None:
+            goal.goal.outcome()
+        return goal.goal.answer or {}
+
     def cancel(self, goal: RemoteGoal) -> None:
         """Ask the sim to stop a goal."""
         goal.hear(self.ask(f"skill/{_plain('skill', goal.skill)}/cancel_goal", GoalRef(goal_id=goal.id), Goal))

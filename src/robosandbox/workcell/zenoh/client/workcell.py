@@ -136,6 +136,7 @@ class RemoteWorkcell(Workcell[RemoteContext]):
     def reset(self, seed: int = 0) -> None:
         """Start over with this seed's layout."""
         truth = self.robot.reset(seed)
+        self.agent.begin_anew()
         self._start = truth if self._start is not None else None
         self.seed = seed
 

@@ -18,7 +18,6 @@ from robosandbox.workcell.zenoh.messages.answers import (
     Saved,
     SkillInfo,
     State,
-    Trial,
     TrueState,
 )
 from robosandbox.workcell.zenoh.messages.message import (
@@ -49,7 +48,6 @@ from robosandbox.workcell.zenoh.messages.requests import (
     Load,
     Reset,
     SendGoal,
-    Simulate,
 )
 
 __all__ = [
@@ -86,10 +84,8 @@ __all__ = [
     "RobotId",
     "Saved",
     "SendGoal",
-    "Simulate",
     "SkillInfo",
     "State",
-    "Trial",
     "TrueState",
     "decode",
     "key",

@@ -139,11 +139,12 @@ class Goal(Message):
     Attributes:
         goal_id: The client's.
         boot_id: The sim process that took it.
-        skill: Its name.
+        skill: The skill's name, or the order's: `run`, `plan`, `follow`, `achieve`, `check`, `simulate` or `judge`.
         status: How far it is.
         began: Simulated seconds at its start.
         ended: Simulated seconds at its end.
-        result: After it succeeded.
+        result: After a skill succeeded.
+        answer: What came of an order that is no skill, whether it succeeded or failed.
         error: After it failed or was cancelled.
     """
 
@@ -154,6 +155,7 @@ class Goal(Message):
     began: Finite | None = None
     ended: Finite | None = None
     result: SkillResult | None = None
+    answer: dict[str, Any] | None = None
     error: ErrorRecord | None = None
 
     def outcome(self) -> SkillResult:
@@ -265,17 +267,6 @@ class Saved(Message):
 
     checkpoint: str
     time: Finite
-
-
-class Trial(Message):
-    """The answer to `simulate`.
-
-    Attributes:
-        result: What came of the calls: `ok`, `would_work`, `would_fail` with its `error`, `would_touch`, `changes`, `seconds`; or the
-            `problems` for which they are not begun at all.
-    """
-
-    result: dict[str, Any]
 
 
 class Picture(Message):

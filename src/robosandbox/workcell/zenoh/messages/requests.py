@@ -6,9 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from robosandbox.types import SkillCall
 from robosandbox.workcell.zenoh.messages.message import MAX_MESSAGE_BYTES, Count, FromClient, GoalId
-from robosandbox.world.verifier import MAX_STEPS
 
 
 class Ask(FromClient):
@@ -16,11 +14,12 @@ class Ask(FromClient):
 
 
 class SendGoal(FromClient):
-    """Run a skill. Sent again with the same id it runs once, and the answer says how far it is.
+    """Run a skill, a move of the hand, or an order. Sent again with the same id it runs once, and the answer says how far it is.
 
     Attributes:
         goal_id: A UUID that the client makes up.
-        arguments: As the skill's schema says.
+        arguments: As the skill's schema says; `prompt` for `run` and `plan`, `goals` for `achieve`, `steps` for `follow`,
+            `check` and `simulate`.
         timeout: Simulated seconds after which the skill is stopped; none if left out.
         queue: Wait behind the running goal in place of being refused as busy.
         client_id: The id of the client's liveliness token: its goals are cancelled when the client is lost.
@@ -93,13 +92,3 @@ class Clock(FromClient):
     pace: Literal["realtime", "fast"] | None = None
     cancel: bool = False
     client_id: GoalId | None = None
-
-
-class Simulate(FromClient):
-    """Try skill calls out on the twin, a simulation of what the sim believes; the world itself is left alone.
-
-    Attributes:
-        steps: The calls in order.
-    """
-
-    steps: Annotated[tuple[SkillCall, ...], Field(min_length=1, max_length=MAX_STEPS)]

@@ -12,6 +12,7 @@ from robosandbox.skills import events
 from robosandbox.skills.events import PhaseEntered, SkillEvent
 from robosandbox.types import SkillResult
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.orders import Answer, BoundOrder
 from robosandbox.workcell.zenoh.messages import Feedback, Goal, Intended
 from robosandbox.workcell.zenoh.server.goals import Ledger, LiveGoal
 from robosandbox.workcell.zenoh.server.publishing import GoalNews
@@ -46,7 +47,7 @@ class Executor:
     def execute(self, goal_id: str, served: EmbeddedWorkcell) -> None:
         """Run a goal to its end."""
         entry = self._ledger.entry(goal_id)
-        outcome: SkillResult | ErrorRecord
+        outcome: SkillResult | Answer | ErrorRecord
         self.running = entry
         try:
             with served.ctx.goal(entry.timeout):
@@ -62,7 +63,7 @@ class Executor:
             outcome = error.record()
         except Exception as fault:
             outcome = InternalError.log(entry.goal.skill, fault, _log).record()
-        if isinstance(outcome, ErrorRecord):
+        if isinstance(outcome, ErrorRecord) or (isinstance(outcome, Answer) and outcome.failure is not None):
             _come_to_rest(served)
         self.running = None
         ended = self._ledger.ended(goal_id, served.sim.time, outcome)
@@ -78,7 +79,7 @@ class Executor:
             evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
         ).record()
 
-    def _call(self, entry: LiveGoal, call: BoundCall, served: EmbeddedWorkcell) -> SkillResult:
+    def _call(self, entry: LiveGoal, call: BoundCall | BoundOrder, served: EmbeddedWorkcell) -> SkillResult | Answer:
         began, goal = served.sim.time, entry.goal
 
         def tell(event: SkillEvent) -> None:
@@ -103,7 +104,7 @@ class Executor:
 
         leave = served.ctx.events.subscribe(tell)
         try:
-            return served.ctx.perform(call)
+            return call.carry_out(served) if isinstance(call, BoundOrder) else served.ctx.perform(call)
         finally:
             leave()
 

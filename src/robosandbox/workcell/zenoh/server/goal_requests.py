@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robosandbox.errors import ConnectionLostError, InternalError, UnknownGoalError
+from robosandbox.errors import ConnectionLostError, ForbiddenError, InternalError, UnknownGoalError
 from robosandbox.evidence import ConnectionEvidence
 from robosandbox.types import SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.orders import ORDERS, BoundOrder, bind_order
 from robosandbox.workcell.zenoh.messages import GoalRef, SendGoal
 from robosandbox.workcell.zenoh.server.changes import WorldChanges
 from robosandbox.workcell.zenoh.server.goals import Ledger
 from robosandbox.workcell.zenoh.server.requests import Request
-from robosandbox.world.operators import bind
+from robosandbox.world.operators import BoundCall, bind
 
 
 class GoalRequests:
@@ -24,6 +25,7 @@ class GoalRequests:
         boot_id: The sim process.
         robot_id: In keys.
         changes: What else changes the world: a goal waits for none of it, and is refused meanwhile.
+        with_truth: Whether clients may have the world judged.
         begin: Has an accepted goal run.
         expect: Told the liveliness token that a goal is tied to.
     """
@@ -36,6 +38,7 @@ class GoalRequests:
         boot_id: str,
         robot_id: str,
         changes: WorldChanges,
+        with_truth: bool,
         begin: Callable[[str], None],
         expect: Callable[[str], None],
     ) -> None:
@@ -44,6 +47,7 @@ class GoalRequests:
         self._boot_id = boot_id
         self._robot_id = robot_id
         self._changes = changes
+        self._with_truth = with_truth
         self._begin = begin
         self._expect = expect
 
@@ -55,7 +59,14 @@ class GoalRequests:
                 "the sim was restarted since the plan was made; look again and plan anew",
                 evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=True),
             )
-        call = bind(SkillCall(skill=_skill_of(request), arguments=message.arguments), self._served().calls)
+        name = _skill_of(request)
+        call: BoundCall | BoundOrder
+        if name == "judge" and not self._with_truth:
+            raise ForbiddenError("judge: this sim was started with --no-ground-truth, so that nothing can be judged")
+        if name in ORDERS:
+            call = bind_order(name, message.arguments)
+        else:
+            call = bind(SkillCall(skill=name, arguments=message.arguments), self._served().calls)
         try:
             goal, new = self._ledger.admit(message, call, self._changes.doing)
         except OSError as error:

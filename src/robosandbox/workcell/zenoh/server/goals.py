@@ -18,6 +18,7 @@ from robosandbox.errors import (
 )
 from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEvidence
 from robosandbox.types import SkillResult
+from robosandbox.workcell.orders import Answer, BoundOrder
 from robosandbox.workcell.zenoh.messages import KEPT_RESULTS, Goal, GoalStatus, SendGoal
 from robosandbox.workcell.zenoh.server.journal import Acceptance, KeptGoal
 from robosandbox.world.operators import BoundCall
@@ -44,7 +45,7 @@ class LiveGoal:
 
     goal: Goal
     arguments: Mapping[str, Any]
-    call: BoundCall | None = None
+    call: BoundCall | BoundOrder | None = None
     timeout: float | None = None
     client_id: str | None = None
     cancelled: bool = False
@@ -69,7 +70,7 @@ class Ledger:
         self._live: OrderedDict[str, LiveGoal] = OrderedDict()
         self._ended: OrderedDict[str, LiveGoal] = OrderedDict()
 
-    def admit(self, request: SendGoal, call: BoundCall, doing: str | None) -> tuple[Goal, bool]:
+    def admit(self, request: SendGoal, call: BoundCall | BoundOrder, doing: str | None) -> tuple[Goal, bool]:
         """Take a goal in, or find it.
 
         Args:
@@ -88,14 +89,12 @@ class Ledger:
         with self._lock:
             known = self._live.get(request.goal_id) or self._ended.get(request.goal_id)
             if known is not None:
-                if known.goal.skill != call.skill.name or dict(known.arguments) != request.arguments:
+                if known.goal.skill != call.name or dict(known.arguments) != request.arguments:
                     problem = f"{request.goal_id} is a {known.goal.skill} goal already; make a new id"
                     raise InvalidMessageError(problem, evidence=MessageEvidence(field="goal_id", problem=problem))
                 return known.goal, False
             self._refuse_if_busy(request, doing)
-            goal = Goal(
-                goal_id=request.goal_id, boot_id=self._boot_id, skill=call.skill.name, status=GoalStatus.ACCEPTED
-            )
+            goal = Goal(goal_id=request.goal_id, boot_id=self._boot_id, skill=call.name, status=GoalStatus.ACCEPTED)
             number = self._accepted + 1
             self._keep_acceptance(Acceptance(number=number, goal=goal, arguments=request.arguments))
             self._accepted = number
@@ -151,13 +150,20 @@ class Ledger:
             entry.goal = entry.goal.model_copy(update={"status": GoalStatus.EXECUTING, "began": time})
             return True
 
-    def ended(self, goal_id: str, time: float, outcome: SkillResult | ErrorRecord) -> Goal:
+    def ended(self, goal_id: str, time: float, outcome: SkillResult | Answer | ErrorRecord) -> Goal:
         """Return a goal as it ends, which `finish` then makes known."""
+        change: dict[str, Any] = {}
+        if isinstance(outcome, Answer):
+            change["answer"] = outcome.data
+        if isinstance(outcome, Answer) and outcome.failure is not None:
+            outcome = outcome.failure
         if isinstance(outcome, SkillResult):
-            change: dict[str, Any] = {"status": GoalStatus.SUCCEEDED, "result": outcome}
+            change = {"status": GoalStatus.SUCCEEDED, "result": outcome}
+        elif isinstance(outcome, Answer):
+            change["status"] = GoalStatus.SUCCEEDED
         else:
             cancelled = outcome.code is CancelledError.code
-            change = {"status": GoalStatus.CANCELLED if cancelled else GoalStatus.FAILED, "error": outcome}
+            change |= {"status": GoalStatus.CANCELLED if cancelled else GoalStatus.FAILED, "error": outcome}
         return self.find(goal_id).model_copy(update={**change, "ended": time})
 
     def finish(self, ended: Goal) -> None:

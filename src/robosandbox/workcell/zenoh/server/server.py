@@ -27,7 +27,6 @@ from robosandbox.workcell.zenoh.server.publishing import CameraStreams, GoalNews
 from robosandbox.workcell.zenoh.server.requests import Request, serve
 from robosandbox.workcell.zenoh.server.snapshots import Readings, info_of
 from robosandbox.workcell.zenoh.server.studio import Studio
-from robosandbox.workcell.zenoh.server.trial import on_simulate
 from robosandbox.workcell.zenoh.server.worker import Pace, Worker
 
 _log = logging.getLogger(__name__)
@@ -103,6 +102,7 @@ class SimServer:
             boot_id=self.boot_id,
             robot_id=robot_id,
             changes=self._changes,
+            with_truth=truth,
             begin=self._begin_goal,
             expect=self._clients.expect,
         )
@@ -199,7 +199,6 @@ class SimServer:
             "load": self._on_load,
             "clock": self._on_clock,
             "checkpoint": self._reading(self._save_checkpoint),
-            "simulate": lambda request: on_simulate(request, self._served, self._changes),
         }
         for suffix, handle in handlers.items():
             self._declared.append(serve(self._session, self._key(suffix), handle))

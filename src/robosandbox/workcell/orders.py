@@ -1,0 +1,170 @@
+"""Orders to a workcell beside single calls, the same at each of its faces: sentences, plans, goals, trials, verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import Field, ValidationError
+
+from robosandbox.agent.episode import Episode
+from robosandbox.agent.tools import (
+    AchieveArguments,
+    CheckArguments,
+    SimulateArguments,
+    Steps,
+    checked,
+    error_data,
+    simulated,
+    wanted,
+    wrong_arguments,
+)
+from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, PlannerError, RefusedPromptError
+from robosandbox.types import MAX_PROMPT_LENGTH, Plan, Refusal, StrictModel
+from robosandbox.workcell.workcell import Workcell
+
+
+class RunArguments(StrictModel):
+    """Carry out a sentence with the workcell's planner: plans, looks, plans anew after failures."""
+
+    prompt: str = Field(description="What the person said.", min_length=1, max_length=MAX_PROMPT_LENGTH)
+
+
+class PlanArguments(StrictModel):
+    """Turn a sentence into skill calls or a refusal, with the workcell's planner; nothing moves."""
+
+    prompt: str = Field(description="What the person said.", min_length=1, max_length=MAX_PROMPT_LENGTH)
+
+
+class FollowArguments(StrictModel):
+    """Carry out skill calls as they are; a failure ends it."""
+
+    steps: Steps
+
+
+class JudgeArguments(StrictModel):
+    """Ask whether the task has succeeded since the last reset, by the simulated state; time may pass while it is watched."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What came of an order.
+
+    Attributes:
+        data: As JSON data.
+        failure: Why it was not carried out; None where it was.
+    """
+
+    data: dict[str, Any]
+    failure: ErrorRecord | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A kind of order.
+
+    Attributes:
+        arguments: What it takes; the docstring is its description.
+        carry_out: Does it in a workcell, within a goal of its context.
+        moves: Whether the robot may move.
+    """
+
+    arguments: type[StrictModel]
+    carry_out: Callable[[Workcell, Any], Answer]
+    moves: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class BoundOrder:
+    """An order whose arguments are checked.
+
+    Attributes:
+        name: Its kind, a key of `ORDERS`.
+        arguments: An instance of what that takes.
+    """
+
+    name: str
+    arguments: StrictModel
+
+    def carry_out(self, cell: Workcell) -> Answer:
+        """Do it, within a goal of the cell's context.
+
+        Raises:
+            SkillError: It cannot be done, or the planner has no answer.
+        """
+        try:
+            return ORDERS[self.name].carry_out(cell, self.arguments)
+        except InputError as error:
+            raise InvalidArgumentError(f"{self.name}: {error}") from None
+        except PlannerError as error:
+            raise RefusedPromptError(f"{self.name}: {error}") from None
+
+
+def bind_order(name: str, arguments: Mapping[str, Any]) -> BoundOrder:
+    """Return an order of `ORDERS` with its arguments checked.
+
+    Raises:
+        InvalidArgumentError: It takes others.
+    """
+    kind = ORDERS[name].arguments
+    try:
+        return BoundOrder(name, kind.model_validate(dict(arguments)))
+    except ValidationError as error:
+        raise InvalidArgumentError(wrong_arguments(name, error, kind)) from None
+
+
+def planned(answer: Plan | Refusal) -> dict[str, Any]:
+    """Return a planner's answer as `robo-sandbox plan --json` prints it."""
+    dump = answer.model_dump(mode="json")
+    if isinstance(answer, Refusal):
+        return {"plan": None, "refusal": dump}
+    return {"plan": dump["steps"], "refusal": None}
+
+
+def ended(episode: Episode) -> Answer:
+    """Return what came of a prompt or of goals: what was done, what was answered, and why it ended."""
+    data = {
+        "success": episode.success,
+        "reason": episode.final_reason.value,
+        "detail": episode.final_detail,
+        "answer": episode.answer,
+        "done": [
+            {"call": str(step.call), **step.result.model_dump(mode="json", exclude={"skill"})} for step in episode.steps
+        ],
+        "refusal": episode.refusal.model_dump(mode="json") if episode.refusal else None,
+        "error": error_data(episode.error) if episode.error else None,
+    }
+    if episode.success:
+        return Answer(data)
+    return Answer(data, episode.error or RefusedPromptError(episode.final_detail).record())
+
+
+def _achieved(cell: Workcell, arguments: AchieveArguments) -> Answer:
+    found = wanted(arguments, cell.observe(), cell.skills)
+    if isinstance(found, Plan):
+        return ended(cell.agent.follow(found))
+    return Answer({"success": False, **planned(found)}, RefusedPromptError(found.message).record())
+
+
+def _judged(cell: Workcell) -> Answer:
+    verdict = cell.judge()
+    return Answer({"success": verdict.success, "detail": dict(verdict.detail)})
+
+
+ORDERS: dict[str, Order] = {
+    "run": Order(RunArguments, lambda cell, given: ended(cell.agent.run(given.prompt)), moves=True),
+    "follow": Order(FollowArguments, lambda cell, given: ended(cell.agent.follow(Plan(steps=given.steps))), moves=True),
+    "achieve": Order(AchieveArguments, _achieved, moves=True),
+    "plan": Order(PlanArguments, lambda cell, given: Answer(planned(cell.agent.plan(given.prompt)))),
+    "check": Order(
+        CheckArguments,
+        lambda cell, given: Answer(checked(Plan(steps=given.steps), cell.observe(), cell.skills)),
+    ),
+    "simulate": Order(
+        SimulateArguments,
+        lambda cell, given: Answer(simulated(cell.ctx, Plan(steps=given.steps), cell.agent.skills)),
+    ),
+    "judge": Order(JudgeArguments, lambda cell, given: _judged(cell)),
+}
+"""The kinds of orders, by name."""
