@@ -1,4 +1,4 @@
-"""What could be done in place of a failed call: from its evidence, its contract, and what its skill declares."""
+"""Candidates in place of a failed call, from its evidence, its contract, and the alternatives of its skill."""
 
 from __future__ import annotations
 

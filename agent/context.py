@@ -1,4 +1,4 @@
-"""What skills may use in this process; phases are told to listeners, limits are kept, a cancel or deadline acts between ticks."""
+"""Context of skills in this process: phases for listeners, limits, cancellation and deadlines between ticks."""
 
 from __future__ import annotations
 

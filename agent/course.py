@@ -1,4 +1,4 @@
-"""Who decides what is carried out next: a planner with one plan until a failure, or a director, call by call.
+"""Courses of a prompt: a planner's plan until a failure, or a director that decides call by call.
 
 The agent's loop asks a `Course` again and again, carries out what it answers, and reports what came of it. A planner that has
 nothing but `plan` is asked at the beginning and after each failure; one with `begin` as well, a `Director`, is told of successes

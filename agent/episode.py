@@ -1,4 +1,4 @@
-"""What came of a prompt: the episode, its steps and failed attempts, and the events on the way."""
+"""Episode of a prompt: its outcome, its steps and failed attempts, and the events on the way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plan would do: its calls carried out on the twin, a simulation of what is believed."""
+"""Preview of a plan: its calls carried out on the twin, a simulation of what is believed."""
 
 from __future__ import annotations
 

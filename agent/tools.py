@@ -1,4 +1,4 @@
-"""What a model or an MCP client can call besides the skills: to look, check, try out, reach goals, ask and end.
+"""Tools of models and MCP clients besides the skills: look, check, try out, reach goals, ask and end.
 
 A tool's arguments are a model whose docstring is its description. What is answered is JSON data with rounded numbers.
 """

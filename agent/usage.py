@@ -1,4 +1,4 @@
-"""What asking models costs and what was said: requests, tokens, seconds, money, and each exchange, for whoever wants to know."""
+"""Usage of models: requests, tokens, seconds, money, and each exchange, for whoever wants to know."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which pictures a look needs: where a fixed camera still sees what it saw, what was found there stays true."""
+"""Choice of the pictures that a look needs: where a fixed camera still sees what it saw, earlier results stay true."""
 
 from __future__ import annotations
 

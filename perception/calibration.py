@@ -1,4 +1,4 @@
-"""Where cameras really are: found from tags at known places, kept in a file, applied to every frame."""
+"""Calibration of camera poses from tags at known places, kept in a file, applied to every frame."""
 
 from __future__ import annotations
 

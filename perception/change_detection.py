@@ -1,4 +1,4 @@
-"""Whether a fixed camera still sees what it saw: two pictures compared by the noise that they have."""
+"""Change detection for a fixed camera: two pictures compared by the noise that they have."""
 
 from __future__ import annotations
 

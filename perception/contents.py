@@ -1,4 +1,4 @@
-"""What lies in a container of its own colour: what stands out of its floor, away from its walls."""
+"""Contents of a container of their own colour: what stands out of its floor, away from its walls."""
 
 from __future__ import annotations
 

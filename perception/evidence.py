@@ -1,4 +1,4 @@
-"""What was measured of one thing: tangent planes and surface points, of all views together."""
+"""Measurements of one thing from all views together: tangent planes and surface points."""
 
 from __future__ import annotations
 

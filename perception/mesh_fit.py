@@ -1,4 +1,4 @@
-"""How a known mesh lies where it is seen: faces on which it rests, headings, and the nearest surface to what was seen.
+"""Pose of a known mesh: faces on which it rests, headings, and the nearest surface to the seen points.
 
 Of every way of lying the places are moved to the seen points by their distances from the surface (iterated closest points with
 point-to-plane distances: Chen and Medioni, Object modelling by registration of multiple range images, 1992). Where a camera sees through

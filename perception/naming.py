@@ -1,4 +1,4 @@
-"""What things are called: by the names that a task declares where the description fits, else by colour and shape."""
+"""Names of things: those that a task declares where the description fits, else by colour and shape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each group of pieces is: its shape, size and pose, what it stands on, its colour, and how sure that is."""
+"""Recognition of each group of pieces: shape, size, pose, support, colour, and how sure that is."""
 
 from __future__ import annotations
 

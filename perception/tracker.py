@@ -1,4 +1,4 @@
-"""What is remembered from look to look: the same thing keeps its name while it is moved, hidden or held."""
+"""Tracker of objects from look to look: a thing keeps its name while it is moved, hidden or held."""
 
 from __future__ import annotations
 

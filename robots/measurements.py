@@ -1,4 +1,4 @@
-"""What is measured on a compiled robot, kept in the cache: each model is measured once on a machine."""
+"""Measurements on a compiled robot, cached: each model is measured once on a machine."""
 
 from __future__ import annotations
 

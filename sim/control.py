@@ -1,4 +1,4 @@
-"""How the simulated robot is moved: trajectories and configurations to servos, and the gripper."""
+"""Control of the simulated robot: trajectories and configurations to servos, and the gripper."""
 
 from __future__ import annotations
 

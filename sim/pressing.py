@@ -1,4 +1,4 @@
-"""What the robot presses on, and how hard: read at every control tick of a motion in contact, and nearly free without one."""
+"""Contact forces of the robot, read at every control tick of a motion in contact, and nearly free without one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What makes a skill sayable: its verbs, and the phrases that fill its arguments, as data that a planner's grammar reads."""
+"""Words of a skill, its verbs and the phrases that fill its arguments, as data that a planner's grammar reads."""
 
 from __future__ import annotations
 

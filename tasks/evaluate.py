@@ -1,4 +1,4 @@
-"""Whether a task has succeeded: its criterion at the end of an episode, while things come to lie still, and two seconds on."""
+"""Evaluation of a task: its criterion at the end of an episode, while things come to lie still, and two seconds on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a task's episodes begin: which scene, and which configuration of the arm, a seed stands for."""
+"""Layouts of a task: the scene and the arm's configuration for each seed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a task has succeeded: checks and what joins them, written in the task file and verified when it is loaded."""
+"""Success criteria of tasks: checks and what joins them, written in the task file and verified when it is loaded."""
 
 from __future__ import annotations
 

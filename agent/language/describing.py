@@ -1,4 +1,4 @@
-"""How answers name a thing: where it is, what it is, how big, and how far from another."""
+"""Descriptions of a thing in answers: where it is, what it is, how big, and how far from another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model may answer: a plan whose calls have the skills' own schemas, or a refusal; and how its answer is checked."""
+"""Answer of a model, a plan whose calls have the skills' own schemas or a refusal, and its checks."""
 
 from __future__ import annotations
 

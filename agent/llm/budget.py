@@ -1,4 +1,4 @@
-"""What asking a model may cost, for a prompt and for a session: turns, tokens, money, seconds, steps.
+"""Budget of asking a model, for a prompt and for a session: turns, tokens, money, seconds, steps.
 
 pydantic-ai limits one run of one agent. A prompt here is several runs (one per call that moves the robot) or several plans, and
 a session is several prompts; seconds and steps it does not count at all.

@@ -1,4 +1,4 @@
-"""What was learnt of endpoints: how a model there is held to a form, and whether its answers arrive piece by piece.
+"""Capabilities of LLM endpoints, cached on disk: the output mode that works there, and whether answers are streamed.
 
 The first requests to an endpoint find it out. It is kept beside the history of the REPL, for the next process to begin with, and
 is forgotten as soon as an answer contradicts it, or after a month, since servers are updated.

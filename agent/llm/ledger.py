@@ -1,4 +1,4 @@
-"""What was done for one prompt: what it cost, what succeeded last, what is still due before it may be called done."""
+"""Ledger of a prompt: its cost, the last success, and what is still due before it may be called done."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model is told: how to answer, the request, the scene, and what has failed so far.
+"""Prompt of a model: how to answer, the request, the scene, and what has failed so far.
 
 Everything that was perceived or measured goes in as JSON between tags, with `<` and `>` escaped so that no text in it can
 close its tag; the instructions say that it is data. What comes back is checked all the same.

@@ -1,4 +1,4 @@
-"""Which values of a model's file are others once it is loaded: every number of the two compiled models, side by side."""
+"""Values of a model's file that loading changes: every number of the two compiled models, side by side."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a robot's own sidecar, found without simulation, as the end of an error message."""
+"""Diagnosis of a robot's own sidecar without simulation, as the end of an error message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was found out about a robot: why a field has its value, and whether one is right."""
+"""Findings about a robot: why a field has its value, and whether one is right."""
 
 from __future__ import annotations
 

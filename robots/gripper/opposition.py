@@ -1,4 +1,4 @@
-"""Which fingers of a hand oppose each other, found by closing it on a probe: the way each closes, and what only spreads them."""
+"""Opposing fingers of a hand, found by closing it on a probe: how each closes, and which joints only spread them."""
 
 from __future__ import annotations
 

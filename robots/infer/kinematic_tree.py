@@ -1,4 +1,4 @@
-"""Which joints of a tree are an arm, and which are the gripper at its end."""
+"""Kinematic tree of a robot, split into an arm and the gripper at its end."""
 
 from __future__ import annotations
 

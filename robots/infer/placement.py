@@ -1,4 +1,4 @@
-"""Where an arm stands so that its workspace covers the table, and a home from which it starts well."""
+"""Placement of an arm whose workspace covers the table, and a home from which it starts well."""
 
 from __future__ import annotations
 

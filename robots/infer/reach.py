@@ -1,4 +1,4 @@
-"""What a robot reaches over its table without touching itself."""
+"""Reach of a robot over its table, free of self-collision."""
 
 from __future__ import annotations
 

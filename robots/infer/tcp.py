@@ -1,4 +1,4 @@
-"""Where the tool of an arm without a gripper is: the end of its last link, and which way that points."""
+"""TCP of an arm without a gripper: the end of its last link, and the direction in which that points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the robot of a context can do, asked of its own kinematics and grasp planner: for checking plans without moving."""
+"""Abilities of a context's robot, from its own kinematics and grasp planner, to check plans without moving."""
 
 from __future__ import annotations
 

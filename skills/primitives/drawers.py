@@ -1,4 +1,4 @@
-"""What opening and closing a drawer share: its grip, the way that it slides, and what the hand feels on it."""
+"""Opening and closing of drawers: grip, sliding direction, and the forces that the hand feels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How hard to hold: as the weighed load asks for, not as hard as the gripper can."""
+"""Grip force: as much as the weighed load asks for, not as much as the gripper can give."""
 
 from __future__ import annotations
 

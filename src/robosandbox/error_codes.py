@@ -1,4 +1,4 @@
-"""What a skill error is called, and what a skill was doing when it ended in one."""
+"""Codes of skill errors, and phases of a skill."""
 
 from enum import StrEnum
 

@@ -1,4 +1,4 @@
-"""What was measured when a skill failed: one kind of evidence for each kind of error."""
+"""Evidence of failures: the measurements, one model for each kind of error."""
 
 from __future__ import annotations
 

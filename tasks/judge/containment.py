@@ -1,4 +1,4 @@
-"""Whether something lies inside a container: walls all around it, a floor under it, and below the rim."""
+"""Containment test: walls all around a thing, a floor under it, and below the rim."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What drives a robot: any driver, a simulated world, a driver with a judge of its own."""
+"""Protocols of drivers: any driver, a simulated world, a driver with a judge of its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a grasp needs to know of a convex shape: how far it reaches, and along which lines fingers meet it squarely."""
+"""Convex shape as a grasp planner sees it: its extents, and the lines along which fingers meet it squarely."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is believed of objects as a scene that can be compiled: seen places and sizes, and what a task says beside them."""
+"""Scene of believed objects that can be compiled: seen poses and sizes, and what a task says beside them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What there is to plan among: the robot and the objects as they are believed to be, compiled into one planning model."""
+"""Planning scene: the robot and the objects as they are believed to be, compiled into one planning model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a kind of object answers for itself: size, extents, bodies, affordances, and the words that people have for it."""
+"""Base class of the kinds of objects: size, extents, bodies, affordances, and the words that people have for it."""
 
 from __future__ import annotations
 

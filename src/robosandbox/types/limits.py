@@ -1,4 +1,4 @@
-"""What a robot may never do: where it may work and how hard it may press, as a task or a sidecar says, or as nobody says."""
+"""Limits of workspace and force for a robot, from a task or a sidecar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is sensed: the robot by its encoders, pictures by its cameras, objects by perception."""
+"""Sensor values: the robot's encoders, camera pictures, detected objects."""
 
 from __future__ import annotations
 

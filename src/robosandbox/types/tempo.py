@@ -1,4 +1,4 @@
-"""How fast the arm goes: what of its limits it uses where, and how each motion is timed."""
+"""Tempo of the arm: the share of its limits that it uses in each situation, and how motions are timed."""
 
 from __future__ import annotations
 

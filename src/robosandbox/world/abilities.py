@@ -1,4 +1,4 @@
-"""What a robot can do, as far as relations ask for it: where there is no robot to ask, nothing is denied."""
+"""Abilities of a robot that relations ask for: reach, grasps, force. Without a robot to ask nothing is denied."""
 
 from __future__ import annotations
 

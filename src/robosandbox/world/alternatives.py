@@ -1,4 +1,4 @@
-"""What a failed call tells of itself, and other ways to what it was to bring about: what a skill declares beside its contract."""
+"""Alternatives to a failed call, which a skill declares beside its contract, and the failure that they are told of."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which arguments of a skill name objects, and which objects each can be given, as its contract says."""
+"""Arguments of a skill that name objects, and the objects that its contract allows for each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a thing in the way can be stood on in place of the table, where that takes a call less."""
+"""Places on other things for a thing in the way, where that takes a call less than the table."""
 
 from __future__ import annotations
 

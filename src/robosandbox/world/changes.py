@@ -1,4 +1,4 @@
-"""What steps do that leaves no state to look at later: pushed, turned, tapped, poured, gone home."""
+"""Relations that leave no state to look at later: pushed, turned, tapped, poured, gone home."""
 
 from __future__ import annotations
 

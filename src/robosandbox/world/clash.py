@@ -1,4 +1,4 @@
-"""Why goals cannot hold together, however one goes about it: told in a scene with nothing else in the way."""
+"""Conflicts between goals that cannot hold together, told in a scene with nothing else in the way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What lies in containers, what fits into them, and what can be poured."""
+"""Relations of containers: inside, room for a thing, contents that can be poured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the gripper holds and can take hold of."""
+"""Relations of the gripper: what it holds and what it can take hold of."""
 
 from __future__ import annotations
 

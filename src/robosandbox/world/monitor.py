@@ -1,4 +1,4 @@
-"""What finished calls brought about, and whether it still holds: a tower may fall while the next block is fetched."""
+"""Monitor of the effects of finished calls: a tower may fall while the next block is fetched."""
 
 from __future__ import annotations
 

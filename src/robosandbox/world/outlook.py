@@ -1,4 +1,4 @@
-"""How many calls some goals still take: relaxed regression over what is in the way, with the knots among them."""
+"""Heuristic of the plan search: calls that some goals still take, by relaxed regression and its cyclic dependencies."""
 
 from __future__ import annotations
 

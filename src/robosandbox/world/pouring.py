@@ -1,4 +1,4 @@
-"""Whether what was in one container is in another."""
+"""Relation of what was in one container and is in another."""
 
 from __future__ import annotations
 

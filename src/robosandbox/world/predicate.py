@@ -1,4 +1,4 @@
-"""What a relation is: how it is told from a scene, what a scene looks like once it holds, and what fails without it."""
+"""Predicates, of which relations are made: a test on a scene, an effect, the failure without it, and remedies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the hand can get to, and how hard it may press."""
+"""Relations of the hand's reach, and of the force with which it may press."""
 
 from __future__ import annotations
 

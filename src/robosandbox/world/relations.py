@@ -1,4 +1,4 @@
-"""What "on", "inside", "beside", "lifted" and "pushed that way" mean.
+"""Geometry of "on", "inside", "beside", "lifted" and "pushed that way".
 
 Skills check their post-conditions and planners their plans with these functions, on what perception sees. Success of tasks is
 judged by `robosandbox.tasks.judge`, which shares the words and none of the code. Every shape

@@ -1,4 +1,4 @@
-"""Where an object may be put: on the table, beside something, in a container; by geometry alone, without an arm."""
+"""Sampling of placements on the table, beside something and in a container, by geometry alone, without an arm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands where: on what, beside what, upright or not, and where there is room to stand."""
+"""Relations of support: on, beside, upright, and room to stand."""
 
 from __future__ import annotations
 

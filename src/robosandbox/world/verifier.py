@@ -1,4 +1,4 @@
-"""Whether a plan can be right, before anything moves: contracts run over the scene, step by step."""
+"""Verification of a plan before anything moves: contracts run over the scene, step by step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which calls promise a goal, by the skills' contracts, and what each of them needs."""
+"""Calls that achieve a goal by the skills' contracts, and the needs of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where an object is: in the gripper, on another, in a container, or on the table; and whether it is where it was."""
+"""Location of an object: in the gripper, on another, in a container, or on the table; and whether it has changed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What runs the episodes of a bench: this process, several of this machine, or a Ray cluster's."""
+"""Engines that run a bench's episodes: this process, several of this machine, or a Ray cluster's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bench is told and what it tells: settings, a row per episode, counts and rates."""
+"""Settings of a bench, its rows (one an episode), counts and rates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What opens a world: the options that `run`, `plan`, `look`, `repl`, `viewer`, `sim`, `mcp`, `agent` and the bench share, as one value."""
+"""Options that open a world, as one value: `run`, `plan`, `look`, `repl`, `viewer`, `sim`, `mcp`, `agent` and the bench share them."""
 
 from __future__ import annotations
 

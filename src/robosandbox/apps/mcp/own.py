@@ -1,4 +1,4 @@
-"""What the server's own tools do: to look, plan, check, try out, run, reach goals, judge, start over, refuse."""
+"""Tools of the server itself: look, plan, check, try out, run, reach goals, judge, start over, refuse."""
 
 from __future__ import annotations
 

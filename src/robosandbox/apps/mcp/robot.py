@@ -1,4 +1,4 @@
-"""What the server needs of a robot, provided by a workcell: in this process or in another one.
+"""Robot behind the MCP server, provided by a workcell of this process or of another one.
 
 A world in this process lives on one worker thread, physics and pictures alike; looks asked for while something is under way are
 answered between its control ticks. A world in another process answers looks by itself at any time.

@@ -1,4 +1,4 @@
-"""What came of a line."""
+"""Outcome of a line of input."""
 
 from __future__ import annotations
 

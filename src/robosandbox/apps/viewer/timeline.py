@@ -1,4 +1,4 @@
-"""What was measured since the last order: joint speed, gripper opening and force over simulated time, and the phases."""
+"""Plot of joint speed, gripper opening and force over simulated time since the last order, with the phases."""
 
 from __future__ import annotations
 

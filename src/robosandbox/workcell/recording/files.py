@@ -1,4 +1,4 @@
-"""What lies in an episode's folder, and how it gets there whole."""
+"""Files of an episode's folder, written so that they are whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What to record: where, what to film, what to keep."""
+"""Settings of a recorder: the folder, the films, the data that is kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whose answers and news of a robot are believed: one Zenoh session's, the sim that answered `info`."""
+"""Trust in the sources of messages: one Zenoh session's are believed, the sim that answered `info`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sim answers and publishes."""
+"""Messages that a sim answers with or publishes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every message has, the keys, and how a payload is read."""
+"""Base of all messages, the keys, and the reading of payloads."""
 
 from __future__ import annotations
 

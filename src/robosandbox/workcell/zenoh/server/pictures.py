@@ -1,4 +1,4 @@
-"""How pictures of a driver's cameras are made: as little as need be in the world's thread, the rest beside it."""
+"""Rendering of a driver's cameras: as little as possible in the world's thread, encoding beside it."""
 
 from __future__ import annotations
 
