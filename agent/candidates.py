@@ -42,7 +42,7 @@ Calls = tuple[SkillCall, ...]
 
 
 class Candidates:
-    """What could be done in place of a failed call.
+    """Candidates in place of a failed call.
 
     Args:
         failure: The call and how it failed.

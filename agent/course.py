@@ -20,7 +20,7 @@ from robosandbox.world.operators import Operator
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finished:
-    """What a director answers when nothing is left to do.
+    """Answer of a director that has nothing left to do.
 
     Attributes:
         summary: What it says was done; a claim, unlike the steps.
@@ -31,7 +31,7 @@ class Finished:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
-    """What came of a plan.
+    """Outcome of a plan.
 
     Attributes:
         steps: The calls that ended in their post-conditions, with the results.
@@ -44,7 +44,7 @@ class Report:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Desk:
-    """What a director has at hand besides the calls that the agent carries out for it.
+    """Services for a director besides the calls that the agent carries out for it.
 
     Attributes:
         ctx: The world: it can be looked at, and tried out on its twin where it has one.
@@ -60,11 +60,11 @@ class Desk:
 
 
 class Course(Protocol):
-    """What is done for one prompt, plan after plan."""
+    """Course of action for one prompt, plan after plan."""
 
     @property
     def goes_on(self) -> bool:
-        """Whether it is asked again after a plan that succeeded."""
+        """True where it is asked again after a plan that succeeded."""
         ...
 
     def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
@@ -132,7 +132,7 @@ class PlannedCourse:
 
     @property
     def goes_on(self) -> bool:
-        """Whether the plan leaves something for when its steps are done."""
+        """True where the plan leaves something for when its steps are done."""
         return bool(self._then)
 
     def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:

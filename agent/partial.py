@@ -35,7 +35,7 @@ _MOST_CLAUSES = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartialReading:
-    """What is certain of a sentence.
+    """Certain parts of a sentence's meaning.
 
     Attributes:
         constraints: What every plan for it keeps to.

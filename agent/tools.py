@@ -49,7 +49,7 @@ _RELATIONS_HELP = (
 
 
 class Spoken(StrictModel):
-    """What has a sentence for the person."""
+    """Base of the arguments with a sentence for the person."""
 
     message: Annotated[str, Field(min_length=1, max_length=_LONGEST, description="One sentence for the person.")]
 

@@ -22,7 +22,7 @@ _LEAST_TAGS = 3  # Number of tags that must be seen of the board, so that its po
 
 
 class Calibration(StrictModel):
-    """What `robo-sandbox calibrate` writes.
+    """Content of the file that `robo-sandbox calibrate` writes.
 
     Attributes:
         cameras: By camera: its true frame in the one that it was taken to have.

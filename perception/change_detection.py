@@ -37,7 +37,7 @@ _USUAL_COLOUR_NOISE = 4.0  # The same of a channel, of 255 levels. Chosen likewi
 
 @dataclass(slots=True, eq=False)
 class Reference:
-    """What a fixed camera saw where nothing hid it.
+    """Reference picture of a fixed camera, where nothing hid it.
 
     Attributes:
         rgbd: The frame that it was last perceived in.

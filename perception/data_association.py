@@ -81,7 +81,7 @@ class TagNumbers:
 
 @dataclass
 class Matching:
-    """Which things of a look are which that are remembered.
+    """Assignment of the things of a look to those that are remembered.
 
     Attributes:
         tracks: Remembered things that the look has not shown so far.

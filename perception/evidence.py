@@ -89,7 +89,7 @@ class Evidence:
 
     @property
     def count(self) -> int:
-        """How many measurements there are."""
+        """Number of measurements."""
         return len(self.rows.values) + len(self.surface.points)
 
     def turned(self, rotation: Array) -> Evidence:
@@ -102,7 +102,7 @@ class Evidence:
 
     @cached_property
     def tops(self) -> tuple[float, float]:
-        """Where its points end upwards, without outliers, and with fewer of them left out, metres."""
+        """Heights of its highest points without outliers, and with fewer of them left out, metres."""
         heights = self.surface.points[:, 2]
         first, second = int(0.92 * (len(heights) - 1)), int(np.ceil(0.98 * (len(heights) - 1)))
         ordered = np.partition(heights, (first, second))

@@ -15,7 +15,7 @@ from robosandbox.types import Scene
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
-    """What is known of the place: the table, and what the task's objects are called and look like, not where they are.
+    """Prior knowledge of the place: the table, and names and looks of the task's objects, not where they are.
 
     Attributes:
         scene: Robot and table; its objects are left out.

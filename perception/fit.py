@@ -125,7 +125,7 @@ class Fit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
-    """What sizes are expected before anything is measured.
+    """Sizes expected before anything is measured.
 
     Attributes:
         sizes: As in `Fit`, (k,).

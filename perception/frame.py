@@ -38,7 +38,7 @@ _MOST_TILT = 0.025  # The same of the tilt, radians. Chosen.
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """What is known of the table before anybody looks.
+    """Prior knowledge of the table.
 
     Attributes:
         height: Of its top, metres.

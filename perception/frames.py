@@ -91,7 +91,7 @@ def _bare(frame: Frame, table: Table, tags_removed: Mask) -> Mask:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameSet:
-    """What all cameras show.
+    """Frames of all cameras.
 
     Attributes:
         looks: By camera.

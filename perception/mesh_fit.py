@@ -39,14 +39,14 @@ _EXPLAINS = 0.0025
 
 @dataclass(frozen=True, slots=True)
 class MeshFit:
-    """Where a mesh lies: the pose of the middle of its box, and the mean distance of what was seen from it, metres."""
+    """Fit of a mesh: the pose of the middle of its box, and the mean distance of what was seen from it, metres."""
 
     pose: Pose
     cost: float
 
     @property
     def explains(self) -> bool:
-        """Whether the mesh is what was seen."""
+        """True where the mesh is what was seen."""
         return self.cost < _EXPLAINS
 
 

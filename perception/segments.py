@@ -61,7 +61,7 @@ _POINTS = 220  # Number of surface points that are kept of a piece, up to twice 
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """What one view shows of one thing.
+    """Part of one view that shows one thing.
 
     Attributes:
         frame: Where it is seen.

@@ -47,7 +47,7 @@ class Thing:
 
     @property
     def shape(self) -> Shape:
-        """What its kind answers for."""
+        """Shape of its kind."""
         return shape_of(self.kind)
 
     @property

@@ -74,7 +74,7 @@ class RobotModel:
 
     @property
     def base_pose(self) -> Pose:
-        """Where the base stands in the world."""
+        """Pose of the base in the world."""
         return Pose(xyz=self.sidecar.base_pose.xyz, quat_xyzw=self.sidecar.base_pose.quat_xyzw)
 
     def bind(self, model: mujoco.MjModel, prefix: str) -> Robot:

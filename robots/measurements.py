@@ -27,7 +27,7 @@ _TOOL_LENGTH = 0.025  # Metres along the approach from the TCP within which a sh
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measurements:
-    """What skills need to know of a robot and its sidecar does not say.
+    """Measurements of a robot that skills need and its sidecar does not say.
 
     Attributes:
         gripper: Travel, pads and depth; None without a gripper.

@@ -40,7 +40,7 @@ class ControlledSimulation(Simulation):
 
     @property
     def controls(self) -> Array:
-        """What is commanded to the actuators now, shape (actuators,)."""
+        """Commands to the actuators now, shape (actuators,)."""
         return frozen_array(self._live.ctrl)
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:

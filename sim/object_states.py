@@ -19,7 +19,7 @@ from robosandbox.types import Array, ObjectTruth, SceneObject, Touch
 
 @dataclass(slots=True)
 class _Told:
-    """What was told of the objects at the last look.
+    """States of the objects as told at the last look.
 
     Attributes:
         qpos: The positions then, shape (nq,).

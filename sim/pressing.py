@@ -21,7 +21,7 @@ _UNTOUCHED: Mapping[str, Array] = {}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Layout:
-    """Where the forces of the robot's contacts are found; the same for as long as the same geoms touch.
+    """Addresses of the forces of the robot's contacts; the same for as long as the same geoms touch.
 
     Attributes:
         geoms: Of all contacts, as bytes.

@@ -88,7 +88,7 @@ class Simulation:
 
     @property
     def spec(self) -> RobotSpec:
-        """What the robot is."""
+        """Specification of the robot."""
         if self._spec is None:
             self._spec = self.robot.spec
         return self._spec
@@ -110,7 +110,7 @@ class Simulation:
 
     @property
     def body_names(self) -> Sequence[str]:
-        """What people call each body."""
+        """Names of the bodies for people."""
         return self._loaded.names
 
     @property
@@ -163,7 +163,7 @@ class Simulation:
 
     @property
     def sleepers(self) -> Sleepers:
-        """What touches what among the bodies that sleep."""
+        """Contacts among the bodies that sleep."""
         if self._sleepers is None:
             self._sleepers = Sleepers(self.model, self._live)
         return self._sleepers

@@ -37,7 +37,7 @@ class SkillContext(Protocol):
 
     @property
     def tempo(self) -> Tempo:
-        """How fast the arm goes in each situation."""
+        """Speeds of the arm in each situation."""
         ...
 
     def look(self, *names: str) -> ObservedScene:

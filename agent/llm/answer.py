@@ -28,7 +28,7 @@ class StepAnswer(StrictModel):
 
 
 class PlanAnswer(StrictModel):
-    """What `plan` takes."""
+    """Arguments of `plan`."""
 
     steps: Annotated[tuple[StepAnswer, ...], Field(min_length=1, max_length=MAX_STEPS)]
 

@@ -79,7 +79,7 @@ class _AutoCourse:
 
     @property
     def goes_on(self) -> bool:
-        """Whether it is asked again after a plan that succeeded."""
+        """True where it is asked again after a plan that succeeded."""
         return self._course.goes_on
 
     def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:

@@ -25,7 +25,7 @@ _FILE = f"{_VARIABLE}LIMITS"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """How much may be spent; None is no limit.
+    """Limits of spending; None is no limit.
 
     Attributes:
         turns: Answers asked for.
@@ -55,7 +55,7 @@ OPTIONS = {
 
 @dataclass(slots=True)
 class Budget:
-    """What has been spent of limits.
+    """Budget: limits and what has been spent of them.
 
     Attributes:
         limits: The limits.

@@ -23,7 +23,7 @@ AnswerT = TypeVar("AnswerT")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Question(Generic[AnswerT]):
-    """What a model is asked.
+    """Question to a model.
 
     Attributes:
         instructions: What it is told of its part, by the mode in which it is to answer.

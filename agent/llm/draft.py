@@ -33,7 +33,7 @@ class Draft:
 
     @property
     def due(self) -> bool:
-        """Whether it is time to look again."""
+        """True when it is time to look again."""
         return time.monotonic() - self._looked >= _PAUSE
 
     def show(self, response: ModelResponse, *, whole: bool) -> None:

@@ -40,7 +40,7 @@ from robosandbox.printable import printable
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asked:
-    """What a model is told besides the conversation.
+    """Request to a model besides the conversation.
 
     Attributes:
         instructions: Of its part, by the mode in which it is to answer.

@@ -50,7 +50,7 @@ class NoAnswerError(MisuseError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tool:
-    """What may be answered with.
+    """Form of an answer: a tool to call.
 
     Attributes:
         name: Its name.

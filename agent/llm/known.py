@@ -29,7 +29,7 @@ Where = tuple[str, str, str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Known:
-    """What is known of a model at an endpoint.
+    """Capabilities of a model at an endpoint.
 
     Attributes:
         mode: The most binding way that gave an answer which could be read; None where none has yet.
@@ -44,7 +44,7 @@ class Known:
 
 @dataclass
 class KnownEndpoints:
-    """What is known, by endpoint; read from a file when it is first asked for, and kept there.
+    """Capabilities by endpoint; read from a file when they are first asked for, and kept there.
 
     Args:
         file: Where it is kept; None keeps it in memory.

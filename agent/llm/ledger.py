@@ -38,7 +38,7 @@ class Ledger:
 
     @property
     def of_each_call(self) -> Constraints:
-        """What each call keeps to; what is to be moved in all cannot be asked of one."""
+        """Constraints that each call keeps; what is to be moved in all cannot be asked of one."""
         return replace(self.due, moved=frozenset(), fewest=0)
 
     def over_budget(self, plan: Plan) -> str:

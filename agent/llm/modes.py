@@ -16,7 +16,7 @@ from robosandbox.agent.llm.schema import decodable
 
 
 class Mode(StrEnum):
-    """How an answer is asked for, the most binding first."""
+    """Ways of asking for an answer, the most binding first."""
 
     SCHEMA = "schema"
     """The server writes JSON by a schema and nothing else (`response_format`, `output_config.format`)."""
@@ -29,12 +29,12 @@ class Mode(StrEnum):
 
     @property
     def binds(self) -> bool:
-        """Whether it is the server that holds the model to the form."""
+        """True where the server holds the model to the form."""
         return self in (Mode.SCHEMA, Mode.TOOLS)
 
     @property
     def has_tools(self) -> bool:
-        """Whether the server is sent tools and answers with calls of them."""
+        """True where the server is sent tools and answers with calls of them."""
         return self in (Mode.TOOLS, Mode.OFFERED)
 
     def parameters(self, tools: Sequence[Tool]) -> ModelRequestParameters:

@@ -57,7 +57,7 @@ class Pointed(StrictModel):
 
 
 class PointAnswer(StrictModel):
-    """What `point` takes."""
+    """Arguments of `point`."""
 
     objects: Annotated[tuple[Pointed, ...], Field(max_length=_MOST)]
 

@@ -83,7 +83,7 @@ class Change:
 
     @property
     def is_derived(self) -> bool:
-        """Whether the compiler works it out of other values."""
+        """True where the compiler works it out of other values."""
         return self.field in _DERIVED
 
 

@@ -27,7 +27,7 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Why a field has its value: how sure (0..1), and the evidence in words."""
+    """Reason for a field's value: how sure (0..1), and the evidence in words."""
 
     confidence: float
     evidence: str

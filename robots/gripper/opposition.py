@@ -51,7 +51,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class Closing:
-    """How one finger closes: its actuator and the joint it drives, by ids, and the joint's values.
+    """Closing motion of one finger: its actuator and the joint it drives, by ids, and the joint's values.
 
     Attributes:
         actuator: What closes it.

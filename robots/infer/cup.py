@@ -19,7 +19,7 @@ _ALONG = 0.7
 
 @dataclass(frozen=True, slots=True)
 class InferredCup:
-    """What was found of a cup, by names: TCP position (3,) and rotation (3, 3) are in its body's frame."""
+    """Suction cup found by names: TCP position (3,) and rotation (3, 3) are in its body's frame."""
 
     roles: SuctionRoles
     body: str

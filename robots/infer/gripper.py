@@ -32,7 +32,7 @@ _SNAP_BEYOND = 0.01
 
 @dataclass(slots=True)
 class InferredGripper:
-    """What was measured of a gripper, by names: TCP position and rotation are in the palm's frame.
+    """Gripper measured, by names: TCP position and rotation are in the palm's frame.
 
     `tip` is how far the closed fingers go on beyond the TCP, metres.
     """

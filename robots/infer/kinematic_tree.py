@@ -174,7 +174,7 @@ def tendon_joints(model: mujoco.MjModel, tendon: int) -> list[int]:
 
 @dataclass(frozen=True, slots=True)
 class _Ending:
-    """How a way from the base ends: the nodes of the arm, the palm, the nodes of the hand, and why these."""
+    """End of a chain from the base: the nodes of the arm, the palm, the nodes of the hand, and why these."""
 
     path: list[int]
     palm: int

@@ -45,7 +45,7 @@ _HOME_HEIGHTS, _LEAST_HOME_HEIGHT, _GOOD_HOME = (0.55, 0.4, 0.7, 0.3), 0.08, 0.3
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """What an arm reaches over a table on which it stands; lengths in metres, in the robot's frame.
+    """Workspace of an arm over a table on which it stands; lengths in metres, in the robot's frame.
 
     Attributes:
         floor: Height of the table top that its base stands on.

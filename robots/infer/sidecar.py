@@ -46,7 +46,7 @@ _ALONG = 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inference:
-    """What was found out about a robot.
+    """Inferred sidecar of a robot, with the evidence.
 
     Attributes:
         model: The model as imported, gripper mounted.
@@ -217,7 +217,7 @@ def _site(palm: str, position: Array, rotation: Array) -> EeSite:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Where an arm stands and starts: what it reaches, its home (n,), its base, and the evidence."""
+    """Placement and start of an arm: what it reaches, its home (n,), its base, and the evidence."""
 
     space: Workspace
     home: Array

@@ -42,7 +42,7 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 
 
 class GripperAbilities(Abilities):
-    """What a skill knows of its robot before it plans: reach and grasps are then found out by planning itself.
+    """Abilities that a skill knows before it plans: reach and grasps are then found out by planning itself.
 
     Args:
         ctx: The robot.
@@ -64,7 +64,7 @@ class GripperAbilities(Abilities):
 
 
 class RobotAbilities(GripperAbilities):
-    """What is known of a robot from its model.
+    """Abilities of a robot from its model.
 
     Args:
         ctx: The robot, its motion planner and its grasp planner.

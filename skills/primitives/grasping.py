@@ -152,7 +152,7 @@ class _Search:
 
     @property
     def is_over(self) -> bool:
-        """Whether it is time to give up."""
+        """True when it is time to give up."""
         return len(self.tried) >= _MOST_TRIED or self._blocked >= _MOST_BLOCKED
 
     def attempt(self, grasp: Grasp, *allowed: str) -> GraspPlan | None:

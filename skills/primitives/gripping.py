@@ -115,7 +115,7 @@ def _leverage(arm: Manipulator, held: DetectedObject) -> float:
 
 
 class Grip:
-    """How hard the fingers hold what they have closed on: as what is felt of it asks for, not as hard as they can.
+    """Grip force on what the fingers have closed on: as large as the felt load asks for, not as large as it can be.
 
     At first as hard as a thing of its size may weigh; while it is lifted, harder as soon as the load asks for it; at rest, what its
     weight asks for. A driver that measures no force, or limits none, holds as hard as it can.

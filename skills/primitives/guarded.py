@@ -40,7 +40,7 @@ class MetError(TrackingError):
 
 
 class _Stopped(Exception):
-    """What was waited for has been felt; the driver holds the arm."""
+    """The awaited contact has been felt; the driver holds the arm."""
 
 
 def follow_until(arm: Manipulator, trajectory: Trajectory, phase: Phase, felt: Callable[[], bool]) -> bool:

@@ -79,7 +79,7 @@ class LoadMeter:
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What holds a thing back besides its weight.
+    """Cause, besides its weight, that holds a thing back.
 
     Attributes:
         how: Something lies over it; things on two sides of it; something on one side; nothing.

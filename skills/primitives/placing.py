@@ -53,7 +53,7 @@ _MOST_BLOCKED = 5
 
 @dataclass(frozen=True, slots=True)
 class Placing:
-    """Where an object is put down, the ways there, and how far the fingers open to let go, metres."""
+    """Pose at which an object is put down, the ways there, and how far the fingers open to let go, metres."""
 
     goal: Pose
     transfer: Trajectory
@@ -184,12 +184,12 @@ class _Search:
 
     @property
     def failure(self) -> SkillError:
-        """What came closest to working: a collision, else the first that is out of reach."""
+        """Failure of the candidate that came closest: a collision, else the first that is out of reach."""
         return most_telling(self._failures)
 
     @property
     def is_over(self) -> bool:
-        """Whether it is time to give up."""
+        """True when it is time to give up."""
         unreachable = sum(isinstance(error, UnreachableError) for error in self._failures)
         return unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
 

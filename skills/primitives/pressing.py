@@ -57,7 +57,7 @@ _DAMPING = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Pressed:
-    """What a push came to.
+    """Result of a push.
 
     Attributes:
         force: The most that the hand pressed with, N; None where the driver does not tell.
@@ -131,7 +131,7 @@ class Way:
 
     @property
     def length(self) -> float:
-        """How long it is, metres."""
+        """Length, metres."""
         return float(self.along[-1])
 
     def at(self, place: float, lift: float) -> Array:

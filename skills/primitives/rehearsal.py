@@ -99,7 +99,7 @@ class _Rehearsed(Manipulator):
 
     @property
     def state(self) -> Observation:
-        """How the robot is thought to stand."""
+        """State of the robot in the rehearsal."""
         return self._stands
 
 

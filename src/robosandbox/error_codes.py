@@ -34,7 +34,7 @@ class ErrorCode(StrEnum):
 
 
 class Phase(StrEnum):
-    """What a skill was doing."""
+    """Phase of a skill."""
 
     CHECK = "check"
     PERCEIVE = "perceive"

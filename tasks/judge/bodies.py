@@ -18,7 +18,7 @@ _CIRCLE = np.column_stack([np.cos(_TURN), np.sin(_TURN)])
 
 
 class Form:
-    """What an object is made of, in one frame.
+    """Convex pieces of an object in one frame.
 
     Args:
         pieces: Its pieces, points as shape (k, 3), metres.

@@ -47,7 +47,7 @@ _OPENING = frozenset(kind for kind, shape in shapes().items() if shape.opens)
 
 
 class Check(StrictModel):
-    """What all checks share.
+    """Base of all checks.
 
     Attributes:
         hold_s: For how many seconds after the episode it must stay true.
@@ -74,7 +74,7 @@ class Check(StrictModel):
 
 
 class OfObject(Check):
-    """What is said of one object."""
+    """Base of the checks of one object."""
 
     object: str
     kinds: ClassVar[frozenset[str]] = _ANY

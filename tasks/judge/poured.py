@@ -15,7 +15,7 @@ _ROUNDING = 1e-9
 
 
 class Poured(Check):
-    """What was in one container is in another.
+    """Contents of one container are in another.
 
     Attributes:
         object: The container that it was in; beads in it count one by one.

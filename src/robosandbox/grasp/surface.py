@@ -45,7 +45,7 @@ class Surface:
 
     @cached_property
     def middle(self) -> Array:
-        """Where its centre of mass is about, if it is the same all through, shape (3,)."""
+        """Centre of mass, if the density is the same all through, shape (3,)."""
         volumes = np.array([hull.volume for hull in self._hulls])
         middles = np.array([points.mean(axis=0) for points in self.corners])
         weighed: Array = volumes @ middles / volumes.sum()

@@ -20,7 +20,7 @@ _LEAST_SIZE = 0.001
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Known:
-    """What a task says of one of its objects that no camera shows, and no place.
+    """Properties that a task tells of one of its objects and no camera shows; no place.
 
     Attributes:
         mass: Kilograms; None where the task gives none.

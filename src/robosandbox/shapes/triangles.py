@@ -37,7 +37,7 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class _Parts:
-    """What the cache keeps."""
+    """Convex parts as the cache keeps them."""
 
     parts: tuple[Mesh, ...]
 

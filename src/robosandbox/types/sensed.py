@@ -138,7 +138,7 @@ class RgbdFrame:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DetectedObject:
-    """What perception says of one object.
+    """Object as perception sees it.
 
     Attributes:
         id: Stable name.
@@ -170,7 +170,7 @@ class DetectedObject:
 
     @property
     def shape(self) -> Shape:
-        """What its kind answers for."""
+        """Shape of its kind."""
         return shape_of(self.kind)
 
 

@@ -68,7 +68,7 @@ def share_of(speed: Speed) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tempo:
-    """How fast the arm goes in each situation. Where a skill works in contact it has speeds of its own, at every tempo.
+    """Speeds of the arm in each situation. Where a skill works in contact it has speeds of its own, at every tempo.
 
     Attributes:
         name: What people call it.

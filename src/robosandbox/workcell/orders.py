@@ -49,7 +49,7 @@ class JudgeArguments(StrictModel):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What came of an order.
+    """Answer to an order.
 
     Attributes:
         data: As JSON data.

@@ -27,7 +27,7 @@ _Found = TypeVar("_Found")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Obstruction:
-    """What keeps the hand from where it has to be.
+    """Obstacle that keeps the hand from where it has to be.
 
     Attributes:
         cause: In a clause.
@@ -39,7 +39,7 @@ class Obstruction:
 
 
 class Abilities:
-    """What is known of a robot from the scene alone.
+    """Abilities of a robot as the scene alone tells them.
 
     Attributes:
         gripper: Whether it can hold things.

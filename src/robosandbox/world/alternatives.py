@@ -44,17 +44,17 @@ class Failure:
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether what was measured lies in the thing or the gripper itself, so that nothing done first can help."""
+        """True where the cause is the thing or the gripper itself, so that nothing done first can help."""
         return self.error.evidence is not None and self.error.evidence.is_final
 
     @property
     def had_begun(self) -> bool:
-        """Whether the robot had moved for it, so that another try begins from somewhere else."""
+        """True where the robot had moved for it, so that another try begins from somewhere else."""
         return self.error.phase not in _BEFORE_MOVING
 
     @property
     def promises_a_change(self) -> bool:
-        """Whether it promises a change from how things were, which the same call would bring about once more."""
+        """True where it promises a change from how things were, which the same call would bring about once more."""
         known = [lookup(gift) for gift in self.contract.gives]
         return any(one.imagine is not None and not one.lasts for one in known)
 

@@ -168,7 +168,7 @@ def fits(view: View, a: str, c: str) -> Finding:
 
 @predicate("object", fixed=True)
 def pours(view: View, a: str) -> Finding:
-    """What an object holds can be poured out of it."""
+    """The contents of an object can be poured out of it."""
     item = view.get(a)
     return Finding(
         holds=item.shape.pours,

@@ -16,7 +16,7 @@ from robosandbox.world.predicate import Finding, Predicate, View, predicates
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contract:
-    """What a call of a skill needs and promises.
+    """Preconditions and effects of a call of a skill.
 
     Attributes:
         needs: What has to hold before anything moves; what is told first is what a person should hear first.

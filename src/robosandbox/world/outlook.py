@@ -17,7 +17,7 @@ _ASIDE = 1
 
 @dataclass(slots=True)
 class State:
-    """Where calls lead.
+    """State of the search after some calls.
 
     Attributes:
         calls: They themselves.
@@ -49,7 +49,7 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class Outlook:
-    """What lies ahead of a state.
+    """Estimate of the work that a state leaves.
 
     Attributes:
         calls: How many calls are needed at least, as far as can be told without trying.

@@ -17,7 +17,7 @@ _SURE = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """What relations are told from.
+    """Scene, start and robot from which relations are told.
 
     Attributes:
         scene: What is where now.
@@ -54,7 +54,7 @@ class View:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """Whether a relation holds, by how much, and why not.
+    """Truth of a relation, its margin, and the cause where it does not hold.
 
     Attributes:
         holds: The answer.
@@ -78,7 +78,7 @@ class Finding:
 
     @property
     def is_refuted(self) -> bool:
-        """Whether it surely does not hold."""
+        """True where it surely does not hold."""
         return self.is_sure and not self.holds
 
 

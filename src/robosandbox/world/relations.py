@@ -41,7 +41,7 @@ _BOTH_WAYS = np.vstack([np.eye(3), -np.eye(3)])
 
 @dataclass(frozen=True, slots=True)
 class Relation:
-    """Whether something holds, and the numbers that say so.
+    """Truth of a geometric relation, and the numbers that say so.
 
     Attributes:
         holds: The answer.

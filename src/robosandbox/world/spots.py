@@ -69,7 +69,7 @@ _TURN_SHARES = (1.0, 0.75, 0.5, 0.25)
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """Where the held object may go.
+    """Placement for the held object.
 
     Attributes:
         xy: The object's origin, metres.

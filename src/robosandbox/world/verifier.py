@@ -24,7 +24,7 @@ _SHOWN = 120
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constraints:
-    """What a person asks of a plan beside its goal.
+    """Constraints of a person on a plan beside its goal.
 
     Attributes:
         never: Ids of what must not be moved or touched.
@@ -84,7 +84,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What the verifier found.
+    """Result of verifying a plan.
 
     Attributes:
         problems: What is wrong, in the order of the steps; empty where the plan can be right.

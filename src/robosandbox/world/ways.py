@@ -31,7 +31,7 @@ class Way:
 
     @property
     def picks(self) -> bool:
-        """Whether something has to be in the hand for it."""
+        """True where something has to be in the hand for it."""
         return any(need.relation == "holding" for need in self.needs)
 
 

@@ -36,7 +36,7 @@ _TASK_SUFFIXES = (".yaml", ".yml")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchRun:
-    """What a bench runs, what runs it, and where its rows go.
+    """Run of a bench: its tasks, its engine, and the file for its rows.
 
     Attributes:
         names: Names of bundled tasks and task files.

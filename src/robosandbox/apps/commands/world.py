@@ -135,7 +135,7 @@ def check_remote(world: WorkcellOptions) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """Whose sim process a command works in.
+    """Connection to the sim process that a command works in.
 
     Attributes:
         connect: Zenoh endpoints.

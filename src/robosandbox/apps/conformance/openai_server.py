@@ -167,7 +167,7 @@ class ScriptedServer:
 
     @property
     def url(self) -> str:
-        """What `--base-url` takes."""
+        """URL for `--base-url`."""
         return f"http://127.0.0.1:{self._server.server_address[1]}/v1"
 
     def __enter__(self) -> Self:

@@ -32,7 +32,7 @@ OnCheck = Callable[[Check], None]
 
 @dataclass(slots=True)
 class RobotReport:
-    """What was checked of a robot.
+    """Report of the checks of a robot.
 
     Attributes:
         loads: The model and the sidecar load.

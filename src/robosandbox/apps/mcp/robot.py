@@ -60,12 +60,12 @@ class Robot:
 
     @property
     def skills(self) -> tuple[Operator, ...]:
-        """What plans may call."""
+        """Skills that plans may call."""
         return self.cell.skills
 
     @property
     def calls(self) -> tuple[Operator, ...]:
-        """What clients may call: the skills, and the hand by itself."""
+        """Calls that clients may make: the skills, and the hand by itself."""
         return tuple(self.cell.calls.values())
 
     @property
@@ -75,7 +75,7 @@ class Robot:
 
     @property
     def task(self) -> dict[str, Any]:
-        """Which task is loaded, what it asks, and the layout's seed."""
+        """Name of the loaded task, its prompt, and the layout's seed."""
         return {"task": self.cell.task.name, "prompt": self.cell.task.prompt, "seed": self.cell.seed}
 
     async def ready(self) -> Robot:
@@ -84,7 +84,7 @@ class Robot:
 
     @property
     def doing(self) -> str | None:
-        """What is under way here."""
+        """Activity that is under way here."""
         return self._running
 
     async def perform(self, call: SkillCall, tell: Tell) -> SkillResult:
@@ -150,7 +150,7 @@ class Robot:
 
     @property
     def loads(self) -> bool:
-        """Whether it can be put at another task."""
+        """True where another task can be loaded."""
         return self._reopen is not None
 
     async def plan(self, prompt: str) -> Plan | Refusal:

@@ -27,7 +27,7 @@ class Phase:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """What is drawn.
+    """Series that the timeline draws.
 
     Attributes:
         seconds: Simulated time of each sample, increasing, shape (k,).

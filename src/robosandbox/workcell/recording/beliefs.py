@@ -40,7 +40,7 @@ class BeliefRecorder:
 
     @property
     def rows(self) -> int:
-        """How many it holds."""
+        """Number of rows held."""
         return len(self._rows)
 
     def enter(self, skill: str, phase: str) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VideoSettings:
-    """What to film.
+    """Settings of the films.
 
     Attributes:
         cameras: Names of the world's cameras.
@@ -30,7 +30,7 @@ class VideoSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordSettings:
-    """What a recorder keeps.
+    """Settings of a recorder.
 
     Attributes:
         folder: Where episodes go.

@@ -44,7 +44,7 @@ class Source:
 
     @property
     def known(self) -> bool:
-        """Whether there is a session to believe."""
+        """True once there is a session to believe."""
         return self._id is not None
 
     def find(self, timeout: float) -> bool:

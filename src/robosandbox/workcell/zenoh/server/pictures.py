@@ -35,7 +35,7 @@ class Photographer(Protocol):
 
     @property
     def hz(self) -> float:
-        """How many a second of each camera it may be asked for."""
+        """Largest rate at which each camera may be asked, Hz."""
         ...
 
     def sizes(self) -> Mapping[str, tuple[int, int]]:
