@@ -11,8 +11,8 @@ from robosandbox.errors import ErrorCode
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
 from robosandbox.world.alternatives import Alternative, Failure
-from robosandbox.world.enabling import Enabling
 from robosandbox.world.facts import Fact, fact
+from robosandbox.world.means_ends import MeansEndsPlan
 from robosandbox.world.nearness import nearer
 from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import View, predicates
@@ -92,7 +92,7 @@ class Candidates:
     def _planned(self, way: Alternative) -> Calls | None:
         """Return the calls of a way with all that they need first; None where contracts show no way."""
         failure = self._failure
-        making = Enabling(
+        making = MeansEndsPlan(
             failure.scene, self._skills, about=[item.id for item in self._about], held=failure.before.held
         )
         try:
@@ -198,9 +198,9 @@ class Candidates:
 
     def _is_free(self, item: DetectedObject, offset: Array, but: str) -> bool:
         """Tell whether an object that is moved by an offset (3,) comes to lie in nothing else that stands as high."""
-        imagine = predicates()["at"].imagine
+        effect = predicates()["at"].effect
         end = centre(item) + offset
-        moved = imagine and imagine(self._failure.scene, item.id, float(end[0]), float(end[1])).find(item.id)
+        moved = effect and effect(self._failure.scene, item.id, float(end[0]), float(end[1])).find(item.id)
         others = (one for one in self._view.others(item.id, but) if not one.shape.is_granular)
         return moved is not None and not any(nearer(moved, one, 0.0) and top(one) > bottom(item) for one in others)
 

@@ -12,8 +12,8 @@ from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
+from robosandbox.world.placement_sampling import placements_in
 from robosandbox.world.relations import Relation, contents, inside
-from robosandbox.world.spots import spots_in
 
 
 class PlaceIn(Skill):
@@ -60,7 +60,7 @@ class PlaceIn(Skill):
         vessel = arm.find(container)
         held_in = {name for name, _ in contents(arm.start.objects, vessel)} - {held.id}
         there = [item for item in arm.start.objects if item.id in held_in and not item.shape.is_granular]
-        spots = list(spots_in(vessel, held, there))
+        spots = list(placements_in(vessel, held, there))
         if not spots:
             raise occupied(held.id, container, [item.id for item in there])
         return place(

@@ -20,8 +20,8 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import TURN_TOLERANCE, turn_between
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
+from robosandbox.world.placement_sampling import turning_placement, yaw_to_align
 from robosandbox.world.relations import Relation, bottom, centre, inside, on_top
-from robosandbox.world.spots import turning_spot, yaw_to_align
 from robosandbox.world.standing import AT_TOLERANCE
 
 # Number of grips that a turn may take; chosen because an arm's last joint goes about half a turn at a time, and what is
@@ -176,7 +176,7 @@ class Turn(Skill):
             place(
                 arm,
                 held,
-                [turning_spot(before, left)],
+                [turning_placement(before, left)],
                 skill=self.name,
                 target="table",
                 allowed=support,

@@ -22,7 +22,7 @@ from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.tasks.loader import bundled_tasks, load_task
 from robosandbox.tasks.task import Task
 from robosandbox.validation import validate
-from robosandbox.world.kept import kept
+from robosandbox.world.episode_cache import cached_for_episode
 
 CUBE = {
     "id": "red_cube",
@@ -257,7 +257,7 @@ def test_bundled_tasks_are_all_tried_before_the_first_row() -> None:
 def test_what_was_kept_of_a_layout_is_forgotten_with_the_next() -> None:
     asked: list[int] = []
 
-    @kept(4)
+    @cached_for_episode(4)
     def twice(number: int) -> int:
         asked.append(number)
         return 2 * number

@@ -16,7 +16,7 @@ from robosandbox.types import Limits, Plan, Refusal, SkillCall, Workspace
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
 from robosandbox.world.facts import fact, parse_facts
-from robosandbox.world.picture import picture
+from robosandbox.world.symbolic_state import symbolic_state
 from robosandbox.world.verifier import Constraints, Verdict, verify
 
 SKILLS = {skill.name: skill for skill in load_skills()}
@@ -190,7 +190,7 @@ def test_all_wrong_calls_are_told_at_once() -> None:
 
 def test_end_is_the_scene_after_the_plan() -> None:
     after = check("put_in_drawer", "open_drawer drawer; pick red_cube; place_in drawer; close_drawer drawer").end
-    facts = {str(one.fact) for one in picture(after)}
+    facts = {str(one.fact) for one in symbolic_state(after)}
     assert {"inside(red_cube, drawer)", "closed(drawer)", "hand_empty()", "on(can, table)"} <= facts
     assert not {"open(drawer)", "on(red_cube, table)", "empty(drawer)"} & facts
 

@@ -56,7 +56,7 @@ from robosandbox.agent.tools import (
 from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
-from robosandbox.world.described import describe_scene
+from robosandbox.world.scene_json import describe_scene
 from robosandbox.world.verifier import Constraints, verify
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from robosandbox.agent.llm.program import Ended, Program
 from robosandbox.agent.tools import not_holding, relations
 from robosandbox.errors import InputError
 from robosandbox.types import Plan, SkillCall
-from robosandbox.world.described import describe_scene
 from robosandbox.world.operators import Operator
+from robosandbox.world.scene_json import describe_scene
 
 _LONGEST_VALUE = 2_000  # Characters of a program's value as JSON. Chosen: a page.
 

@@ -15,8 +15,8 @@ from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.protocols import Attempt
 from robosandbox.agent.signatures import form, signature
 from robosandbox.types import ObservedScene
-from robosandbox.world.described import describe_scene
 from robosandbox.world.operators import Operator
+from robosandbox.world.scene_json import describe_scene
 from robosandbox.world.verifier import Constraints
 
 _CONVENTIONS = """\

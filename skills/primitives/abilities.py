@@ -26,8 +26,8 @@ from robosandbox.skills.primitives.strokes import plan_stroke
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Grasp, Limits, Observation, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities, Obstruction
-from robosandbox.world.imagine import taken
-from robosandbox.world.spots import Spot, about_z, levelled, resting_pose, with_pose
+from robosandbox.world.effects import taken
+from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose, with_pose
 
 # Height over the table up to which what is in easy reach needs no inverse kinematics, metres: reach is measured there.
 _LOW = 0.25
@@ -189,7 +189,7 @@ class RobotAbilities(GripperAbilities):
         return rehearse(self._ctx, self._hand, scene, self._ctx.sim.state(), lambda arm: _take(arm, item, scene))
 
     def unplaceable(
-        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+        self, item: DetectedObject, spots: Sequence[Placement], allowed: Sequence[str], scene: ObservedScene
     ) -> Obstruction | None:
         """Return what the hand meets on each of some spots however it holds an object; None where it has room on one."""
         gripper = self._ctx.sim.spec.gripper
@@ -254,7 +254,7 @@ def _take(arm: Manipulator, item: DetectedObject, scene: ObservedScene) -> None:
 
 
 def _put(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Spot], allowed: Sequence[str]
+    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Placement], allowed: Sequence[str]
 ) -> None:
     """Plan how an object is put down, as what places it does."""
     arm.use(scene, held=held.id)

@@ -20,8 +20,8 @@ from robosandbox.skills.primitives.manipulator import (
 from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Timing, Trajectory
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose
 from robosandbox.world.relations import Relation
-from robosandbox.world.spots import Spot, about_z, levelled, resting_pose
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
 _STAND_OFF = 0.004
@@ -52,7 +52,7 @@ _MOST_BLOCKED = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Placing:
+class PlacePlan:
     """Pose at which an object is put down, the ways there, and how far the fingers open to let go, metres."""
 
     goal: Pose
@@ -64,7 +64,7 @@ class Placing:
 def place(
     arm: Manipulator,
     held: DetectedObject,
-    spots: Iterable[Spot],
+    spots: Iterable[Placement],
     *,
     skill: str,
     target: str,
@@ -142,8 +142,8 @@ def _leave(arm: Manipulator, held: str) -> None:
 
 
 def plan_place(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Iterable[Spot], allowed: tuple[str, ...]
-) -> Placing:
+    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Iterable[Placement], allowed: tuple[str, ...]
+) -> PlacePlan:
     """Return the way to the first spot where hand and object have room, coming, opening and going.
 
     Raises:
@@ -193,7 +193,7 @@ class _Search:
         unreachable = sum(isinstance(error, UnreachableError) for error in self._failures)
         return unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
 
-    def attempt(self, spot: Spot, yaw: float) -> Placing | None:
+    def attempt(self, spot: Placement, yaw: float) -> PlacePlan | None:
         """Return the way to a spot, or None."""
         arm, motion = self._arm, self._arm.motion
         goal = resting_pose(self._held, spot, about_z(yaw) @ self._level)
@@ -221,7 +221,7 @@ class _Search:
         except (UnreachableError, CollisionError) as error:
             self._failures.append(error)
             return None
-        return Placing(goal, way, descent, opening)
+        return PlacePlan(goal, way, descent, opening)
 
     def _hold(self) -> None:
         """Plan with the object in hand, and what lies in it free to touch it."""

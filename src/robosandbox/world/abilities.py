@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from robosandbox.types import DetectedObject, ObservedScene, Workspace
-from robosandbox.world.spots import Spot
+from robosandbox.world.placement_sampling import Placement
 
 # An object farther away than this many times the distance at which the robot works easily is out of reach whatever its
 # height; between the two its kinematics decide. Chosen above 1.16, what the bundled arm has at most (0.93 m of 0.80);
@@ -99,7 +99,7 @@ class Abilities:
         return None
 
     def unplaceable(
-        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+        self, item: DetectedObject, spots: Sequence[Placement], allowed: Sequence[str], scene: ObservedScene
     ) -> Obstruction | None:
         """Return what keeps the hand from putting an object down on each of some spots; None where that is not known.
 
@@ -175,7 +175,7 @@ class LateAbilities(Abilities):
         return self._answer(self._obstructions, key, lambda: self._robot.untakeable(item, scene))
 
     def unplaceable(
-        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+        self, item: DetectedObject, spots: Sequence[Placement], allowed: Sequence[str], scene: ObservedScene
     ) -> Obstruction | None:
         """Return what keeps the hand from putting an object down on each of some spots; None where that is not known."""
         key = ("put", item.id, *spots, *_arranged(scene))

@@ -56,7 +56,7 @@ class Failure:
     def promises_a_change(self) -> bool:
         """True where it promises a change from how things were, which the same call would bring about once more."""
         known = [lookup(gift) for gift in self.contract.gives]
-        return any(one.imagine is not None and not one.lasts for one in known)
+        return any(one.effect is not None and not one.lasts for one in known)
 
     def is_mended(self, scene: ObservedScene) -> bool:
         """Tell whether what the call promised holds in a scene, seen from when it began."""

@@ -83,7 +83,7 @@ class Finding:
 
 
 Test = Callable[..., Finding]
-Imagine = Callable[..., ObservedScene]
+ApplyEffect = Callable[..., ObservedScene]
 Choices = Callable[..., Iterator[tuple[float, ...]]]
 Blame = Callable[[View, Sequence[Any], Finding], SkillError]
 
@@ -96,7 +96,7 @@ class Predicate:
         name: As facts call it.
         parameters: What its arguments are: object, place (an object or "table"), number, word; those with a "?" may be left out.
         test: Tells it from a view and the arguments.
-        imagine: Returns the scene in which it was brought about; None for what no skill brings about.
+        effect: Returns the scene in which it was brought about; None for what no skill brings about.
         is_fixed: Whether nothing that the robot does changes it, as what an object is made for.
         lasts: Whether it is a state that can be looked at later, not a change.
         is_last: Whether it is brought about at last, since what other goals need would undo it.
@@ -108,7 +108,7 @@ class Predicate:
     name: str
     parameters: tuple[str, ...]
     test: Test
-    imagine: Imagine | None = None
+    effect: ApplyEffect | None = None
     is_fixed: bool = False
     lasts: bool = False
     is_last: bool = False
@@ -145,7 +145,7 @@ _VOCABULARY = _Vocabulary()
 
 def predicate(
     *parameters: str,
-    imagine: Imagine | None = None,
+    effect: ApplyEffect | None = None,
     fixed: bool = False,
     lasts: bool = False,
     last: bool = False,
@@ -161,7 +161,7 @@ def predicate(
             name=name,
             parameters=parameters,
             test=test,
-            imagine=imagine,
+            effect=effect,
             is_fixed=fixed,
             lasts=lasts,
             is_last=last,
@@ -178,7 +178,7 @@ def predicates() -> dict[str, Predicate]:
     """Return all relations by name."""
     if not _VOCABULARY.is_whole:
         # Each module registers what it tells; they need this one.
-        from robosandbox.world import changes, containers, drawers, hand, reach, standing, whereabouts  # noqa: F401
+        from robosandbox.world import changes, containers, drawers, hand, locations, reach, standing  # noqa: F401
 
         _VOCABULARY.is_whole = True
     return _VOCABULARY.known

@@ -18,7 +18,7 @@ import numpy as np
 
 from robosandbox.shapes import Room, kinds_that_hold
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Pose, Side, Vec3
-from robosandbox.world.kept import kept
+from robosandbox.world.episode_cache import cached_for_episode
 
 # Metres between a thing and what it rests on; chosen as twice perception's 2.2 mm (p95, docs/measured.md).
 REST_TOLERANCE = 0.005
@@ -77,7 +77,7 @@ class Extent(NamedTuple):
     high: float
 
 
-@kept(_KEPT)
+@cached_for_episode(_KEPT)
 def extent(obj: DetectedObject) -> Extent:
     """Return the cylinders around an object and within its footprint."""
     middle = centre(obj)
@@ -158,7 +158,7 @@ def gap(a: DetectedObject, b: DetectedObject) -> float:
     return float(np.max(-support(b, -directions) - support(a, directions)))
 
 
-@kept(_KEPT)
+@cached_for_episode(_KEPT)
 def on_top(obj: DetectedObject, target: DetectedObject) -> Relation:
     """Tell whether `obj` rests on `target`: its centre over the target's footprint, its bottom at the target's top."""
     margin = footprint_margin(target, centre(obj))
@@ -197,7 +197,7 @@ def above(
     )
 
 
-@kept(_KEPT)
+@cached_for_episode(_KEPT)
 def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
     """Tell whether `obj` is in `container`: its centre within the inner walls, its bottom below the rim.
 
@@ -319,7 +319,7 @@ def moved(before: DetectedObject, after: DetectedObject) -> float:
     return float(np.linalg.norm(centre(after) - centre(before)))
 
 
-@kept(_KEPT)
+@cached_for_episode(_KEPT)
 def _outline(obj: DetectedObject) -> tuple[Array, Array]:
     """Return horizontal unit vectors (n, 3) and how far the object reaches along each, metres (n,)."""
     directions = _plan_directions(obj)

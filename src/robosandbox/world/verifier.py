@@ -10,7 +10,7 @@ from robosandbox.errors import InvalidArgumentError
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import ObservedScene, Plan, SkillCall
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import find, first_refuted, imagined, lookup
+from robosandbox.world.contracts import apply_effects, find, first_refuted, lookup
 from robosandbox.world.facts import HELD, Fact, fact
 from robosandbox.world.operators import BoundCall, Operator, bind
 from robosandbox.world.predicate import View
@@ -161,7 +161,7 @@ class _Run:
             if not contract.gives:
                 return
             self._moved.update(dict.fromkeys(contract.moves))
-            self._scene = imagined(contract, self._scene)
+            self._scene = apply_effects(contract, self._scene)
         yield from self._unkept()
 
     def _forbidden(self, number: int, call: SkillCall, moves: Iterable[str]) -> Problem | None:

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from robosandbox.types import DetectedObject, ObservedScene
 from robosandbox.world.contracts import lookup
 from robosandbox.world.facts import TABLE, Fact, fact
-from robosandbox.world.outlook import State
+from robosandbox.world.heuristic import SearchState
+from robosandbox.world.locations import location_of
 from robosandbox.world.relations import Extent, apart, extent
-from robosandbox.world.whereabouts import where
 
 # Things that are tried, the nearest first. Chosen.
 _MOST = 2
@@ -21,7 +21,9 @@ _HIGHEST = 0.2
 _AS_WIDE = 0.9
 
 
-def asides(state: State, name: str, goals: Sequence[Fact], claimed: Sequence[DetectedObject]) -> Iterator[Fact]:
+def parking_spots(
+    state: SearchState, name: str, goals: Sequence[Fact], claimed: Sequence[DetectedObject]
+) -> Iterator[Fact]:
     """Yield that a thing stands on one that no goal concerns which does not hold yet, the nearest first.
 
     Args:
@@ -61,7 +63,7 @@ def _may_carry(other: DetectedObject, around: Extent, scene: ObservedScene) -> b
 def _below(scene: ObservedScene, item: DetectedObject) -> Iterator[str]:
     """Yield the ids of what an object stands on or lies in, downwards."""
     for _ in scene.objects:
-        place = where(scene, item)
+        place = location_of(scene, item)
         if place is None or place.arguments[-1] == TABLE:
             return
         base = scene.find(str(place.arguments[1]))
