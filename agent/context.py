@@ -112,7 +112,7 @@ class AgentContext(GoalContext):
 
     @property
     def max_force_n(self) -> float:
-        """With how many newtons a skill may press what it is to move."""
+        """Largest force on the object that a skill manipulates, N."""
         return force_limits(*self._all_limits())[0]
 
     def _all_limits(self) -> list[Limits]:

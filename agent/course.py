@@ -19,7 +19,7 @@ from robosandbox.world.operators import Operator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finished:
+class PromptDone:
     """Answer of a director that has nothing left to do.
 
     Attributes:
@@ -67,7 +67,7 @@ class Course(Protocol):
         """True where it is asked again after a plan that succeeded."""
         ...
 
-    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | PromptDone:
         """Return what to carry out now.
 
         Args:
@@ -135,7 +135,7 @@ class PlannedCourse:
         """True where the plan leaves something for when its steps are done."""
         return bool(self._then)
 
-    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | PromptDone:
         """Return the planner's answer, now that this has failed, or that time has told what it left open."""
         answer: Plan | Refusal
         if report is not None and report.failure is not None:
@@ -147,7 +147,7 @@ class PlannedCourse:
         later = bool(self._then)
         self._then = answer.then if isinstance(answer, Plan) and isinstance(self._planner, Continuing) else ""
         if later and isinstance(answer, Plan) and not answer.steps:
-            return Finished(summary=answer.answer)
+            return PromptDone(summary=answer.answer)
         return answer
 
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.frame import LEAST_DEPTH, MOST_DEPTH, Image, Mask, Table, as_image, as_picture
+from robosandbox.perception.frame import LEAST_DEPTH, MOST_DEPTH, Image, Mask, TablePrior, as_image, as_picture
 from robosandbox.perception.quantiles import median
 from robosandbox.types import Array, Intrinsics, PictureWindow, RgbdFrame
 
@@ -134,7 +134,7 @@ def _gain(before: NDArray[np.uint8], now: NDArray[np.uint8], known: Mask) -> flo
     return bright / dark
 
 
-def table_disparity(lens: Intrinsics, rotation: Array, position: Array, table: Table, pixels: Mask) -> Image:
+def table_disparity(lens: Intrinsics, rotation: Array, position: Array, table: TablePrior, pixels: Mask) -> Image:
     """Return the disparity, 1/m, of the bare table in these pixels as a lens delivers them, (n,); 0 beside the table.
 
     Args:

@@ -80,7 +80,7 @@ class TagNumbers:
 
 
 @dataclass
-class Matching:
+class Assignment:
     """Assignment of the things of a look to those that are remembered.
 
     Attributes:

@@ -44,7 +44,7 @@ class Hold:
     width: float
 
 
-class Hands:
+class HoldTracker:
     """Follows what the gripper holds.
 
     Args:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull, KDTree
 
-from robosandbox.perception.frame import Frame
+from robosandbox.perception.frame import PointCloudFrame
 from robosandbox.shapes.mesh_file import mesh_bounds, mesh_triangles
 from robosandbox.types import Array, Pose, matrix_from_rotation_vector
 
@@ -111,7 +111,9 @@ def known_mesh(path: Path, scale: float) -> KnownMesh:
     )
 
 
-def fit_mesh(mesh: KnownMesh, seen: Array, frames: Sequence[Frame], table: float, near: Pose | None = None) -> MeshFit:
+def fit_mesh(
+    mesh: KnownMesh, seen: Array, frames: Sequence[PointCloudFrame], table: float, near: Pose | None = None
+) -> MeshFit:
     """Return how a mesh lies that explains what was seen best.
 
     Args:
@@ -182,7 +184,7 @@ def _moved(mesh: KnownMesh, seen: Array, rotation: Array, place: Array) -> tuple
     return rotation, place
 
 
-def _cost(mesh: KnownMesh, seen: Array, frames: Sequence[Frame], rotation: Array, place: Array) -> float:
+def _cost(mesh: KnownMesh, seen: Array, frames: Sequence[PointCloudFrame], rotation: Array, place: Array) -> float:
     """Return the mean distance of what was seen, and of the mesh where a camera sees through it, metres."""
     points = mesh.points[::8] @ rotation.T + place
     through = np.zeros(len(points))

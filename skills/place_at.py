@@ -15,7 +15,7 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, fact
 from robosandbox.world.placement_sampling import table_placements
-from robosandbox.world.relations import Relation, centre, on_table
+from robosandbox.world.relations import MeasuredRelation, centre, on_table
 from robosandbox.world.standing import AT_TOLERANCE
 
 
@@ -63,9 +63,9 @@ class PlaceAt(Skill):
         if not spots:
             raise occupied(held.id, place_name, blocking)
 
-        def check(placed: DetectedObject, scene: ObservedScene) -> Relation:
+        def check(placed: DetectedObject, scene: ObservedScene) -> MeasuredRelation:
             off = float(np.linalg.norm(centre(placed)[:2] - point))
             standing = on_table(placed, scene.table_height)
-            return Relation(standing.holds and off < AT_TOLERANCE, {"off_mm": 1000.0 * off, **standing.detail})
+            return MeasuredRelation(standing.holds and off < AT_TOLERANCE, {"off_mm": 1000.0 * off, **standing.detail})
 
         return place(arm, held, spots, skill=self.name, target=place_name, allowed=("table",), check=check)

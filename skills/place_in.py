@@ -13,7 +13,7 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
 from robosandbox.world.placement_sampling import placements_in
-from robosandbox.world.relations import Relation, contents, inside
+from robosandbox.world.relations import MeasuredRelation, contents, inside
 
 
 class PlaceIn(Skill):
@@ -74,6 +74,6 @@ class PlaceIn(Skill):
         )
 
 
-def _in(placed: DetectedObject, vessel: DetectedObject) -> Relation:
+def _in(placed: DetectedObject, vessel: DetectedObject) -> MeasuredRelation:
     """Tell whether something is in a container; a look that takes that for no container shows nothing of it."""
-    return inside(placed, vessel) if vessel.shape.holds_things else Relation(holds=False)
+    return inside(placed, vessel) if vessel.shape.holds_things else MeasuredRelation(holds=False)

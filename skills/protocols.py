@@ -32,7 +32,7 @@ class SkillContext(Protocol):
     def what_if(self) -> bool: ...
     @property
     def max_force_n(self) -> float:
-        """With how many newtons a skill may press what it is to move."""
+        """Largest force on the object that a skill manipulates, N."""
         ...
 
     @property

@@ -17,7 +17,7 @@ from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
 from robosandbox.world.facts import fact, parse_facts
 from robosandbox.world.symbolic_state import symbolic_state
-from robosandbox.world.verifier import Constraints, Verdict, verify
+from robosandbox.world.verifier import Constraints, Verification, verify
 
 SKILLS = {skill.name: skill for skill in load_skills()}
 TASKS = sorted(path.stem for path in (Path(__file__).parents[1] / "tasks" / "definitions").glob("*.yaml"))
@@ -46,7 +46,7 @@ def world(task: str) -> EmbeddedWorkcell:
     return open_session(task, what_if=False)
 
 
-def check(task: str, text: str, **options: object) -> Verdict:
+def check(task: str, text: str, **options: object) -> Verification:
     session = world(task)
     robot = RobotAbilities(session.ctx, session.task.limits)
     return verify(plan(text), session.observe(), session.skills, robot=robot, **options)  # type: ignore[arg-type]

@@ -24,7 +24,7 @@ _FILE = f"{_VARIABLE}LIMITS"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+class SpendingLimits:
     """Limits of spending; None is no limit.
 
     Attributes:
@@ -48,7 +48,7 @@ OPTIONS = {
     "max_cost": ("prompt", "cost"),
     "time_limit": ("prompt", "seconds"),
     "max_steps": ("prompt", "steps"),
-    **{f"session_{field.name}": ("session", field.name) for field in fields(Limits)},
+    **{f"session_{field.name}": ("session", field.name) for field in fields(SpendingLimits)},
 }
 """The options' names, with what they limit."""
 
@@ -63,9 +63,11 @@ class Budget:
         spent: What has been spent, by the names of the limits.
     """
 
-    limits: Limits
+    limits: SpendingLimits
     of: str = "prompt"
-    spent: dict[str, float] = field(default_factory=lambda: dict.fromkeys((f.name for f in fields(Limits)), 0.0))
+    spent: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys((f.name for f in fields(SpendingLimits)), 0.0)
+    )
 
     def left(self, name: str) -> float:
         """Return how much is left; infinite without a limit."""

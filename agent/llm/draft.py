@@ -18,7 +18,7 @@ from robosandbox.types import SkillCall
 _PAUSE = 0.1
 
 
-class Draft:
+class AnswerStream:
     """Tells what is new in an answer that grows.
 
     Args:

@@ -11,7 +11,7 @@ from pydantic_ai.output import OutputObjectDefinition
 from pydantic_ai.tools import ToolDefinition
 
 from robosandbox.agent.flat_schema import flat
-from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.forms import AnswerTool
 from robosandbox.agent.llm.schema import decodable
 
 
@@ -37,7 +37,7 @@ class Mode(StrEnum):
         """True where the server is sent tools and answers with calls of them."""
         return self in (Mode.TOOLS, Mode.OFFERED)
 
-    def parameters(self, tools: Sequence[Tool]) -> ModelRequestParameters:
+    def parameters(self, tools: Sequence[AnswerTool]) -> ModelRequestParameters:
         """Return how a request holds a model to these tools."""
         match self:
             case Mode.SCHEMA:
@@ -70,7 +70,7 @@ def after_no_answer(tried: Container[Mode]) -> Mode:
     return next((mode for mode in Mode if mode not in tried and mode.binds), Mode.TEXT)
 
 
-def _answer_schema(tools: Sequence[Tool]) -> dict[str, Any]:
+def _answer_schema(tools: Sequence[AnswerTool]) -> dict[str, Any]:
     """Return the schema of an answer with one of the tools; its root is an object, as services ask."""
     schemas = [dict(tool.schema) for tool in tools]
     if len(schemas) == 1:

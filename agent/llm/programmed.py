@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from robosandbox.agent.goal import GoalContext
-from robosandbox.agent.llm.program import Ended, Program
+from robosandbox.agent.llm.program import Program, ProgramEnd
 from robosandbox.agent.tools import not_holding, relations
 from robosandbox.errors import InputError
 from robosandbox.types import Plan, SkillCall
@@ -47,7 +47,7 @@ class RunningProgram:
         """Return what the program came to, now that its next call is turned down."""
         return self._came_to(why)
 
-    def _next(self, answer: SkillCall | Ended) -> Plan | dict[str, Any]:
+    def _next(self, answer: SkillCall | ProgramEnd) -> Plan | dict[str, Any]:
         if isinstance(answer, SkillCall):
             return Plan(steps=(answer,))
         if answer.error:

@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.forms import AnswerTool
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.protocols import Attempt
 from robosandbox.agent.signatures import form, signature
@@ -92,13 +92,13 @@ def instructions(skills: Sequence[Operator], mode: Mode) -> str:
     return f"{_RULES}\nSkills:\n{listing}\n\n{_HOW_TO_ANSWER[mode]}\n"
 
 
-def act_instructions(tools: Sequence[Tool], mode: Mode) -> str:
+def act_instructions(tools: Sequence[AnswerTool], mode: Mode) -> str:
     """Return what a model that acts is told of its part; a server that takes tools lists them itself."""
     listing = "" if mode.has_tools else "\nTools:\n" + "\n".join(map(_listed, tools)) + "\n"
     return f"{_ACT_RULES}{listing}\n{_HOW_TO_ACT[mode]}\n"
 
 
-def _listed(tool: Tool) -> str:
+def _listed(tool: AnswerTool) -> str:
     return f"- {form(tool.name, tool.schema)}: {tool.description}"
 
 

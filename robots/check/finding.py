@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class CheckResult:
     """The outcome of one check.
 
     Attributes:
@@ -26,7 +26,7 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class FieldEvidence:
     """Reason for a field's value: how sure (0..1), and the evidence in words."""
 
     confidence: float

@@ -21,7 +21,7 @@ from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pos
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose
-from robosandbox.world.relations import Relation
+from robosandbox.world.relations import MeasuredRelation
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
 _STAND_OFF = 0.004
@@ -69,7 +69,7 @@ def place(
     skill: str,
     target: str,
     allowed: Iterable[str],
-    check: Callable[[DetectedObject, ObservedScene], Relation],
+    check: Callable[[DetectedObject, ObservedScene], MeasuredRelation],
 ) -> SkillResult:
     """Put the held object on the first spot that can be reached, let go, and check where it is.
 
@@ -151,7 +151,7 @@ def plan_place(
         CollisionError: All that can be reached touch something.
     """
     arm.ctx.enter(Phase.PLAN)
-    search = _Search(arm, held, scene, allowed)
+    search = _PlaceSearch(arm, held, scene, allowed)
     for spot in spots:
         for yaw in spot.yaws:
             way = search.attempt(spot, yaw)
@@ -162,7 +162,7 @@ def plan_place(
     raise search.failure
 
 
-class _Search:
+class _PlaceSearch:
     """Tries spots and keeps what stood against them."""
 
     def __init__(self, arm: Manipulator, held: DetectedObject, scene: ObservedScene, allowed: tuple[str, ...]) -> None:
@@ -303,7 +303,7 @@ def occupied(held: str, target: str, blocking: Sequence[str]) -> PlacementError:
     )
 
 
-def _precarious(goal: Pose, actual: Pose, relation: Relation) -> bool:
+def _precarious(goal: Pose, actual: Pose, relation: MeasuredRelation) -> bool:
     """Tell whether what was put down stands askew or near the edge of what it is on: it may be on its way over."""
     askew = float(goal.rotation[:, 2] @ actual.rotation[:, 2]) < math.cos(_ASKEW)
     return askew or relation.detail.get("margin_mm", math.inf) < _EDGE_MM

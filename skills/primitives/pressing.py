@@ -89,14 +89,14 @@ def press_along(
         return Pressed(force=None, arrived=True)
     arm.ctx.enter(Phase.PUSH)
     arm.ctx.announce(way)
-    push = _Push(arm, Way.of(arm, way), target, most, rise)
+    push = _Push(arm, StraightPath.of(arm, way), target, most, rise)
     arrived = push.go(before)
     push.come_off()
     return Pressed(force=push.force, arrived=arrived)
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class StraightPath:
     """A straight way as places along it, metres, with the configuration and the upward motion of the joints at each.
 
     Attributes:
@@ -114,7 +114,7 @@ class Way:
     up: Array
 
     @classmethod
-    def of(cls, arm: Manipulator, way: Trajectory) -> Way:
+    def of(cls, arm: Manipulator, way: Trajectory) -> StraightPath:
         """Return the way of a trajectory of the TCP along a line."""
         kinematics = arm.planning.kinematics()
         points, up = [], []
@@ -154,7 +154,7 @@ class _Push:
     """
 
     arm: Manipulator
-    way: Way
+    way: StraightPath
     target: str
     most: float
     rise: float

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Judgement:
     """Result of a check, and the measurements that say so.
 
     Attributes:

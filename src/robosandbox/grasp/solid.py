@@ -25,7 +25,7 @@ _ROLLS = np.radians([0.0, 25.0, -25.0])  # Angles about its axis, radians, at wh
 
 
 @dataclass(frozen=True, slots=True)
-class Solid:
+class ConvexObject:
     """A convex shape where it stands.
 
     Attributes:

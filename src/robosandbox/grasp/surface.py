@@ -1,4 +1,4 @@
-"""The outside of what is made of convex pieces: points on it, and where lines go through what is under it."""
+"""Surface of a union of convex pieces: sampled points, and the intersections of lines with it."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class NoWayError(Exception):
 
 
 @dataclass(order=True, slots=True)
-class _Node:
+class _SearchNode:
     """A state in the queue: with its rank, and the goals that have not been tried from it."""
 
     rank: float
@@ -106,13 +106,13 @@ class Search:
         start = self.first()
         self._kept_free = list(self._claimed(goals))
         count = itertools.count()
-        queue: list[_Node] = []
+        queue: list[_SearchNode] = []
         failure: NoWayError | None = None
 
         def push(state: SearchState) -> None:
             told = estimate(state, goals, self._achievers)
             rank = len(state.calls) + _WEIGHT * told.calls
-            heapq.heappush(queue, _Node(rank, told.calls, next(count), state, list(told.lacking)))
+            heapq.heappush(queue, _SearchNode(rank, told.calls, next(count), state, list(told.lacking)))
 
         push(start)
         seen: set[tuple[object, ...]] = set()

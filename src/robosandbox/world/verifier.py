@@ -83,7 +83,7 @@ class Problem:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class Verification:
     """Result of verifying a plan.
 
     Attributes:
@@ -104,7 +104,7 @@ def verify(
     *,
     constraints: Constraints | None = None,
     robot: Abilities | None = None,
-) -> Verdict:
+) -> Verification:
     """Run a plan over a scene by its skills' contracts.
 
     Wrong calls are told of every step. What a step needs is told up to the first step that lacks something, since all that
@@ -120,12 +120,12 @@ def verify(
     if len(plan.steps) > MAX_STEPS:
         cause = f"the plan has {len(plan.steps)} steps; at most {MAX_STEPS} are carried out"
         relation = fact("at_most", float(MAX_STEPS))
-        return Verdict(problems=(Problem(step=0, call=None, relation=relation, cause=cause),), end=scene)
+        return Verification(problems=(Problem(step=0, call=None, relation=relation, cause=cause),), end=scene)
     by_name = {skill.name: skill for skill in skills}
     bound = [_bound(number, call, by_name, scene) for number, call in enumerate(plan.steps, start=1)]
     wrong = tuple(found for found in bound if isinstance(found, Problem))
     if wrong:
-        return Verdict(problems=wrong, end=scene)
+        return Verification(problems=wrong, end=scene)
     calls = tuple(found for found in bound if isinstance(found, BoundCall))
     return _Run(scene, constraints or Constraints(), robot or Abilities()).follow(calls)
 
@@ -139,8 +139,8 @@ class _Run:
         self._robot = robot
         self._moved: dict[str, None] = {}
 
-    def follow(self, calls: tuple[BoundCall, ...]) -> Verdict:
-        return Verdict(problems=tuple(self._problems(calls)), end=self._scene, calls=calls)
+    def follow(self, calls: tuple[BoundCall, ...]) -> Verification:
+        return Verification(problems=tuple(self._problems(calls)), end=self._scene, calls=calls)
 
     def _problems(self, calls: Sequence[BoundCall]) -> Iterator[Problem]:
         for number, bound in enumerate(calls, start=1):

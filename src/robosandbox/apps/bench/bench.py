@@ -83,12 +83,12 @@ def run_bench(
     waiting = sum(seeds - (kept.count(task.name, seeds) if kept else 0) for task in tasks if isinstance(task, Task))
     if engine is None:
         engine = InProcess(remote) if min(jobs, waiting) <= 1 or remote is not None else ProcessPool(min(jobs, waiting))
-    coming = engine.run(_chunks(tasks, seeds, waiting=waiting, jobs=jobs, settings=settings, kept=kept))
+    rows = engine.run(_chunks(tasks, seeds, waiting=waiting, jobs=jobs, settings=settings, kept=kept))
     with closing(ResultsFile.temporary()) if kept is None else nullcontext(kept) as store:
         for task, seed in ((task, seed) for task in tasks for seed in range(seeds)):
             row = store.find(task.name, seed)
             if row is None:
-                source = task.rows(seed, settings) if isinstance(task, BrokenTask) else coming
+                source = task.rows(seed, settings) if isinstance(task, BrokenTask) else rows
                 row = _until(task.name, seed, source=source, store=store, keep_all=kept is not None, on_row=on_row)
             yield row
 

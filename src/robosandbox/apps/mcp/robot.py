@@ -30,7 +30,7 @@ Tell = Callable[[str], None]
 Reopen = Callable[[str], Workcell]
 
 
-class Robot:
+class McpRobot:
     """A workcell's robot for an asynchronous server.
 
     Args:
@@ -78,7 +78,7 @@ class Robot:
         """Name of the loaded task, its prompt, and the layout's seed."""
         return {"task": self.cell.task.name, "prompt": self.cell.task.prompt, "seed": self.cell.seed}
 
-    async def ready(self) -> Robot:
+    async def ready(self) -> McpRobot:
         """Return the robot itself, which is there."""
         return self
 
