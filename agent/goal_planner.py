@@ -61,7 +61,10 @@ class GoalPlanner:
             scene = apply_effects(bind(call, self._skills).contract, scene)
         failed = tuple(attempt.failed for attempt in history)
         answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot, failed=failed)
-        return answer if isinstance(answer, Refusal) else Plan(steps=(*calls, *answer.steps))
+        if isinstance(answer, Refusal):
+            return answer
+        so = "" if calls or answer.steps else f"It is so already: {', '.join(map(str, goals))}."
+        return Plan(steps=(*calls, *answer.steps), answer=so)
 
 
 def is_goal(prompt: str) -> bool:

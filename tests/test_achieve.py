@@ -264,7 +264,7 @@ def test_goal_of_the_arm_alone_takes_a_call_of_its_own(goal: str, calls: list[st
 
 def test_goal_that_the_arm_has_reached_takes_no_call() -> None:
     with open_session("stack_two", what_if=False) as session:
-        assert session.run("at_home").plan == Plan(steps=())
+        assert session.run("at_home").plan == Plan(steps=(), answer="It is so already: at_home().")
         session.run("pick up the red cube")
         plan = session.run("at_home").plan
         assert plan is not None and [call.skill for call in plan.steps] == ["home"]

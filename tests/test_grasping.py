@@ -167,7 +167,7 @@ def test_what_is_held_hard_comes_down_slower_in_proportion() -> None:
         passed_on = 2.0 * session.sim.grip_on("it")
         assert passed_on > session.ctx.max_force_n
         slower = landing(arm, seen(session, "it"), lower)
-    assert slower.arrival == pytest.approx(lower.arrival * session.ctx.max_force_n / passed_on)
+        assert slower.arrival == pytest.approx(lower.arrival * session.ctx.max_force_n / passed_on)
 
 
 def test_a_full_bin_is_filled_without_touching_it() -> None:

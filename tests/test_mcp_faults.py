@@ -53,6 +53,8 @@ def test_a_sim_that_died_is_told_by_name() -> None:
             found = server.call(number, tool, **({"object": "red_cube"} if tool == "pick" else {}))["result"]
             assert found["isError"]
             assert found["structuredContent"]["error"]["code"] == "service_unavailable"
+        read = server.ask(4, "resources/read", uri="robosandbox://scene")
+        assert read["error"]["code"] == -32603 and "robot" in read["error"]["message"]
 
 
 class Visitor:

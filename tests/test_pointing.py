@@ -49,7 +49,9 @@ def points(*items: tuple[str, float, float]) -> HttpAnswer:
 def session_on(server: ScriptedServer | None, cassette: Path | None = None, **options: object) -> EmbeddedWorkcell:
     url = server.url if server is not None else "http://127.0.0.1:9/v1"
     given = {"model": "scripted", "base_url": url, "cassette": cassette, **options}
-    return open_session("pick_from_three", perception="vlm", perception_options=given, sensor="realsense")
+    return open_session(
+        "pick_from_three", perception="vlm", perception_options=given, sensor="realsense", dialogue=False
+    )
 
 
 @pytest.mark.gl

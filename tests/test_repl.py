@@ -230,6 +230,38 @@ def test_ctrl_c_stops_a_goal_or_an_endless_thought_and_leaves_the_conversation(p
     assert person.leaves("/quit\r") == EXIT_DONE
 
 
+def test_stop_typed_while_it_moves_stops_it_and_other_lines_wait_their_turn(people, slow_planner):
+    person = people("--planner", "slow", python_path=slow_planner)
+    person.types("toil\r")
+    person.sees("done")
+    person.types("stop\r")
+    person.sees("cancelled: ")
+    person.is_asked()
+    person.types("think\r")
+    person.sees("thinking")
+    person.types("Stop!\r")
+    person.sees("cancelled: nothing has moved")
+    person.is_asked()
+    person.types("pick up the blue cube\rhow many cubes are there?\r")
+    person.sees("done: pick(object=blue_cube)")
+    person.sees("> how many cubes are there?")
+    person.sees("3: ")
+    person.is_asked()
+    assert person.leaves() == EXIT_DONE
+
+
+def test_a_robot_is_checked_tried_and_judged_in_the_conversation():
+    with open_session("pick_from_three") as session:
+        shell = Shell(session)
+        assert shell.execute("/simulate pick up the green cube").text == "pick(object=green_cube): would work"
+        assert shell.execute("/check").text == "pick(object=green_cube): nothing speaks against it"
+        assert "gripper is empty" in shell.execute("/check place_on(target=green_cube)").text
+        assert shell.execute("/judge").text.startswith("pick_from_three: no success yet")
+        assert shell.execute("move_to(x=0.2, y=0.0, z=0.4)").text == "done: move_to(x=0.2, y=0.0, z=0.4)"
+        assert shell.execute("holding(green_cube)").text == "done: pick(object=green_cube)"
+        assert shell.execute("holding(green_cube)").text == "It is so already: holding(green_cube)."
+
+
 @pytest.mark.slow
 def test_a_model_is_talked_to_ctrl_c_stops_its_thinking_and_its_faults_are_a_line(people):
     modes = pytest.importorskip("robosandbox.agent.llm.modes")

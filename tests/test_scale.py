@@ -155,9 +155,9 @@ from robosandbox.apps.bench.results_file import ResultsFile
 from support.cluster import kill_head, local_cluster
 
 with local_cluster() as address:
-    kept, killed = ResultsFile.resume(Path(sys.argv[1]), BenchSettings()), []
+    earlier, killed = ResultsFile.resume(Path(sys.argv[1]), BenchSettings()), []
     try:
-        for row in run_bench([find_task("home")], 400, jobs=2, kept=kept, engine=RayEngine(2, address)):
+        for row in run_bench([find_task("home")], 400, jobs=2, earlier=earlier, engine=RayEngine(2, address)):
             killed = killed or [kill_head()]
     except ServiceUnavailableError as error:
         print(error, flush=True)

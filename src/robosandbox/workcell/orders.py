@@ -16,7 +16,6 @@ from robosandbox.agent.tools import (
     Steps,
     checked,
     error_data,
-    simulated,
     wanted,
     wrong_arguments,
 )
@@ -159,11 +158,11 @@ ORDERS: dict[str, Order] = {
     "plan": Order(PlanArguments, lambda cell, given: Answer(planned(cell.agent.plan(given.prompt)))),
     "check": Order(
         CheckArguments,
-        lambda cell, given: Answer(checked(Plan(steps=given.steps), cell.observe(), cell.skills)),
+        lambda cell, given: Answer(checked(Plan(steps=given.steps), cell.observe(), list(cell.calls.values()))),
     ),
     "simulate": Order(
         SimulateArguments,
-        lambda cell, given: Answer(simulated(cell.ctx, Plan(steps=given.steps), cell.agent.skills)),
+        lambda cell, given: Answer(cell.simulate(Plan(steps=given.steps))),
     ),
     "judge": Order(JudgeArguments, lambda cell, given: _judged(cell)),
 }

@@ -169,11 +169,11 @@ class Workcell(ABC, Generic[ContextT]):
 
     def check(self, plan: Plan, *, constraints: Constraints | None = None) -> tuple[Problem, ...]:
         """Return what keeps a plan from being right, by contracts alone; nothing moves."""
-        return verify(plan, self.observe(), self.skills, constraints=constraints).problems
+        return verify(plan, self.observe(), list(self.calls.values()), constraints=constraints).problems
 
     def simulate(self, plan: Plan) -> dict[str, Any]:
         """Return what would come of a plan on the twin, a simulation of what is believed; this world is left alone."""
-        return simulated(self.ctx, plan, self.agent.skills)
+        return simulated(self.ctx, plan, self.calls)
 
     def stop(self) -> None:
         """Stop what runs, from any thread: it ends in a CancelledError, with the arm holding."""

@@ -162,9 +162,10 @@ def _carry_out(
                 # Not before: a bench that runs nothing leaves an older file alone.
                 written = opened.enter_context(closing(open_rows(run.json))) if run.json is not None else None
             tally.add(row)
-            run.show(line(row, width))
+            # First into the file: what a person has read is there.
             if written is not None:
                 written.add(row)
+            run.show(line(row, width))
     return tally
 
 

@@ -25,7 +25,7 @@ def print_preview(session: EmbeddedWorkcell, prompt: str, json: bool) -> int:
     with metered() as usage, doing("planning"):
         answer = session.agent.plan(prompt)
     with doing(_ACTIVITY):
-        tried = None if isinstance(answer, Refusal) else preview(session.ctx, answer, session.agent.skills)
+        tried = None if isinstance(answer, Refusal) else preview(session.ctx, answer, session.calls)
     if json:
         dump = answer.model_dump(mode="json")
         refused = isinstance(answer, Refusal)
@@ -60,7 +60,7 @@ def ask_before(session: EmbeddedWorkcell, prompt: str | None) -> None:
 
     def ask(plan: Plan) -> bool:
         with doing(_ACTIVITY):
-            tried = preview(session.ctx, plan, session.agent.skills)
+            tried = preview(session.ctx, plan, session.calls)
         for line in tried.lines():
             print(f"    plan  {line}", file=sys.stderr)
         print("carry it out? [y/N] ", end="", file=sys.stderr, flush=True)

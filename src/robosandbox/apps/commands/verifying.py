@@ -57,7 +57,7 @@ def verify_steps(session: EmbeddedWorkcell, plan: Plan, *, json: bool) -> int:
 
     robot = RobotAbilities(session.ctx, session.task.limits)
     with doing("checking the plan"):
-        verdict = verify(plan, session.observe(), session.skills, robot=robot)
+        verdict = verify(plan, session.observe(), list(session.calls.values()), robot=robot)
     stated = symbolic_state(verdict.end)
     if json:
         print_json(

@@ -20,11 +20,11 @@ from robosandbox.agent.tools import (
 from robosandbox.apps.mcp import tools
 from robosandbox.apps.mcp.robot import McpRobot, Tell
 from robosandbox.errors import (
-    InputError,
     PlannerError,
     PlannerUnavailableError,
     RenderingError,
     RoboSandboxError,
+    SensorError,
     ServiceUnavailableError,
     SkillError,
 )
@@ -42,6 +42,14 @@ from robosandbox.workcell.orders import (
 
 Context = ServerRequestContext[Any, Any]
 ValueT = TypeVar("ValueT")
+# What a call ends in that is no skill's error, the narrower kinds first.
+_CODES: dict[type[RoboSandboxError], str] = {
+    ServiceUnavailableError: "service_unavailable",
+    PlannerUnavailableError: "planner_unavailable",
+    PlannerError: "planner_failed",
+    RenderingError: "rendering",
+    SensorError: "sensor",
+}
 
 
 async def answer_own(robot: McpRobot, ctx: Context, own: StrictModel) -> types.CallToolResult:
@@ -50,10 +58,8 @@ async def answer_own(robot: McpRobot, ctx: Context, own: StrictModel) -> types.C
         return await _answered(robot, ctx, own)
     except SkillError as error:
         return tools.skill_failed(error)
-    except (InputError, PlannerError, ServiceUnavailableError) as error:
-        return tools.failed(_code(error), str(error))
-    except RenderingError as error:
-        return tools.failed("rendering", str(error))
+    except RoboSandboxError as error:
+        return failed(error)
 
 
 async def _answered(robot: McpRobot, ctx: Context, own: StrictModel) -> types.CallToolResult:
@@ -63,7 +69,7 @@ async def _answered(robot: McpRobot, ctx: Context, own: StrictModel) -> types.Ca
         case PlanArguments():
             return tools.answer(planned(await robot.plan(own.prompt)))
         case CheckArguments():
-            return tools.answer(checked(Plan(steps=own.steps), await robot.scene(), robot.skills))
+            return tools.answer(checked(Plan(steps=own.steps), await robot.scene(), robot.calls))
         case RunArguments() | FollowArguments() | AchieveArguments() | SimulateArguments() | JudgeArguments():
             order = BoundOrder(next(name for name, kind in ORDERS.items() if kind.arguments is type(own)), own)
             return tools.ended(await reported(ctx, lambda tell: robot.order(order, tell)))
@@ -116,9 +122,7 @@ def no_camera(robot: McpRobot, name: str) -> str:
     return f"no camera {name[:60]!r}; there is {', '.join(robot.cameras)}{did_you_mean(name, robot.cameras)}"
 
 
-def _code(error: RoboSandboxError) -> str:
-    if isinstance(error, ServiceUnavailableError):
-        return "service_unavailable"
-    if isinstance(error, PlannerUnavailableError):
-        return "planner_unavailable"
-    return "planner_failed" if isinstance(error, PlannerError) else "invalid_argument"
+def failed(error: RoboSandboxError) -> types.CallToolResult:
+    """Return a failure that is no skill's, under the code of its kind."""
+    code = next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid_argument")
+    return tools.failed(code, str(error))

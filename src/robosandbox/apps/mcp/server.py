@@ -16,9 +16,9 @@ from robosandbox.agent.tools import error_data, rounded
 from robosandbox.apps.mcp import prompts, tools
 from robosandbox.apps.mcp.greeting import INSTRUCTIONS, NAME
 from robosandbox.apps.mcp.leaving import while_there
-from robosandbox.apps.mcp.own import Context, answer_own, no_camera, reported
+from robosandbox.apps.mcp.own import Context, answer_own, failed, no_camera, reported
 from robosandbox.apps.mcp.robot import McpRobot
-from robosandbox.errors import RenderingError, RoboSandboxError, ServiceUnavailableError, SkillError
+from robosandbox.errors import RoboSandboxError, SkillError
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import SkillCall
 from robosandbox.validation import did_you_mean
@@ -65,7 +65,11 @@ def build_server(ready: Ready) -> Server[Any]:
 
     async def read_resource(ctx: Context, params: types.ReadResourceRequestParams) -> types.ReadResourceResult:
         del ctx
-        return types.ReadResourceResult(contents=[await _read(await _opened(ready), str(params.uri))])
+        robot = await _opened(ready)
+        try:
+            return types.ReadResourceResult(contents=[await _read(robot, str(params.uri))])
+        except RoboSandboxError as error:
+            raise MCPError(types.INTERNAL_ERROR, str(error)) from None
 
     async def list_prompts(ctx: Context, params: types.PaginatedRequestParams | None) -> types.ListPromptsResult:
         del ctx, params
@@ -102,8 +106,8 @@ async def _perform(robot: McpRobot, ctx: Context, call: SkillCall) -> types.Call
     except SkillError as error:
         robot.last_failure = error.record()
         return tools.skill_failed(error)
-    except ServiceUnavailableError as error:
-        return tools.failed("service_unavailable", str(error))
+    except RoboSandboxError as error:
+        return failed(error)
 
 
 def _resources(robot: McpRobot) -> list[types.Resource]:
@@ -136,10 +140,7 @@ async def _read(robot: McpRobot, uri: str) -> types.TextResourceContents | types
         raise MCPError(types.INVALID_PARAMS, f"no resource {uri[:100]!r}; there is {known}")
     if name not in robot.cameras:
         raise MCPError(types.INVALID_PARAMS, no_camera(robot, name))
-    try:
-        picture = tools.base64_text(await robot.picture(name))
-    except RenderingError as error:
-        raise MCPError(types.INTERNAL_ERROR, str(error)) from None
+    picture = tools.base64_text(await robot.picture(name))
     return types.BlobResourceContents(uri=uri, mime_type="image/png", blob=picture)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robosandbox.apps.commands.console import EXIT_FAILED
+from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.apps.commands.run import planned
 from robosandbox.apps.repl.outcome import Outcome
 from robosandbox.apps.repl.showing import aligned, scene_table, signature
@@ -69,9 +69,51 @@ def _plan(shell: Shell, rest: str) -> Outcome:
     return Outcome(planned(answer), EXIT_FAILED)
 
 
+def _planned_for(shell: Shell, name: str, rest: str) -> Plan | Outcome:
+    """Return the plan for a sentence, the last plan where there is none, or what came of planning."""
+    if not rest:
+        return shell.plan or Outcome(f"no plan yet; give {name} a sentence", EXIT_FAILED)
+    answer = shell.workcell.plan(rest)
+    if not isinstance(answer, Plan):
+        return Outcome(planned(answer), EXIT_FAILED)
+    shell.plan = answer
+    return answer
+
+
+def _check(shell: Shell, rest: str) -> Outcome:
+    plan = _planned_for(shell, "/check", rest)
+    if isinstance(plan, Outcome):
+        return plan
+    problems = shell.workcell.check(plan)
+    if problems:
+        return Outcome("\n".join(map(str, problems)), EXIT_FAILED)
+    return Outcome(f"{plan}: nothing speaks against it")
+
+
+def _simulate(shell: Shell, rest: str) -> Outcome:
+    plan = _planned_for(shell, "/simulate", rest)
+    if isinstance(plan, Outcome):
+        return plan
+    tried = shell.workcell.simulate(plan)
+    lines = [f"{call}: would work" for call in tried.get("would_work", ())]
+    lines += [f"{problem['cause']}" for problem in tried.get("problems", ())]
+    if "would_fail" in tried:
+        lines.append(f"{tried['would_fail']}: would fail: {tried['error']['message']}")
+    lines += [f"would touch {name}" for name in tried.get("would_touch", ())]
+    return Outcome("\n".join(lines), EXIT_DONE if tried["ok"] else EXIT_FAILED)
+
+
+def _judge(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/judge", rest)
+    verdict = shell.workcell.judge()
+    measured = ", ".join(f"{key}={value:.3f}" for key, value in verdict.detail.items())
+    said = f"{shell.workcell.task.name}: {'success' if verdict.success else 'no success yet'}"
+    return Outcome(f"{said} ({measured})" if measured else said)
+
+
 def _skills(shell: Shell, rest: str) -> Outcome:
     _nothing_after("/skills", rest)
-    skills = shell.workcell.agent.skills.values()
+    skills = shell.workcell.calls.values()
     return Outcome(aligned([(signature(skill.name, skill.schema), skill.description) for skill in skills]))
 
 
@@ -151,6 +193,9 @@ COMMANDS = {
     for command in (
         Command("/scene", "", "what is seen: objects, sizes, positions, what is held", _scene),
         Command("/plan", "[SENTENCE]", "the plan for a sentence, nothing moves; the last plan", _plan),
+        Command("/check", "[SENTENCE]", "what speaks against the plan for a sentence, or the last plan", _check),
+        Command("/simulate", "[SENTENCE]", "what would come of it on the twin, nothing moves here", _simulate),
+        Command("/judge", "", "whether the task has succeeded since the last reset", _judge),
         Command("/skills", "", "what the robot can do", _skills),
         Command("/cancel", "", "stops what the robot does for others; Ctrl-C stops what it does here", _cancel),
         Command("/reset", "[SEED]", "starts over", _reset),

@@ -18,6 +18,7 @@ from robosandbox.apps.repl.history import open_history
 from robosandbox.apps.repl.shell import Shell
 from robosandbox.apps.repl.showing import object_names
 from robosandbox.apps.repl.slash import COMMANDS
+from robosandbox.apps.repl.typed_ahead import TypedAhead
 from robosandbox.cache import state_file
 from robosandbox.errors import ServiceUnavailableError, SkillError
 
@@ -32,6 +33,7 @@ class Terminal:
     def __init__(self, shell: Shell) -> None:
         self._shell = shell
         self._live = LiveView()
+        self._ahead = TypedAhead()
         self._live.watch(shell.workcell.agent)
         if shell.link is not None:
             shell.link.tell = self._tell
@@ -53,8 +55,14 @@ class Terminal:
         print(self._greeting())
         while True:
             try:
-                with patch_stdout():
-                    typed = self._session.prompt()
+                if self._ahead.left:
+                    break
+                if self._ahead.lines:
+                    typed = self._ahead.lines.popleft()
+                    print(f"> {typed}")
+                else:
+                    with patch_stdout():
+                        typed = self._session.prompt()
                 if self._carry_out_all(typed):
                     break
                 self._look_again()
@@ -76,7 +84,7 @@ class Terminal:
     def _carry_out(self, line: str) -> bool:
         """Carry out a line; return whether it was the last."""
         try:
-            with _echo_off():
+            with _echo_off(), self._ahead.listening():
                 if not line.lstrip().startswith("/"):
                     self._live.show("planning")
                 outcome = self._shell.execute(line)
