@@ -72,7 +72,7 @@ class Candidates:
     def _found(self, ways: Iterable[Alternative]) -> Iterator[tuple[Calls, str]]:
         if self._failure.is_hopeless:
             return
-        # What failed before it began would fail in the same way again.
+        # A call that failed before anything moved would fail in the same way again.
         seen: list[Calls] = [] if self._failure.had_begun else [(self._failure.call,)]
         for way in ways:
             calls = self._planned(way)
@@ -85,7 +85,7 @@ class Candidates:
         known, ours = predicates(), {item.id for item in self._about}
         moved = {name for one in way.first for name in known[one.relation].objects(one.arguments)[:1]} | {*way.cleared}
         others = [item for name in moved - ours if (item := self._failure.scene.find(name)) is not None]
-        # What stays where it is unless somebody names it is moved where nothing else helps.
+        # Things that stay where they are unless somebody names them are moved only where nothing else helps.
         weight = sum(1 + _LEFT_ALONE * item.shape.stays_put for item in others)
         return weight, len(way.first) + 2 * len(way.cleared) + way.elsewhere + (way.call is not None)
 
@@ -175,7 +175,7 @@ class Candidates:
             on_it = {one.id for one in standing_on(self._view, item.id)}
             for other in self._view.others(*self._failure.contract.objects):
                 if _lies_in(item, other):
-                    # What moves together with it does not get out of its way.
+                    # A thing that moves together with it does not get out of its way.
                     continue
                 near = hand and not (item.shape.stays_put or other.shape.stays_put) and nearer(item, other, _NEIGHBOUR)
                 if other.id in met or other.id in on_it or near:

@@ -65,7 +65,7 @@ class Pressing:
         A thing is an object by its id, its parts included, or a body that belongs to none, by its name.
         """
         data = self._data
-        # What presses on a link loads the joints before it; mostly nothing does.
+        # A force on a link loads the joints before it; mostly there is none.
         if self._loads.tobytes() == self._unloaded:
             return _UNTOUCHED
         contact = data.contact

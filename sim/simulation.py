@@ -239,7 +239,7 @@ class Simulation:
         calm = 0
         for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
             self.ask_wait_hooks()
-            # What falls asleep here has moved by itself only: MuJoCo's own few steps will do.
+            # Bodies that fall asleep here have moved by themselves only: MuJoCo's own few steps will do.
             mujoco.mj_step(model, data, chunk)
             calm = calm + 1 if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED else 0
             if calm >= _CALM_CHUNKS * (1 if self._all_asleep() else 2):

@@ -227,7 +227,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
     """
     scene = arm.look(*around(target, arm.start))
     arm.use(scene, held=target.id)
-    # What it stands on, in or against it leaves by going up.
+    # Going up, it leaves whatever it stands on, in or against.
     others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
     arm.motion.allow("table", *(item.id for item in others if nearer(target, item, _BESIDE)))
     load, grip = LoadMeter(arm.sim, target.id), Grip(arm, target, firm=firm)
@@ -252,7 +252,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
         end()
     before = _in_hand(arm, alone(arm, target, scene, width, rise).find(target.id) or target)
     grip.settle()
-    # What slips out is still moving.
+    # An object that slips out is still moving.
     after = _still_held(arm, target, width, rise, load)
     free_of_others(arm, target, scene, width, rise)
     if np.abs(_in_hand(arm, after) - before).max() > _SLID:

@@ -103,7 +103,7 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
     try:
         arm.follow(trajectory, phase, guards=(check,))
     except LimitError as error:
-        # Where nothing is to be touched, what was pressed as hard as is allowed was met, only faster.
+        # Where nothing is to be touched, a passed limit of force is a contact as well, met faster.
         evidence = error.evidence
         if not isinstance(evidence, LimitEvidence) or not evidence.touching:
             raise

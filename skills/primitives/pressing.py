@@ -189,7 +189,7 @@ class _Push:
                 and self._felt > _SLOW_FROM * self.most
                 and self._ran > max(self._speed, share * _SLOWEST * _PUSH_SPEED)
             ):
-                # What sticks and then slides frees the hand, which leaps after it by all that its servos trail, and knocks
+                # A thing that sticks and then slides frees the hand, which leaps after it by all that its servos trail, and knocks
                 # against it in a single tick: the hand lets go of that while it still speeds up, and not at once, as a thing that
                 # it has tipped would fall on it.
                 back = self._place - _OFF_SPEED * sim.control_timestep

@@ -66,7 +66,7 @@ class PlanningScene:
         """Tell whether what was computed of the other scene's model is true of this one's, object poses apart."""
         return self._world.model is other._world.model and self._world.revision == other._world.revision
 
-    # What motion planners are made of.
+    # Queries of motion planners.
 
     def kinematics(self) -> Kinematics:
         """Return new kinematics of the robot."""
@@ -85,7 +85,7 @@ class PlanningScene:
         """Return the robot's drawn shapes, to be placed by its joints."""
         return RobotShapes(self._world.model, self._world.robot)
 
-    # What skills ask.
+    # Queries of skills.
 
     def loose_mass(self, object_id: str) -> float | None:
         """Return what an object is believed to weigh, kg; None for one that is fixed, and for grains."""

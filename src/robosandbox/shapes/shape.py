@@ -215,7 +215,7 @@ class Shape(ABC):
         del size
         return None
 
-    # What engines build.
+    # Bodies that engines build.
 
     @abstractmethod
     def bodies(self, item: Written) -> tuple[Body, ...]:

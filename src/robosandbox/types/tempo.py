@@ -112,7 +112,7 @@ def _optimal(name: str, share: float) -> Tempo:
 
 # By name, from the slowest to the fastest. Brisk is half of the limits, as the careful tempo's free motions; fast all of them.
 TEMPOS = {tempo.name: tempo for tempo in (CAREFUL, _optimal("brisk", _FREE), _optimal("fast", 1.0))}
-# Where none is asked for.
+# The tempo where none is asked for.
 DEFAULT_TEMPO = TEMPOS["fast"]
 
 

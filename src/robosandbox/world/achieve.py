@@ -102,7 +102,7 @@ def _planned(goals: tuple[Fact, ...], search: Search, scene: ObservedScene, aske
         try:
             found = search.reach((*goals, *back, *shut))
         except NoWayError:
-            # What is too tall for its drawer keeps that open.
+            # A thing too tall for its drawer keeps the drawer open.
             found = search.reach((*goals, *back))
         moved = {*found.moved} - {subject_of(goal) for goal in (*goals, *back, *shut)}
         if not asked.put_back or not moved:

@@ -11,7 +11,7 @@ from robosandbox.world.contracts import Contract, first_refuted, lookup
 from robosandbox.world.facts import Fact
 from robosandbox.world.predicate import View
 
-# What a skill does before anything moves.
+# Phases of a skill before anything moves.
 _BEFORE_MOVING = (Phase.CHECK, Phase.PERCEIVE, Phase.PLAN)
 
 

@@ -151,7 +151,7 @@ def fits(view: View, a: str, c: str) -> Finding:
         return Finding(holds=False, cause=f"no room for {a} in {c}: it is {vessel.shape.name}")
     there = _solids_in(view.scene, vessel, a)
     spot = first_placement_in(vessel, item, there)
-    # What comes to stand over the rim is not in it.
+    # A thing that stands higher than the rim is not inside.
     rim = vessel.pose.xyz[2] + mouth_of(vessel).rim
     names = tuple(other.id for other in there)
     why = f"with {', '.join(names)} there it is too full" if names else "it is too small"

@@ -123,7 +123,7 @@ class _ConflictSearch:
         name = subject_of(goal)
         item = held.find(name)
         spot = next(free_placements(held, item), None) if item is not None and goal.arguments[1:] == (TABLE,) else None
-        # What is to be anywhere on the table gets a place of its own there.
+        # A goal that leaves the place on the table open gets a free one.
         there = goal if spot is None else fact("at", name, *spot.xy)
         move = lookup(there).effect
         self._scene = held if move is None else move(held, *there.arguments)

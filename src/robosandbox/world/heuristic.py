@@ -75,7 +75,7 @@ class _RelaxedRegression:
         self._achievers = achievers
         self._lacking = [goal for goal in goals if not state.find(goal).holds]
         self._kept = [goal for goal in goals if state.find(goal).holds]
-        # What is moved anyway, and what each of those waits for.
+        # Things that are moved in any case, and the things that each of them waits for.
         self._moving = {subject_of(goal) for goal in self._lacking}
         self._waits: dict[str, set[str]] = {name: set() for name in self._moving}
         self._counted = {*self._lacking}
@@ -113,7 +113,7 @@ class _RelaxedRegression:
             remedy = preferred(finding.remedies, self._moving)[0]
             other = subject_of(remedy)
             if other == name:
-                # What it takes of the same thing, such as to pick it.
+                # A need about the same thing, such as to hold it.
                 found.append(remedy)
                 continue
             self._waits.setdefault(name, set()).add(other)
@@ -121,7 +121,7 @@ class _RelaxedRegression:
                 self._in_the_way.add(remedy)
                 self._moving.add(other)
                 self._waits.setdefault(other, set())
-                # What holds of it has to be reached anew.
+                # Goals that hold for it now have to be reached again once it has moved.
                 found += [remedy, *(kept for kept in self._kept if subject_of(kept) == other and kept != remedy)]
         found = [one for one in found if one not in self._counted]
         self._counted.update(found)

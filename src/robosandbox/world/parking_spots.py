@@ -38,7 +38,7 @@ def parking_spots(
         return
     lacking = [goal for goal in goals if not state.find(goal).holds]
     concerned = {name for goal in lacking for name in lookup(goal).objects(goal.arguments)} | {name}
-    # What lies in something is to be got out of there, not piled upon.
+    # Things inside a container are taken out of it, not piled upon.
     not_below = concerned | {other.id for other in scene.objects if other.shape.holds_things}
     around = extent(item)
     likely = [other for other in scene.objects if other.id not in not_below and _may_carry(other, around, scene)]

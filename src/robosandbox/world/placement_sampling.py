@@ -219,7 +219,7 @@ def placements_in(
         contents: What lies in it already.
     """
     edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]
-    # What would stand as high as the rim would be on the contents and not inside.
+    # A thing whose underside is as high as the rim stands on the contents, not inside.
     places = [place for place in _places(vessel, held, contents) if place[1] < edge]
     if not places:
         return

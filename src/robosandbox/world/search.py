@@ -212,7 +212,7 @@ class Search:
         if remedy in path:
             raise NoWayError(f"{remedy} needs itself to hold first", len(path))
         name, path = subject_of(remedy), (*path, remedy)
-        # What is in its way is put aside before a place is chosen, and takes a place itself.
+        # Obstacles to it are put aside before its place is chosen, since they take places themselves.
         for achiever in self._achievers.of(fact("holding", name))[:1]:
             state = self._ready(achiever, state, path, goals)
         lacking = {_claim(subject_of(goal)) for goal in goals if not state.find(goal).holds}
