@@ -243,7 +243,8 @@ def test_stop_typed_while_it_moves_stops_it_and_other_lines_wait_their_turn(peop
     person.sees("cancelled: nothing has moved")
     person.is_asked()
     person.types("pick up the blue cube\rhow many cubes are there?\r")
-    person.sees("done: pick(object=blue_cube)")
+    # What was in the hand when it was stopped is put down first.
+    person.sees("pick(object=blue_cube)")
     # Whoever has read the second line, the terminal or the prompt, it is answered.
     person.sees("3: ")
     person.is_asked()
