@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Generic, TypeVar
 
-from robosandbox.agent.course import Conversing, Course, Desk, Finished, GivenPlan, Remembering, Report, begin
+from robosandbox.agent.course import Conversing, Course, Desk, GivenPlan, PromptDone, Remembering, Report, begin
 from robosandbox.agent.episode import (
     AgentEvent,
     Ended,
@@ -187,7 +187,7 @@ class Agent(Generic[WorldT]):
                 return FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
             failure = report.failure
             if failure is None:
-                if isinstance(answer, Finished) or not course.goes_on:
+                if isinstance(answer, PromptDone) or not course.goes_on:
                     answered = answer.answer if isinstance(answer, Plan) else ""
                     return FinalReason.PLAN_COMPLETE, answered or summary(told.steps)
                 continue
@@ -209,7 +209,7 @@ class Agent(Generic[WorldT]):
 
     def _reported(
         self,
-        answer: Plan | Finished,
+        answer: Plan | PromptDone,
         calls: tuple[BoundCall, ...],
         course: Course,
         told: Progress,
@@ -217,7 +217,7 @@ class Agent(Generic[WorldT]):
         last: Report | None,
     ) -> Report | None:
         """Carry out a plan, or look at what is said to be finished; None where the plan was not confirmed."""
-        if isinstance(answer, Finished):
+        if isinstance(answer, PromptDone):
             told.claim = answer.summary
             return Report(steps=(), failure=self._undone(monitor, at_the_end=True))
         before = told.plan
@@ -236,7 +236,7 @@ class Agent(Generic[WorldT]):
         failure = self._execute(answer, calls, told.steps, monitor, asked, ends=not course.goes_on)
         return Report(steps=tuple(told.steps[begun:]), failure=failure)
 
-    def _next(self, course: Course, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+    def _next(self, course: Course, scene: ObservedScene, report: Report | None) -> Plan | Refusal | PromptDone:
         """Return what the course answers; a person who does not want to wait for it may leave it."""
         if self.left:
             raise PlannerCancelledError("cancelled before the planner was asked")

@@ -1,4 +1,4 @@
-"""What could be done in place of a failed call: from its evidence, its contract, and what its skill declares."""
+"""Candidates in place of a failed call, from its evidence, its contract, and the alternatives of its skill."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from robosandbox.errors import ErrorCode
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
 from robosandbox.world.alternatives import Alternative, Failure
-from robosandbox.world.enabling import Enabling
 from robosandbox.world.facts import Fact, fact
+from robosandbox.world.means_ends import MeansEndsPlan
 from robosandbox.world.nearness import nearer
 from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import View, predicates
@@ -42,7 +42,7 @@ Calls = tuple[SkillCall, ...]
 
 
 class Candidates:
-    """What could be done in place of a failed call.
+    """Candidates in place of a failed call.
 
     Args:
         failure: The call and how it failed.
@@ -72,7 +72,7 @@ class Candidates:
     def _found(self, ways: Iterable[Alternative]) -> Iterator[tuple[Calls, str]]:
         if self._failure.is_hopeless:
             return
-        # What failed before it began would fail in the same way again.
+        # A call that failed before anything moved would fail in the same way again.
         seen: list[Calls] = [] if self._failure.had_begun else [(self._failure.call,)]
         for way in ways:
             calls = self._planned(way)
@@ -85,14 +85,14 @@ class Candidates:
         known, ours = predicates(), {item.id for item in self._about}
         moved = {name for one in way.first for name in known[one.relation].objects(one.arguments)[:1]} | {*way.cleared}
         others = [item for name in moved - ours if (item := self._failure.scene.find(name)) is not None]
-        # What stays where it is unless somebody names it is moved where nothing else helps.
+        # Things that stay where they are unless somebody names them are moved only where nothing else helps.
         weight = sum(1 + _LEFT_ALONE * item.shape.stays_put for item in others)
         return weight, len(way.first) + 2 * len(way.cleared) + way.elsewhere + (way.call is not None)
 
     def _planned(self, way: Alternative) -> Calls | None:
         """Return the calls of a way with all that they need first; None where contracts show no way."""
         failure = self._failure
-        making = Enabling(
+        making = MeansEndsPlan(
             failure.scene, self._skills, about=[item.id for item in self._about], held=failure.before.held
         )
         try:
@@ -175,7 +175,7 @@ class Candidates:
             on_it = {one.id for one in standing_on(self._view, item.id)}
             for other in self._view.others(*self._failure.contract.objects):
                 if _lies_in(item, other):
-                    # What moves together with it does not get out of its way.
+                    # A thing that moves together with it does not get out of its way.
                     continue
                 near = hand and not (item.shape.stays_put or other.shape.stays_put) and nearer(item, other, _NEIGHBOUR)
                 if other.id in met or other.id in on_it or near:
@@ -198,9 +198,9 @@ class Candidates:
 
     def _is_free(self, item: DetectedObject, offset: Array, but: str) -> bool:
         """Tell whether an object that is moved by an offset (3,) comes to lie in nothing else that stands as high."""
-        imagine = predicates()["at"].imagine
+        effect = predicates()["at"].effect
         end = centre(item) + offset
-        moved = imagine and imagine(self._failure.scene, item.id, float(end[0]), float(end[1])).find(item.id)
+        moved = effect and effect(self._failure.scene, item.id, float(end[0]), float(end[1])).find(item.id)
         others = (one for one in self._view.others(item.id, but) if not one.shape.is_granular)
         return moved is not None and not any(nearer(moved, one, 0.0) and top(one) > bottom(item) for one in others)
 

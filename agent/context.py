@@ -1,4 +1,4 @@
-"""What skills may use in this process; phases are told to listeners, limits are kept, a cancel or deadline acts between ticks."""
+"""Context of skills in this process: phases for listeners, limits, cancellation and deadlines between ticks."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class AgentContext(GoalContext):
 
     @property
     def max_force_n(self) -> float:
-        """With how many newtons a skill may press what it is to move."""
+        """Largest force on the object that a skill manipulates, N."""
         return force_limits(*self._all_limits())[0]
 
     def _all_limits(self) -> list[Limits]:

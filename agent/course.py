@@ -1,4 +1,4 @@
-"""Who decides what is carried out next: a planner with one plan until a failure, or a director, call by call.
+"""Courses of a prompt: a planner's plan until a failure, or a director that decides call by call.
 
 The agent's loop asks a `Course` again and again, carries out what it answers, and reports what came of it. A planner that has
 nothing but `plan` is asked at the beginning and after each failure; one with `begin` as well, a `Director`, is told of successes
@@ -19,8 +19,8 @@ from robosandbox.world.operators import Operator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finished:
-    """What a director answers when nothing is left to do.
+class PromptDone:
+    """Answer of a director that has nothing left to do.
 
     Attributes:
         summary: What it says was done; a claim, unlike the steps.
@@ -31,7 +31,7 @@ class Finished:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
-    """What came of a plan.
+    """Outcome of a plan.
 
     Attributes:
         steps: The calls that ended in their post-conditions, with the results.
@@ -44,7 +44,7 @@ class Report:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Desk:
-    """What a director has at hand besides the calls that the agent carries out for it.
+    """Services for a director besides the calls that the agent carries out for it.
 
     Attributes:
         ctx: The world: it can be looked at, and tried out on its twin where it has one.
@@ -60,14 +60,14 @@ class Desk:
 
 
 class Course(Protocol):
-    """What is done for one prompt, plan after plan."""
+    """Course of action for one prompt, plan after plan."""
 
     @property
     def goes_on(self) -> bool:
-        """Whether it is asked again after a plan that succeeded."""
+        """True where it is asked again after a plan that succeeded."""
         ...
 
-    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | PromptDone:
         """Return what to carry out now.
 
         Args:
@@ -132,10 +132,10 @@ class PlannedCourse:
 
     @property
     def goes_on(self) -> bool:
-        """Whether the plan leaves something for when its steps are done."""
+        """True where the plan leaves something for when its steps are done."""
         return bool(self._then)
 
-    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | PromptDone:
         """Return the planner's answer, now that this has failed, or that time has told what it left open."""
         answer: Plan | Refusal
         if report is not None and report.failure is not None:
@@ -147,7 +147,7 @@ class PlannedCourse:
         later = bool(self._then)
         self._then = answer.then if isinstance(answer, Plan) and isinstance(self._planner, Continuing) else ""
         if later and isinstance(answer, Plan) and not answer.steps:
-            return Finished(summary=answer.answer)
+            return PromptDone(summary=answer.answer)
         return answer
 
 

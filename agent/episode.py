@@ -1,4 +1,4 @@
-"""What came of a prompt: the episode, its steps and failed attempts, and the events on the way."""
+"""Episode of a prompt: its outcome, its steps and failed attempts, and the events on the way."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robosandbox.types import Plan, Refusal, SkillCall, SkillResult
 
 
 class FinalReason(StrEnum):
-    """Why an episode ended; only the first is success."""
+    """Reason why an episode ended; only the first is success."""
 
     PLAN_COMPLETE = "plan_complete"
     REFUSED = "refused"
@@ -70,7 +70,7 @@ class Consulted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Episode:
-    """What came of a prompt.
+    """Outcome of a prompt.
 
     Attributes:
         prompt: As said.
@@ -104,7 +104,7 @@ class Episode:
 
     @property
     def answer(self) -> str:
-        """What the person was told who asked a question; "" for orders."""
+        """Answer to the person who asked a question; "" for orders."""
         return self.plan.answer if self.plan else ""
 
     def record(self) -> dict[str, Any]:

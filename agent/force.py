@@ -1,4 +1,4 @@
-"""How hard the robot may press, whatever anybody plans: checked at every control tick."""
+"""Force limit of the robot, checked at every control tick whatever anybody plans."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import imagined, lookup
+from robosandbox.world.contracts import apply_effects, lookup
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import predicates
@@ -58,7 +58,7 @@ class GoalPlanner:
         from robosandbox.world.achieve import achieve
 
         for call in calls:
-            scene = imagined(bind(call, self._skills).contract, scene)
+            scene = apply_effects(bind(call, self._skills).contract, scene)
         failed = tuple(attempt.failed for attempt in history)
         answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot, failed=failed)
         if isinstance(answer, Refusal):

@@ -1,4 +1,4 @@
-"""What a model writes, told to whoever listens while it is still writing."""
+"""Stream of a model's text to listeners while it is still being written."""
 
 from __future__ import annotations
 

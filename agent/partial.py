@@ -1,4 +1,4 @@
-"""What the grammar is sure of in a sentence that it does not understand as a whole: bounds for whoever does, or a question.
+"""Partial reading of a sentence that the grammar does not understand as a whole: bounds for a planner, or a question.
 
 What the sentence forbids, and what it says is alone to be moved, are read in the grammar's chart (`language/bounds.py`). Beside that
 clauses are planned for by themselves: the thing that one names and how many it asks for hold for every plan for the sentence; where
@@ -35,7 +35,7 @@ _MOST_CLAUSES = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartialReading:
-    """What is certain of a sentence.
+    """Certain parts of a sentence's meaning.
 
     Attributes:
         constraints: What every plan for it keeps to.

@@ -1,4 +1,4 @@
-"""What a plan would do: its calls carried out on the twin, a simulation of what is believed."""
+"""Preview of a plan: its calls carried out on the twin, a simulation of what is believed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robosandbox.world.operators import Operator, bind
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Preview:
-    """What came of a plan on the twin.
+    """Outcome of a plan on the twin.
 
     Attributes:
         steps: The calls that reached their post-conditions, with the results.
@@ -37,7 +37,7 @@ class Preview:
 
     @property
     def success(self) -> bool:
-        """Whether every call reached its post-condition."""
+        """True where every call reached its post-condition."""
         return self.failed is None
 
     def record(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What an episode has come to so far, kept while it runs."""
+"""Progress of an episode, kept while it runs."""
 
 from __future__ import annotations
 

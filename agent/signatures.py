@@ -1,4 +1,4 @@
-"""How a skill is called, in one short line: for prompts, corrections and messages."""
+"""Signature of a skill in one short line, for prompts, corrections and messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How hard the robot may shove what is to stay where it is: less than what makes it slide, by its weight and friction."""
+"""Force limit on things that are to stay where they are: less than makes them slide, by weight and friction."""
 
 from __future__ import annotations
 

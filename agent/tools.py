@@ -1,4 +1,4 @@
-"""What a model or an MCP client can call besides the skills: to look, check, try out, reach goals, ask and end.
+"""Tools of models and MCP clients besides the skills: look, check, try out, reach goals, ask and end.
 
 A tool's arguments are a model whose docstring is its description. What is answered is JSON data with rounded numbers.
 """
@@ -24,10 +24,10 @@ from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCa
 from robosandbox.world.achieve import achieve
 from robosandbox.world.alternatives import Failure
 from robosandbox.world.contracts import find, lookup
-from robosandbox.world.described import changes
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View
+from robosandbox.world.scene_json import scene_changes
 from robosandbox.world.verifier import MAX_STEPS, Constraints, verify
 
 # Decimals that are told of a number. Chosen: a tenth of a millimetre, of a milliradian.
@@ -49,7 +49,7 @@ _RELATIONS_HELP = (
 
 
 class Spoken(StrictModel):
-    """What has a sentence for the person."""
+    """Base of the arguments with a sentence for the person."""
 
     message: Annotated[str, Field(min_length=1, max_length=_LONGEST, description="One sentence for the person.")]
 
@@ -195,7 +195,7 @@ def simulated(
         "would_work": [str(call) for call, _ in tried.steps],
         "side_effects": [effect for _, result in tried.steps for effect in result.side_effects],
         "would_touch": list(tried.touched),
-        "changes": changes(tried.begin, tried.end),
+        "changes": scene_changes(tried.begin, tried.end),
     }
     if tried.failed is not None and tried.error is not None:
         data |= {"would_fail": str(tried.failed), "error": error_data(tried.error)}
@@ -275,7 +275,7 @@ def outcome(
     data: dict[str, Any] = {
         "ok": failure is None,
         "done": [{"call": str(step.call), **step.result.model_dump(mode="json", exclude={"skill"})} for step in steps],
-        "changes": changes(before, after),
+        "changes": scene_changes(before, after),
     }
     if failure is not None:
         data |= {

@@ -1,4 +1,4 @@
-"""What asking models costs and what was said: requests, tokens, seconds, money, and each exchange, for whoever wants to know."""
+"""Usage of models: requests, tokens, seconds, money, and each exchange, for whoever wants to know."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Exchange:
 
 @dataclass(slots=True)
 class Usage:
-    """What was asked of models so far.
+    """Requests to models so far, and their cost.
 
     Attributes:
         exchanges: Every request, those that failed included, in order.
@@ -46,7 +46,7 @@ class Usage:
 
     @property
     def requests(self) -> int:
-        """How many requests were sent."""
+        """Number of requests sent."""
         return len(self.exchanges)
 
     @property

@@ -1,4 +1,4 @@
-"""Where the tool centre point may be, whatever anybody plans: checked before a call and at every control tick."""
+"""Workspace limit of the tool centre point, checked before a call and at every control tick."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def _code(error: SkillError) -> str:
 
 
 # What is said, and the cause that it names; the first that is found counts.
-_SAID: tuple[tuple[str, Cause], ...] = (
+_CAUSES_BY_WORD: tuple[tuple[str, Cause], ...] = (
     ("too_wide", "too_wide"),
     (" wide", "too_wide"),
     ("too_heavy", "too_heavy"),
@@ -235,7 +235,7 @@ def _cause(episode: Episode, odd: Odd) -> str:
 
 
 def _named_in(text: str) -> str:
-    return next((cause for word, cause in _SAID if word in text), "")
+    return next((cause for word, cause in _CAUSES_BY_WORD if word in text), "")
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:

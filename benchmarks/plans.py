@@ -23,7 +23,7 @@ from robosandbox.skills.primitives.abilities import RobotAbilities
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
-from robosandbox.world.verifier import Verdict, verify
+from robosandbox.world.verifier import Verification, verify
 
 UNSEEN = tuple(sorted((Path(__file__).parents[1] / "tests" / "plans").glob("*.yaml")))
 
@@ -44,7 +44,7 @@ def parse(text: str) -> Plan:
     return Plan(steps=tuple(steps))
 
 
-def check(task: str, text: str) -> Verdict:
+def check(task: str, text: str) -> Verification:
     """Return what the verifier says of a plan at a task's start."""
     cell = world(task)
     robot = RobotAbilities(cell.ctx, cell.task.limits)

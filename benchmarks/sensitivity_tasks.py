@@ -97,7 +97,7 @@ def measure(module: ModuleType, suite: Suite, before: str, tell: Callable[[str],
 def main() -> int:
     """Print the rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("modules", nargs="+", help="of robosandbox, such as skills.tap or world.spots")
+    parser.add_argument("modules", nargs="+", help="of robosandbox, such as skills.tap or world.placement_sampling")
     parser.add_argument("--tasks", nargs="+", required=True, help="bundled tasks, or files")
     parser.add_argument("--seeds", type=int, default=2, help="layouts of each")
     options = parser.parse_args()

@@ -26,7 +26,7 @@ import numpy as np
 
 from robosandbox.perception.colour import COLOURS, colour_name
 from robosandbox.perception.factory import Setup
-from robosandbox.perception.frame import Frame, Table, make_frame
+from robosandbox.perception.frame import PointCloudFrame, TablePrior, make_frame
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.tags import find_tags
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -100,7 +100,7 @@ def measure(seed: int, sensor: str, smallest: float, largest: float, plain: bool
 def _reads(sim: MuJoCoBackend, eyes: RgbdPerception, scene: Scene) -> list[tuple[str, float, bool]]:
     """Return the camera, the pixels and whether it was read, of each tag that a camera shows whole."""
     renderer, found = OffscreenRenderer(sim.model, FRAME_SIZE), []
-    table = Table(scene.table_height)
+    table = TablePrior(scene.table_height)
     for camera in sim.cameras:
         segmented = eyes.frames.by_camera[camera]
         rgbd = segmented.frame.rgbd
@@ -117,7 +117,7 @@ def _reads(sim: MuJoCoBackend, eyes: RgbdPerception, scene: Scene) -> list[tuple
     return found
 
 
-def _shown(frame: Frame, own: Array, item: SceneObject, pose: Pose) -> float | None:
+def _shown(frame: PointCloudFrame, own: Array, item: SceneObject, pose: Pose) -> float | None:
     """Return how many pixels the shorter side of a tag has, None where its border is not all in sight."""
     along = np.linspace(-1.0, 1.0, 7) * item.tag_edge / 2.0
     places = np.array([[x * BORDERED, y * BORDERED, item.size[2]] for x in along for y in along])

@@ -1,1 +1,1 @@
-"""What is where."""
+"""Perception: the objects of a scene and where they are."""

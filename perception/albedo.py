@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.perception.evidence import Surface
+from robosandbox.perception.evidence import SurfacePoints
 from robosandbox.perception.fit import Fit
-from robosandbox.perception.frame import Table
+from robosandbox.perception.frame import TablePrior
 from robosandbox.perception.frames import BARE_STRIDE, FrameSet, SegmentedFrame
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.segments import Segment
@@ -36,7 +36,7 @@ def albedo_of(segments: tuple[Segment, ...], found: Fit, frames: FrameSet, *, ho
         light = _light(segment, frames.table, frames.by_camera[segment.frame.camera])
         if light is None:
             continue
-        normals = found.normals_on(Surface(segment.points, segment.frame.position, 1.0))
+        normals = found.normals_on(SurfacePoints(segment.points, segment.frame.position, 1.0))
         up = normals[:, 2] > _FACING_UP
         if hollow:
             # A container's rim and floor face up; between them are its walls.
@@ -53,7 +53,7 @@ def albedo_of(segments: tuple[Segment, ...], found: Fit, frames: FrameSet, *, ho
     return np.clip(np.average(readings, axis=0, weights=weights), 0.0, 1.0)
 
 
-def _light(segment: Segment, table: Table, segmented: SegmentedFrame) -> Array | None:
+def _light(segment: Segment, table: TablePrior, segmented: SegmentedFrame) -> Array | None:
     """Return what a white table would send here, 0..255 per channel, (3,)."""
     rgb = segment.frame.rgb[::BARE_STRIDE, ::BARE_STRIDE]
     left, top, right, bottom = segment.box

@@ -1,4 +1,4 @@
-"""Which pictures a look needs: where a fixed camera still sees what it saw, what was found there stays true."""
+"""Choice of the pictures that a look needs: where a fixed camera still sees what it saw, earlier results stay true."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robosandbox.perception.change_detection import (
     disparity_of,
     table_disparity,
 )
-from robosandbox.perception.frame import Mask, Table
+from robosandbox.perception.frame import Mask, TablePrior
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.types import Array, PictureWindow, RgbdFrame
@@ -36,7 +36,7 @@ class Attention:
         references: By camera.
     """
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: TablePrior) -> None:
         self.table = table
         self.references: dict[str, Reference] = {}
 

@@ -1,4 +1,4 @@
-"""Where cameras really are: found from tags at known places, kept in a file, applied to every frame."""
+"""Calibration of camera poses from tags at known places, kept in a file, applied to every frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import yaml
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
-from robosandbox.perception.frame import Table, make_frame
+from robosandbox.perception.frame import TablePrior, make_frame
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.types import Array, Pose, RgbdFrame, StrictModel
 from robosandbox.validation import load_yaml_model
@@ -22,7 +22,7 @@ _LEAST_TAGS = 3  # Number of tags that must be seen of the board, so that its po
 
 
 class Calibration(StrictModel):
-    """What `robo-sandbox calibrate` writes.
+    """Content of the file that `robo-sandbox calibrate` writes.
 
     Attributes:
         cameras: By camera: its true frame in the one that it was taken to have.
@@ -61,7 +61,7 @@ class Calibration(StrictModel):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class CameraPoseEstimate:
     """A camera's pose as the tags say.
 
     Attributes:
@@ -101,7 +101,7 @@ def find_tags(picture: NDArray[np.uint8], board: CalibrationBoard) -> tuple[list
     return [corner.reshape(4, 2) for corner in found], np.asarray(numbers, dtype=np.int32).reshape(-1)
 
 
-def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -> Finding:
+def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -> CameraPoseEstimate:
     """Return where the camera of a frame is, from the table and the board that it sees.
 
     A flat board alone tells tilt and distance badly. Those come from the depth of the table, height and two tilts; what is
@@ -109,11 +109,11 @@ def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -
     """
     corners, numbers = find_tags(rgbd.rgb, board)
     if len(numbers) < _LEAST_TAGS:
-        return Finding(camera=rgbd.camera, tags=len(numbers))
+        return CameraPoseEstimate(camera=rgbd.camera, tags=len(numbers))
     flat, pixels = board.grid.matchImagePoints([corner[None] for corner in corners], numbers[:, None])
     known = board.in_world(flat.reshape(-1, 3).astype(np.float64), table_height)
     lens, taken = rgbd.intrinsics, rgbd.pose_camera_in_world
-    frame = make_frame(rgbd, Table(table_height), np.zeros(rgbd.depth.shape, dtype=bool))
+    frame = make_frame(rgbd, TablePrior(table_height), np.zeros(rgbd.depth.shape, dtype=bool))
     straight = cv2.undistortPoints(pixels.reshape(-1, 1, 2), frame.matrix, np.array(lens.distortion)).reshape(-1, 2)
     rays = np.column_stack([straight, np.ones(len(straight))]) @ frame.rotation.T
     met = frame.position + rays * ((known[:, 2] - frame.position[2]) / rays[:, 2])[:, None]
@@ -127,7 +127,7 @@ def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -
     pose = Pose.from_matrix(about_z @ frame.position + shift, about_z @ frame.rotation)
     correction = taken.inverse() @ pose
     cosine = (float(np.trace(correction.rotation)) - 1.0) / 2.0
-    return Finding(
+    return CameraPoseEstimate(
         camera=frame.camera,
         tags=len(numbers),
         pose=pose,
@@ -138,6 +138,6 @@ def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -
     )
 
 
-def calibration_of(findings: Mapping[str, Finding]) -> Calibration:
+def calibration_of(findings: Mapping[str, CameraPoseEstimate]) -> Calibration:
     """Return what the findings say of the cameras that saw enough."""
     return Calibration(cameras={name: item.correction for name, item in findings.items() if item.correction})

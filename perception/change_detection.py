@@ -1,4 +1,4 @@
-"""Whether a fixed camera still sees what it saw: two pictures compared by the noise that they have."""
+"""Change detection for a fixed camera: two pictures compared by the noise that they have."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.frame import LEAST_DEPTH, MOST_DEPTH, Image, Mask, Table, as_image, as_picture
+from robosandbox.perception.frame import LEAST_DEPTH, MOST_DEPTH, Image, Mask, TablePrior, as_image, as_picture
 from robosandbox.perception.quantiles import median
 from robosandbox.types import Array, Intrinsics, PictureWindow, RgbdFrame
 
@@ -37,7 +37,7 @@ _USUAL_COLOUR_NOISE = 4.0  # The same of a channel, of 255 levels. Chosen likewi
 
 @dataclass(slots=True, eq=False)
 class Reference:
-    """What a fixed camera saw where nothing hid it.
+    """Reference picture of a fixed camera, where nothing hid it.
 
     Attributes:
         rgbd: The frame that it was last perceived in.
@@ -134,7 +134,7 @@ def _gain(before: NDArray[np.uint8], now: NDArray[np.uint8], known: Mask) -> flo
     return bright / dark
 
 
-def table_disparity(lens: Intrinsics, rotation: Array, position: Array, table: Table, pixels: Mask) -> Image:
+def table_disparity(lens: Intrinsics, rotation: Array, position: Array, table: TablePrior, pixels: Mask) -> Image:
     """Return the disparity, 1/m, of the bare table in these pixels as a lens delivers them, (n,); 0 beside the table.
 
     Args:

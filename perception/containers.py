@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from robosandbox.perception.contents import split_contents
-from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
 from robosandbox.perception.fit import Fit, fit
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.groups import Group, alike, group
@@ -295,7 +295,7 @@ def _around(found: Fit, segmented: SegmentedFrame) -> tuple[slice, slice] | None
     return (slice(top, bottom), slice(left, right)) if right > left and bottom > top else None
 
 
-def outer(members: Group, kin: Sequence[Segment], rim: float, frames: FrameSet) -> Evidence:
+def outer(members: Group, kin: Sequence[Segment], rim: float, frames: FrameSet) -> ShapeEvidence:
     """Return what tells a container's outer hull: tangents, and points on the rim; those inside say nothing of it.
 
     Args:
@@ -309,6 +309,6 @@ def outer(members: Group, kin: Sequence[Segment], rim: float, frames: FrameSet) 
         rows.append(tangents(own, segmented, kin))
         top = points[points[:, 2] > rim - _RIM]
         if len(top) >= _FEWEST_OF_RIM:
-            surfaces.append(Surface.of_frame(top, segmented.frame))
-    elsewhere = Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)
-    return Evidence(Rows.stack(rows), Surface.stack(surfaces or [elsewhere]))
+            surfaces.append(SurfacePoints.of_frame(top, segmented.frame))
+    elsewhere = SurfacePoints(members.points, np.array([0.0, 0.0, 2.0]), 1.0)
+    return ShapeEvidence(Rows.stack(rows), SurfacePoints.stack(surfaces or [elsewhere]))

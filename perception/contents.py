@@ -1,4 +1,4 @@
-"""What lies in a container of its own colour: what stands out of its floor, away from its walls."""
+"""Contents of a container of their own colour: what stands out of its floor, away from its walls."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array
 
 _LEAST_PIXELS = 40  # Number of pixels that a piece in a container has at least. Chosen.
-_LEAST_RISE = 0.008  # Metres over the floor from which a point is of something else. Chosen: twice a floor.
+_MIN_RISE = 0.008  # Metres over the floor from which a point is of something else. Chosen: twice a floor.
 # Number of standard deviations of depth by which points must be off floor and walls, because it errs with the distance and
 # noise must not make a thing of them. Chosen.
 _ERRORS = 3.0
@@ -96,5 +96,5 @@ def in_room(points: Array, hull: Fit, error: float) -> Mask:
     """Return which points (n, 3) lie between a container's walls, over its floor, surely."""
     local = (points - hull.centre) @ hull.axes
     within = _from_walls(points, hull) > CONTAINER_WALL + max(_LEAST_GAP, error)
-    over = local[:, 2] > -hull.sizes[-1] + CONTAINER_WALL + max(_LEAST_RISE, error)
+    over = local[:, 2] > -hull.sizes[-1] + CONTAINER_WALL + max(_MIN_RISE, error)
     return np.asarray(within & over)

@@ -80,8 +80,8 @@ class TagNumbers:
 
 
 @dataclass
-class Matching:
-    """Which things of a look are which that are remembered.
+class Assignment:
+    """Assignment of the things of a look to those that are remembered.
 
     Attributes:
         tracks: Remembered things that the look has not shown so far.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
 from robosandbox.perception.fit import Fit, fit
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
@@ -43,7 +43,7 @@ _MOST_OPEN = 0.75  # How far a drawer opens as a share of its depth, before it w
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawer:
+class SeenDrawer:
     """A drawer as it was seen.
 
     Attributes:
@@ -56,7 +56,7 @@ class Drawer:
     hull: Fit
     opening: float
     members: Group
-    seen: Evidence
+    seen: ShapeEvidence
 
     @property
     def size(self) -> tuple[float, float, float, float]:
@@ -70,7 +70,7 @@ class Drawer:
         return Pose.from_matrix(self.hull.centre - [0.0, 0.0, self.hull.sizes[2]], self.hull.axes)
 
 
-def find_drawers(families: Sequence[list[Group]], frames: FrameSet) -> tuple[list[Drawer], list[Group]]:
+def find_drawers(families: Sequence[list[Group]], frames: FrameSet) -> tuple[list[SeenDrawer], list[Group]]:
     """Return the drawers among families of like-coloured groups, and the groups that are none of theirs."""
     left = [list(family) for family in families]
     found = []
@@ -85,7 +85,7 @@ def find_drawers(families: Sequence[list[Group]], frames: FrameSet) -> tuple[lis
     return found, [item for family in left for item in family]
 
 
-def _with_grip(drawer: Drawer, grip: Group, left: Sequence[list[Group]]) -> tuple[Drawer, list[list[Group]]]:
+def _with_grip(drawer: SeenDrawer, grip: Group, left: Sequence[list[Group]]) -> tuple[SeenDrawer, list[list[Group]]]:
     """Return a drawer with what is cut off of the grip, or of the arm that it sits on, and the families without it."""
     cut_off = [item for family in left for item in family if item is not grip and _is_of_grip(item, drawer)]
     segments = (segment for item in cut_off for segment in item.segments)
@@ -99,7 +99,7 @@ def _may_be_grip(item: Group, table: float) -> bool:
     return bool((high - low).max() < _LARGEST_GRIP and low[2] > table + _GRIP_OVER_TABLE)
 
 
-def _is_of_grip(item: Group, drawer: Drawer) -> bool:
+def _is_of_grip(item: Group, drawer: SeenDrawer) -> bool:
     """Tell whether a group lies where a drawer's grip is, or between that and the front."""
     shape = DrawerParts.of(drawer.size)
     local = (item.points - grip_of(drawer.size, drawer.pose, drawer.opening)) @ drawer.pose.rotation
@@ -117,7 +117,7 @@ def _near(family: Sequence[Group], grip: Group) -> bool:
     return bool(large and (first - _STAND_OFF[1] < high).all() and (low < last + _STAND_OFF[1]).all())
 
 
-def _as_drawer(family: Sequence[Group], grip: Group, frames: FrameSet) -> Drawer | None:
+def _as_drawer(family: Sequence[Group], grip: Group, frames: FrameSet) -> SeenDrawer | None:
     """Return the drawer that a family makes with a grip before it, None where its shape is another."""
     members = Group(tuple(segment for item in family for segment in item.segments))
     seen = _outline(members, grip, frames)
@@ -140,17 +140,17 @@ def _as_drawer(family: Sequence[Group], grip: Group, frames: FrameSet) -> Drawer
     if 2.0 * hull.sizes[:2].min() < _LEAST_SIDE:
         # A wall with something before it is no cabinet.
         return None
-    return Drawer(hull, opening, Group((*members.segments, *grip.segments)), seen)
+    return SeenDrawer(hull, opening, Group((*members.segments, *grip.segments)), seen)
 
 
-def _outline(members: Group, grip: Group, frames: FrameSet) -> Evidence:
+def _outline(members: Group, grip: Group, frames: FrameSet) -> ShapeEvidence:
     """Return what tells the box around cabinet and box: tangents, and points on the top."""
     top = float(np.percentile(members.points[:, 2], 98))
     rows, surfaces = [], []
     for segmented, own, points in members.views(frames):
         rows.append(tangents(own, segmented, grip.segments))
-        surfaces.append(Surface.of_frame(points[points[:, 2] > top - _TOP], segmented.frame))
-    return Evidence(Rows.stack(rows), Surface.stack(surfaces))
+        surfaces.append(SurfacePoints.of_frame(points[points[:, 2] > top - _TOP], segmented.frame))
+    return ShapeEvidence(Rows.stack(rows), SurfacePoints.stack(surfaces))
 
 
 def _facing(whole: Fit, grip: Group) -> Fit | None:

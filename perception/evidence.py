@@ -1,4 +1,4 @@
-"""What was measured of one thing: tangent planes and surface points, of all views together."""
+"""Measurements of one thing from all views together: tangent planes and surface points."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robosandbox.perception.frame import Frame
+from robosandbox.perception.frame import PointCloudFrame
 from robosandbox.perception.silhouette import Rows
 from robosandbox.types import Array
 
@@ -27,7 +27,7 @@ _COMPASS = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in np.arange(
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class SurfacePoints:
     """Surface points, each with where it was seen from.
 
     Attributes:
@@ -61,14 +61,14 @@ class Surface:
         return np.ascontiguousarray(self.to_camera.T)
 
     @staticmethod
-    def of_frame(points: Array, frame: Frame) -> Surface:
+    def of_frame(points: Array, frame: PointCloudFrame) -> SurfacePoints:
         """Return points (n, 3) that a camera has measured: a tenth of a point's weight each, since neighbours err alike."""
-        return Surface(points, frame.position, _INDEPENDENT / max(frame.noise, _LEAST_NOISE))
+        return SurfacePoints(points, frame.position, _INDEPENDENT / max(frame.noise, _LEAST_NOISE))
 
     @staticmethod
-    def stack(parts: Sequence[Surface]) -> Surface:
+    def stack(parts: Sequence[SurfacePoints]) -> SurfacePoints:
         """Return all points as one surface."""
-        return Surface(
+        return SurfacePoints(
             np.concatenate([part.points for part in parts]),
             np.concatenate([np.broadcast_to(part.camera, part.points.shape) for part in parts]),
             np.concatenate([part.weights for part in parts]),
@@ -76,7 +76,7 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class ShapeEvidence:
     """All that was measured of one thing.
 
     Attributes:
@@ -85,24 +85,24 @@ class Evidence:
     """
 
     rows: Rows
-    surface: Surface
+    surface: SurfacePoints
 
     @property
     def count(self) -> int:
-        """How many measurements there are."""
+        """Number of measurements."""
         return len(self.rows.values) + len(self.surface.points)
 
-    def turned(self, rotation: Array) -> Evidence:
+    def turned(self, rotation: Array) -> ShapeEvidence:
         """Return the same in a frame whose axes are the columns of a rotation (3, 3)."""
         rows, surface = self.rows, self.surface
-        return Evidence(
+        return ShapeEvidence(
             Rows(rows.normals @ rotation, rows.values, rows.weights),
-            Surface(surface.points @ rotation, surface.camera @ rotation, surface.weight),
+            SurfacePoints(surface.points @ rotation, surface.camera @ rotation, surface.weight),
         )
 
     @cached_property
     def tops(self) -> tuple[float, float]:
-        """Where its points end upwards, without outliers, and with fewer of them left out, metres."""
+        """Heights of its highest points without outliers, and with fewer of them left out, metres."""
         heights = self.surface.points[:, 2]
         first, second = int(0.92 * (len(heights) - 1)), int(np.ceil(0.98 * (len(heights) - 1)))
         ordered = np.partition(heights, (first, second))

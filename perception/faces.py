@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.evidence import Surface
+from robosandbox.perception.evidence import SurfacePoints
 from robosandbox.perception.support import Form
 from robosandbox.types import Array
 
 
 def faces_of(
-    shape: Form, centre: Array, sizes: Array, axes: Array, surface: Surface
+    shape: Form, centre: Array, sizes: Array, axes: Array, surface: SurfacePoints
 ) -> tuple[Array, NDArray[np.intp] | None, Array]:
     """Return the faces that points lie on, of those that the camera sees.
 

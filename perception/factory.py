@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from robosandbox.motion.beliefs import Known
+from robosandbox.motion.beliefs import DeclaredProperties
 from robosandbox.perception.naming import Declared
 from robosandbox.perception.protocols import Perception
 from robosandbox.plugins import make_plugin
@@ -15,7 +15,7 @@ from robosandbox.types import Scene
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
-    """What is known of the place: the table, and what the task's objects are called and look like, not where they are.
+    """Prior knowledge of the place: the table, and names and looks of the task's objects, not where they are.
 
     Attributes:
         scene: Robot and table; its objects are left out.
@@ -25,7 +25,7 @@ class Setup:
 
     scene: Scene = field(default_factory=Scene)
     declared: tuple[Declared, ...] = field(default_factory=tuple)
-    known: Mapping[str, Known] = field(default_factory=dict)
+    known: Mapping[str, DeclaredProperties] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scene: Scene) -> Setup:
@@ -34,7 +34,7 @@ class Setup:
         return cls(
             scene=bare,
             declared=tuple(Declared.of(item) for item in scene.objects),
-            known={item.id: Known.of(item) for item in scene.objects},
+            known={item.id: DeclaredProperties.of(item) for item in scene.objects},
         )
 
 

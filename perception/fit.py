@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
 from robosandbox.perception.faces import faces_of
 from robosandbox.perception.plane_fit import plane_tilt
 from robosandbox.perception.quantiles import percentiles
@@ -107,7 +107,7 @@ class Fit:
         radius = float(self.sizes[0])
         return np.array([radius, radius, float(self.sizes[-1]) if len(self.sizes) > 1 else radius])
 
-    def normals_on(self, surface: Surface) -> Array:
+    def normals_on(self, surface: SurfacePoints) -> Array:
         """Return the outward normal (n, 3) of the face that each point lies on, of those that the camera sees."""
         normals, face, _ = faces_of(self.shape, self.centre, self.sizes, self.axes, surface)
         return normals if face is None else normals[face]
@@ -125,7 +125,7 @@ class Fit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
-    """What sizes are expected before anything is measured.
+    """Sizes expected before anything is measured.
 
     Attributes:
         sizes: As in `Fit`, (k,).
@@ -141,7 +141,7 @@ def usual(shape: Form) -> Prior:
     return Prior(np.full(SIZES[shape], 0.025), 0.06)
 
 
-def fit(shape: Form, seen: Evidence, resting: float | None, prior: Prior | None = None) -> Fit | None:
+def fit(shape: Form, seen: ShapeEvidence, resting: float | None, prior: Prior | None = None) -> Fit | None:
     """Return the shape that fits best, or None where the measurements do not determine it.
 
     Args:
@@ -153,14 +153,14 @@ def fit(shape: Form, seen: Evidence, resting: float | None, prior: Prior | None 
     return _refined_or_none(_start(shape, seen, resting, prior), seen, resting, prior, np.inf)
 
 
-def fit_near(known: Fit, seen: Evidence, resting: float | None, prior: Prior) -> Fit | None:
+def fit_near(known: Fit, seen: ShapeEvidence, resting: float | None, prior: Prior) -> Fit | None:
     """Return the cheaper one of `fit` for a known shape and of that shape moved from where it was."""
     starts = (_start(known.shape, seen, resting, prior), known if seen.count >= _LEAST_EVIDENCE else None)
     fits = [_refined_or_none(start, seen, resting, prior, np.inf) for start in starts]
     return min((each for each in fits if each is not None), key=lambda each: each.cost, default=None)
 
 
-def best_fit(shapes: Sequence[Form], seen: Evidence, resting: float | None, charge: float) -> Fit | None:
+def best_fit(shapes: Sequence[Form], seen: ShapeEvidence, resting: float | None, charge: float) -> Fit | None:
     """Return the cheapest of several shapes, None where the measurements determine none.
 
     Args:
@@ -178,7 +178,7 @@ def best_fit(shapes: Sequence[Form], seen: Evidence, resting: float | None, char
 
 
 def _best_from(
-    starts: Iterable[Fit], seen: Evidence, resting: float | None, charge: float, best: Fit | None
+    starts: Iterable[Fit], seen: ShapeEvidence, resting: float | None, charge: float, best: Fit | None
 ) -> Fit | None:
     least = np.inf if best is None else best.cost + charge * len(best.covariance)
     started = np.inf
@@ -191,7 +191,7 @@ def _best_from(
     return best
 
 
-def _box_starts(seen: Evidence, resting: float | None) -> Iterator[Fit]:
+def _box_starts(seen: ShapeEvidence, resting: float | None) -> Iterator[Fit]:
     """Yield the boxes around the points at several headings."""
     points = seen.surface.points
     low, high = percentiles(points[:, 2], [2.0, 98.0])
@@ -204,7 +204,7 @@ def _box_starts(seen: Evidence, resting: float | None) -> Iterator[Fit]:
         yield Fit("box", middle, sizes, float(yaw), np.inf, np.zeros((0, 0)), len(points))
 
 
-def fit_leaning(seen: Evidence) -> Fit | None:
+def fit_leaning(seen: ShapeEvidence) -> Fit | None:
     """Return the box that leans with its largest face in the plane of most points; None where no such plane is seen.
 
     Its plane is found by `lean_of`.
@@ -217,7 +217,7 @@ def fit_leaning(seen: Evidence) -> Fit | None:
     return None if found is None else replace(found, centre=lean @ found.centre, lean=lean)
 
 
-def _start(shape: Form, seen: Evidence, resting: float | None, prior: Prior | None) -> Fit | None:
+def _start(shape: Form, seen: ShapeEvidence, resting: float | None, prior: Prior | None) -> Fit | None:
     """Return the shape as the silhouettes and the points' extents have it."""
     if seen.count < _LEAST_EVIDENCE:
         return None
@@ -225,14 +225,14 @@ def _start(shape: Form, seen: Evidence, resting: float | None, prior: Prior | No
 
 
 def _refined_or_none(
-    start: Fit | None, seen: Evidence, resting: float | None, prior: Prior | None, least: float
+    start: Fit | None, seen: ShapeEvidence, resting: float | None, prior: Prior | None, least: float
 ) -> Fit | None:
     if start is None:
         return None
     return _refined(start, seen.ended(False, resting), seen.surface, prior or usual(start.shape), least)
 
 
-def cost_of(known: Fit, seen: Evidence) -> float:
+def cost_of(known: Fit, seen: ShapeEvidence) -> float:
     """Return how badly a known shape, where it was, explains measurements: their mean squared, clipped residual."""
     surface, normals = seen.surface, known.normals_on(seen.surface)
     on_faces = Rows(normals, np.einsum("ij,ij->i", normals, surface.points), surface.weights)
@@ -277,7 +277,7 @@ def _stiffness(prior: Prior, turn: float | None = None) -> Array:
     return np.array(known if turn is None else [*known, turn])
 
 
-def _refined(start: Fit, fixed: Rows, surface: Surface, prior: Prior, least: float) -> Fit | None:
+def _refined(start: Fit, fixed: Rows, surface: SurfacePoints, prior: Prior, least: float) -> Fit | None:
     """Return the shape refined with surface points, each on the face that it is nearest to.
 
     None as soon as it is clear that its cost will not come down to `least`.

@@ -37,8 +37,8 @@ _MOST_TILT = 0.025  # The same of the tilt, radians. Chosen.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Table:
-    """What is known of the table before anybody looks.
+class TablePrior:
+    """Prior knowledge of the table.
 
     Attributes:
         height: Of its top, metres.
@@ -57,7 +57,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Frame:
+class PointCloudFrame:
     """A frame with a point of the world for each pixel.
 
     Attributes:
@@ -139,7 +139,7 @@ def as_picture(array: ArrayLike) -> NDArray[np.uint8]:
     return np.asarray(array, dtype=np.uint8)
 
 
-def make_frame(rgbd: RgbdFrame, table: Table, robot: Mask) -> Frame:
+def make_frame(rgbd: RgbdFrame, table: TablePrior, robot: Mask) -> PointCloudFrame:
     """Return the frame with its points in the world.
 
     Args:
@@ -164,7 +164,7 @@ def make_frame(rgbd: RgbdFrame, table: Table, robot: Mask) -> Frame:
     valid: Mask = (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
     matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
     pose = rgbd.pose_camera_in_world
-    frame = Frame(
+    frame = PointCloudFrame(
         camera=rgbd.camera,
         rgb=rgb,
         depth=depth,
@@ -197,7 +197,7 @@ def _world(depth: Image, x: Image, y: Image, rotation: Array, position: Array) -
     return turned
 
 
-def _on_the_table(frame: Frame, table: Table, robot: Mask) -> tuple[Array, Array, float]:
+def _on_the_table(frame: PointCloudFrame, table: TablePrior, robot: Mask) -> tuple[Array, Array, float]:
     """Return the camera's rotation and position such that the table that it sees lies at its height, and the noise."""
     step = _PLANE_STRIDE
     depth = frame.depth[::step, ::step]

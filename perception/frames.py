@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.frame import Frame, Image, Mask, Table
+from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior
 from robosandbox.perception.segments import Segment, find_segments, segment_of
 
 # Number of pixels from one to the next of which the bare table is noted. Chosen so that light is still measured near things.
@@ -34,7 +34,7 @@ class SegmentedFrame:
         made: What was made of it, for those who would make the same again; of no other frame, a divided one included.
     """
 
-    frame: Frame
+    frame: PointCloudFrame
     robot: Mask
     robot_near: Image
     pieces: NDArray[np.int16]
@@ -65,7 +65,7 @@ def _crop(segment: Segment) -> tuple[slice, slice]:
     return slice(top, bottom), slice(left, right)
 
 
-def segment_frame(frame: Frame, table: Table, robot: Mask, robot_near: Image) -> SegmentedFrame:
+def segment_frame(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_near: Image) -> SegmentedFrame:
     """Return a frame cut into the segments that stand out of the table."""
     segments = tuple(find_segments(frame, table, robot, robot_near))
     pieces = np.zeros(frame.depth.shape, dtype=np.int16)
@@ -75,7 +75,7 @@ def segment_frame(frame: Frame, table: Table, robot: Mask, robot_near: Image) ->
     return SegmentedFrame(frame, robot, robot_near, pieces, _bare(frame, table, robot | (pieces > 0)), segments)
 
 
-def _bare(frame: Frame, table: Table, tags_removed: Mask) -> Mask:
+def _bare(frame: PointCloudFrame, table: TablePrior, tags_removed: Mask) -> Mask:
     """Return where nothing but the table is seen, by place and hue; a bin's floor lies hardly higher than the table."""
     some = np.s_[::BARE_STRIDE, ::BARE_STRIDE]
     bare = frame.valid[some] & ~tags_removed[some]
@@ -91,7 +91,7 @@ def _bare(frame: Frame, table: Table, tags_removed: Mask) -> Mask:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameSet:
-    """What all cameras show.
+    """Frames of all cameras.
 
     Attributes:
         looks: By camera.
@@ -99,4 +99,4 @@ class FrameSet:
     """
 
     by_camera: Mapping[str, SegmentedFrame]
-    table: Table
+    table: TablePrior

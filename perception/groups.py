@@ -1,4 +1,4 @@
-"""Which pieces of different pictures are of the same thing: those that lie in the same place and have the same colour."""
+"""Grouping of pieces of different pictures: those in the same place and of the same colour are one thing."""
 
 from __future__ import annotations
 

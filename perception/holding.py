@@ -1,4 +1,4 @@
-"""What the gripper holds, from its own readings: what was between the fingers when they met resistance."""
+"""Held object, from the gripper's own readings: what was between the fingers when they met resistance."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Hold:
     width: float
 
 
-class Hands:
+class HoldTracker:
     """Follows what the gripper holds.
 
     Args:

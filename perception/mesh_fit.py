@@ -1,4 +1,4 @@
-"""How a known mesh lies where it is seen: faces on which it rests, headings, and the nearest surface to what was seen.
+"""Pose of a known mesh: faces on which it rests, headings, and the nearest surface to the seen points.
 
 Of every way of lying the places are moved to the seen points by their distances from the surface (iterated closest points with
 point-to-plane distances: Chen and Medioni, Object modelling by registration of multiple range images, 1992). Where a camera sees through
@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull, KDTree
 
-from robosandbox.perception.frame import Frame
+from robosandbox.perception.frame import PointCloudFrame
 from robosandbox.shapes.mesh_file import mesh_bounds, mesh_triangles
 from robosandbox.types import Array, Pose, matrix_from_rotation_vector
 
@@ -39,14 +39,14 @@ _EXPLAINS = 0.0025
 
 @dataclass(frozen=True, slots=True)
 class MeshFit:
-    """Where a mesh lies: the pose of the middle of its box, and the mean distance of what was seen from it, metres."""
+    """Fit of a mesh: the pose of the middle of its box, and the mean distance of what was seen from it, metres."""
 
     pose: Pose
     cost: float
 
     @property
     def explains(self) -> bool:
-        """Whether the mesh is what was seen."""
+        """True where the mesh is what was seen."""
         return self.cost < _EXPLAINS
 
 
@@ -111,7 +111,9 @@ def known_mesh(path: Path, scale: float) -> KnownMesh:
     )
 
 
-def fit_mesh(mesh: KnownMesh, seen: Array, frames: Sequence[Frame], table: float, near: Pose | None = None) -> MeshFit:
+def fit_mesh(
+    mesh: KnownMesh, seen: Array, frames: Sequence[PointCloudFrame], table: float, near: Pose | None = None
+) -> MeshFit:
     """Return how a mesh lies that explains what was seen best.
 
     Args:
@@ -182,7 +184,7 @@ def _moved(mesh: KnownMesh, seen: Array, rotation: Array, place: Array) -> tuple
     return rotation, place
 
 
-def _cost(mesh: KnownMesh, seen: Array, frames: Sequence[Frame], rotation: Array, place: Array) -> float:
+def _cost(mesh: KnownMesh, seen: Array, frames: Sequence[PointCloudFrame], rotation: Array, place: Array) -> float:
     """Return the mean distance of what was seen, and of the mesh where a camera sees through it, metres."""
     points = mesh.points[::8] @ rotation.T + place
     through = np.zeros(len(points))

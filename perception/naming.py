@@ -1,4 +1,4 @@
-"""What things are called: by the names that a task declares where the description fits, else by colour and shape."""
+"""Names of things: those that a task declares where the description fits, else by colour and shape."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WORST = 3.0  # Cost from which a thing is not the described one, units. Chosen.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Declared:
-    """How a task describes one of its objects: what a person could know without a look, and no place.
+    """Object as a task describes it: what a person could know without a look, and no place.
 
     Attributes:
         id: What it is called.

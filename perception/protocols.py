@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class Perception(Protocol):
-    """What is where."""
+    """Perception of the objects in a scene."""
 
     def perceive(self, sim: Driver) -> ObservedScene: ...
     def view(self, sim: Driver) -> Driver:

@@ -1,4 +1,4 @@
-"""What each group of pieces is: its shape, size and pose, what it stands on, its colour, and how sure that is."""
+"""Recognition of each group of pieces: shape, size, pose, support, colour, and how sure that is."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 from robosandbox.perception.albedo import albedo_of
 from robosandbox.perception.containers import Hull, families, find_containers, kind_by_proportions, outer
-from robosandbox.perception.drawers import Drawer, find_drawers
-from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.drawers import SeenDrawer, find_drawers
+from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
 from robosandbox.perception.fit import Fit, best_fit, fit_leaning
 from robosandbox.perception.frame import Mask
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
 from robosandbox.perception.merge import explains, may_be_one, same_colour, seen_through
 from robosandbox.perception.quantiles import percentiles
-from robosandbox.perception.shape_prior import GAIN, WORST, Known, as_one_of, candidates, is_gone, pairs
+from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape, as_one_of, candidates, is_gone, pairs
 from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
 from robosandbox.perception.support import Form
@@ -76,7 +76,7 @@ def recognize(
     groups: Sequence[Group],
     frames: FrameSet,
     hulls: Sequence[Hull] = (),
-    known: Sequence[Known] = (),
+    known: Sequence[KnownShape] = (),
     kinds: Collection[ObjectKind] = (),
 ) -> list[Thing]:
     """Return what the groups are, the lowest first.
@@ -122,7 +122,7 @@ def _level(members: Group) -> float:
 
 
 def _in_parts(
-    members: Group, things: Sequence[Thing], frames: FrameSet, whole: Thing | None, known: Sequence[Known]
+    members: Group, things: Sequence[Thing], frames: FrameSet, whole: Thing | None, known: Sequence[KnownShape]
 ) -> tuple[list[Group], FrameSet]:
     """Return the two groups, the lower one first, that explain a group better than one shape does; none where none do."""
     least = _UNEXPLAINED if whole is None else whole.fit.cost
@@ -142,7 +142,7 @@ def _in_parts(
     return found, divided
 
 
-def _cuts(members: Group, frames: FrameSet, known: Sequence[Known]) -> Iterator[tuple[Parts, FrameSet]]:
+def _cuts(members: Group, frames: FrameSet, known: Sequence[KnownShape]) -> Iterator[tuple[Parts, FrameSet]]:
     """Yield a group cut in two: between known things that lie side by side in it, and at heights."""
     for lower, upper in pairs(candidates(members, known)):
 
@@ -154,7 +154,7 @@ def _cuts(members: Group, frames: FrameSet, known: Sequence[Known]) -> Iterator[
         yield cut_at(members, height, frames)
 
 
-def _joined(things: Sequence[Thing], new: Thing, frames: FrameSet, known: Sequence[Known]) -> list[Thing]:
+def _joined(things: Sequence[Thing], new: Thing, frames: FrameSet, known: Sequence[KnownShape]) -> list[Thing]:
     """Return the things with a new one, made one with those that turn out to be the same."""
     for other in things:
         if other.shape.holds_things or not same_colour(other.group, new.group):
@@ -174,7 +174,7 @@ def _joined(things: Sequence[Thing], new: Thing, frames: FrameSet, known: Sequen
     return [*things, new]
 
 
-def _as_thing(drawer: Drawer, frames: FrameSet) -> Thing:
+def _as_thing(drawer: SeenDrawer, frames: FrameSet) -> Thing:
     hull, seen = drawer.hull, drawer.seen
     return Thing(
         kind="drawer",
@@ -191,7 +191,7 @@ def _as_thing(drawer: Drawer, frames: FrameSet) -> Thing:
     )
 
 
-def measurements(members: Group, frames: FrameSet, *, wary: bool = False) -> Evidence:
+def measurements(members: Group, frames: FrameSet, *, wary: bool = False) -> ShapeEvidence:
     """Return the tangent planes and the surface points of a group; wary as for `tangents`."""
     rows, surfaces = [], []
     for camera, segmented in frames.by_camera.items():
@@ -204,11 +204,11 @@ def measurements(members: Group, frames: FrameSet, *, wary: bool = False) -> Evi
             sigma = max(segmented.frame.noise, _LEAST_SIGMA)
             pixels = float(segment.mask.sum())
             share = min(1.0, pixels / _CORRELATED / len(segment.points))
-            surfaces.append(Surface(segment.points, segmented.frame.position, np.sqrt(share) / sigma))
-    return Evidence(Rows.stack(rows), Surface.stack(surfaces))
+            surfaces.append(SurfacePoints(segment.points, segmented.frame.position, np.sqrt(share) / sigma))
+    return ShapeEvidence(Rows.stack(rows), SurfacePoints.stack(surfaces))
 
 
-def _solid(members: Group, things: Sequence[Thing], frames: FrameSet, known: Sequence[Known]) -> Thing | None:
+def _solid(members: Group, things: Sequence[Thing], frames: FrameSet, known: Sequence[KnownShape]) -> Thing | None:
     under = _support(members, things, frames)
     familiar = _as_known(members, under, frames, known)
     if familiar is not None and familiar.fit.cost < _WELL:
@@ -222,7 +222,7 @@ def _solid(members: Group, things: Sequence[Thing], frames: FrameSet, known: Seq
     return _thing(named(found.shape), found, members, seen, resting, frames)
 
 
-def _as_known(members: Group, under: float, frames: FrameSet, known: Sequence[Known]) -> Thing | None:
+def _as_known(members: Group, under: float, frames: FrameSet, known: Sequence[KnownShape]) -> Thing | None:
     """Return a group as the known thing of its colour that explains it, with the size that it has; None where none does."""
     near = candidates(members, known)
     astray = [] if near else [each for each in known if same_colour(each.group, members) and is_gone(each, frames)]
@@ -233,7 +233,7 @@ def _as_known(members: Group, under: float, frames: FrameSet, known: Sequence[Kn
     return None if found is None else _thing(named(found.shape), found, members, seen, under, frames)
 
 
-def _as_any(members: Group, seen: Evidence, under: float) -> tuple[Fit | None, float | None]:
+def _as_any(members: Group, seen: ShapeEvidence, under: float) -> tuple[Fit | None, float | None]:
     """Return the shape that explains a group best, and what height it stands at, None in the air."""
     resting: float | None = under
     found = best_fit(_SHAPES, seen, under, _COMPLEXITY)
@@ -257,7 +257,7 @@ def _thing(
     kind: ObjectKind,
     found: Fit,
     members: Group,
-    seen: Evidence,
+    seen: ShapeEvidence,
     resting: float | None,
     frames: FrameSet,
 ) -> Thing:

@@ -14,10 +14,10 @@ from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.fit import Fit
-from robosandbox.perception.frame import Frame, Image, Mask, Table, check_frame, make_frame
+from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior, check_frame, make_frame
 from robosandbox.perception.frames import FrameSet, segment_frame
 from robosandbox.perception.groups import group
-from robosandbox.perception.holding import Hands
+from robosandbox.perception.holding import HoldTracker
 from robosandbox.perception.known_meshes import KnownMeshes
 from robosandbox.perception.occlusion import lies_in
 from robosandbox.perception.recognize import recognize
@@ -76,14 +76,14 @@ class RgbdPerception:
         self._containers = frozenset({"cup", *(item.kind for item in setup.declared)})
         self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
         self._meshes = KnownMeshes(setup)
-        self._hands = Hands(None, 0.0)
-        self._attention = Attention(Table(setup.scene.table_height))
+        self._hands = HoldTracker(None, 0.0)
+        self._attention = Attention(TablePrior(setup.scene.table_height))
         self._stale = True
         self._complete = True
         self._episode = -1
         self._last: ObservedScene | None = None
         self._scenes: PlanningScenes | None = None
-        self.frames = FrameSet({}, Table(setup.scene.table_height))
+        self.frames = FrameSet({}, TablePrior(setup.scene.table_height))
         self.things: list[Thing] = []
         self.tags: list[Tag] = []
         self.notes: tuple[str, ...] = ()
@@ -153,8 +153,8 @@ class RgbdPerception:
         """Tell whether this is the first look of an episode; nothing that is remembered is true of another."""
         if sim.episode == self._episode:
             return False
-        self._tracker, self._hands = Tracker(self._setup.declared), Hands(None, 0.0)
-        self._attention = Attention(Table(self._setup.scene.table_height))
+        self._tracker, self._hands = Tracker(self._setup.declared), HoldTracker(None, 0.0)
+        self._attention = Attention(TablePrior(self._setup.scene.table_height))
         self._episode, self._stale = sim.episode, True
         return True
 
@@ -223,10 +223,10 @@ class RgbdPerception:
             self._hands.hold.id = new
 
     def _frames(self, captures: list[RgbdFrame]) -> FrameSet:
-        table = Table(self._setup.scene.table_height)
+        table = TablePrior(self._setup.scene.table_height)
         silhouette = self._robot()
         notes = []
-        sound: dict[str, Frame] = {}
+        sound: dict[str, PointCloudFrame] = {}
         masks: dict[str, tuple[Mask, Image]] = {}
         hold = self._hands.hold
         carried = self._tracker.tracks[hold.id].thing.fit.corners(_AROUND_HELD) if hold else None
@@ -258,7 +258,7 @@ class RgbdPerception:
         robot = sim.spec
         if robot.gripper is not None and self._hands.hold is None:
             limit = float(robot.gripper.force_limits.sum())
-            self._hands = Hands(robot.gripper.geometry, limit)
+            self._hands = HoldTracker(robot.gripper.geometry, limit)
         seen, before = sim.state(), self._hands.hold
         places = {track.id: track.thing.fit.corners() for track in self.tracks}
         openings = {track.id: track.thing.opening or 0.0 for track in self.tracks}

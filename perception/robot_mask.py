@@ -1,4 +1,4 @@
-"""Where the robot is in a picture: its own shapes, placed by its joints and projected, without drawing the scene again."""
+"""Mask of the robot in a picture: its own shapes, placed by its joints and projected, without rendering."""
 
 from __future__ import annotations
 

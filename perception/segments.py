@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.frame import Frame, Image, Mask, Table
+from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.table_colour import painted
 from robosandbox.types import Array
@@ -61,7 +61,7 @@ _POINTS = 220  # Number of surface points that are kept of a piece, up to twice 
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """What one view shows of one thing.
+    """Part of one view that shows one thing.
 
     Attributes:
         frame: Where it is seen.
@@ -73,7 +73,7 @@ class Segment:
         chroma: Its colour without brightness: shares of red and green, (2,).
     """
 
-    frame: Frame
+    frame: PointCloudFrame
     mask: Mask
     box: tuple[int, int, int, int]
     points: Array
@@ -89,7 +89,7 @@ class Segment:
         return np.asarray(pixels + self.box[:2], dtype=np.float64)
 
 
-def find_segments(frame: Frame, table: Table, robot: Mask, robot_near: Image) -> list[Segment]:
+def find_segments(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_near: Image) -> list[Segment]:
     """Return the pieces that stand on or over the table and are not the robot.
 
     Args:
@@ -125,7 +125,7 @@ def find_segments(frame: Frame, table: Table, robot: Mask, robot_near: Image) ->
 
 
 def _cut(
-    frame: Frame, standing: Mask, coloured: Mask, raised: Mask, height: Image, crop: tuple[slice, slice]
+    frame: PointCloudFrame, standing: Mask, coloured: Mask, raised: Mask, height: Image, crop: tuple[slice, slice]
 ) -> list[Segment]:
     """Return the pieces in a part of the picture, cut where depth or colour jumps."""
     count, found, stats, _ = cv2.connectedComponentsWithStats(
@@ -187,7 +187,7 @@ def _within(crop: tuple[slice, slice], part: tuple[slice, slice]) -> tuple[slice
     return rows, columns
 
 
-def jumps(frame: Frame, crop: tuple[slice, slice]) -> Mask:
+def jumps(frame: PointCloudFrame, crop: tuple[slice, slice]) -> Mask:
     """Return the pixels beside a step in depth or in colour; shading is no colour."""
     depth = frame.depth[crop]
     kernel = np.ones((3, 3), np.uint8)
@@ -209,7 +209,7 @@ def jumps(frame: Frame, crop: tuple[slice, slice]) -> Mask:
     return np.asarray(steps)
 
 
-def _grown(labels: Labels, standing: Mask, coloured: Mask, frame: Frame, crop: tuple[slice, slice]) -> Labels:
+def _grown(labels: Labels, standing: Mask, coloured: Mask, frame: PointCloudFrame, crop: tuple[slice, slice]) -> Labels:
     """Return the labels grown to the things' outlines in the colour picture.
 
     Depth ends ragged at edges. Each pixel near a piece goes to it if its colour is nearer to that of the piece's nearest
@@ -267,7 +267,12 @@ def _nearest(mask: Mask, pixels: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _segment(
-    frame: Frame, labels: Labels, grown: Labels, number: int, stats: NDArray[np.int32], corner: tuple[int, int]
+    frame: PointCloudFrame,
+    labels: Labels,
+    grown: Labels,
+    number: int,
+    stats: NDArray[np.int32],
+    corner: tuple[int, int],
 ) -> Segment | None:
     left, top = max(int(stats[0]) - _REACH, 0), max(int(stats[1]) - _REACH, 0)
     right = min(int(stats[0] + stats[2]) + _REACH, labels.shape[1])
@@ -277,7 +282,7 @@ def _segment(
     return segment_of(frame, _largest(grown[inside] == number), labels[inside] == number, box)
 
 
-def segment_of(frame: Frame, mask: Mask, core: Mask, box: tuple[int, int, int, int]) -> Segment | None:
+def segment_of(frame: PointCloudFrame, mask: Mask, core: Mask, box: tuple[int, int, int, int]) -> Segment | None:
     """Return a piece of a picture; None where too little of it is sure.
 
     Args:

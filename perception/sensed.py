@@ -61,12 +61,12 @@ class SensedSim:
 
     @property
     def spec(self) -> RobotSpec:
-        """What the robot is."""
+        """Specification of the robot."""
         return self._sim.spec
 
     @property
     def capabilities(self) -> Capabilities:
-        """What the sim can do, without what only a simulation can."""
+        """Capabilities of the sim, without what only a simulation can."""
         whole = self._sim.capabilities
         felt = whole.contact and "felt"
         return replace(whole, contact=felt, fork=False, reset=False, truth=False)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from robosandbox.perception.evidence import Evidence
+from robosandbox.perception.evidence import ShapeEvidence
 from robosandbox.perception.fit import Fit, Prior, fit_near
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
@@ -23,7 +23,7 @@ _NEAR = 0.03  # Metres from its place within which a known thing may be what is 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Known:
+class KnownShape:
     """A solid thing that was clearly seen before.
 
     Attributes:
@@ -39,7 +39,7 @@ class Known:
     lost: bool = False
 
 
-def candidates(members: Group, known: Sequence[Known]) -> list[Known]:
+def candidates(members: Group, known: Sequence[KnownShape]) -> list[KnownShape]:
     """Return the known things of a group's colour that are thought to be where it is seen, or over it: what is let go of falls."""
     low, high = members.bounds
     return [
@@ -51,12 +51,12 @@ def candidates(members: Group, known: Sequence[Known]) -> list[Known]:
     ]
 
 
-def is_gone(known: Known, frames: FrameSet) -> bool:
+def is_gone(known: KnownShape, frames: FrameSet) -> bool:
     """Tell whether a known thing is seen not to be where it was thought to be: pushed, or taken away."""
     return known.lost or seen_through(known.fit, frames)
 
 
-def as_one_of(options: Sequence[Known], seen: Evidence, resting: float | None, worst: float) -> Fit | None:
+def as_one_of(options: Sequence[KnownShape], seen: ShapeEvidence, resting: float | None, worst: float) -> Fit | None:
     """Return the known thing, moved from where it was, that explains measurements best; None where none does well.
 
     None too where it is seen as well as it ever was, so that its size can be told anew.
@@ -76,7 +76,7 @@ def as_one_of(options: Sequence[Known], seen: Evidence, resting: float | None, w
     return found if found is not None and found.cost < worst else None
 
 
-def pairs(near: Sequence[Known]) -> Iterator[tuple[Fit, Fit]]:
+def pairs(near: Sequence[KnownShape]) -> Iterator[tuple[Fit, Fit]]:
     """Yield every two known things, the lower one first."""
     for one, other in combinations(sorted(near, key=lambda each: each.fit.top), 2):
         yield one.fit, other.fit

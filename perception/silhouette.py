@@ -1,4 +1,4 @@
-"""What silhouettes say of a shape: each tangent of a mask is a plane through the camera that the shape just touches."""
+"""Silhouettes as measurements of a shape: each tangent of a mask is a plane through the camera that the shape touches."""
 
 from __future__ import annotations
 

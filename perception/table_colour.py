@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from robosandbox.perception.frame import Frame, Mask
+from robosandbox.perception.frame import Mask, PointCloudFrame
 from robosandbox.perception.quantiles import median
 from robosandbox.types import Array
 
@@ -22,7 +22,7 @@ _LEAST_TABLE = 200
 _OTHER_COLOUR = 36.0
 
 
-def painted(frame: Frame, bare: Mask, crop: tuple[slice, slice]) -> Mask:
+def painted(frame: PointCloudFrame, bare: Mask, crop: tuple[slice, slice]) -> Mask:
     """Return the pixels whose colour is clearly not the table's.
 
     The table's picture is taken to vary slowly: a quadratic in the pixel's place for each channel.

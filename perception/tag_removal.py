@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.perception.albedo import SIDE_LIGHT
-from robosandbox.perception.frame import Frame, Mask, Table
+from robosandbox.perception.frame import Mask, PointCloudFrame, TablePrior
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.tags import Tag, filled
 from robosandbox.tags import BORDERED
@@ -27,8 +27,8 @@ _SAME_HUE = 0.06  # Difference of shares of the channels up to which rim and sid
 
 
 def tags_removed(
-    sound: Mapping[str, Frame], tags: Iterable[Tag], found: Sequence[Tag], table: Table
-) -> dict[str, Frame]:
+    sound: Mapping[str, PointCloudFrame], tags: Iterable[Tag], found: Sequence[Tag], table: TablePrior
+) -> dict[str, PointCloudFrame]:
     """Return the views with each tag painted over, wherever it was read.
 
     Args:
@@ -61,7 +61,7 @@ def _shown_by(camera: str, tag: Tag, found: Sequence[Tag]) -> Tag:
     return min(near, key=lambda other: other.number is None, default=tag)
 
 
-def _border(tag: Tag, frame: Frame, part: tuple[slice, slice]) -> Mask:
+def _border(tag: Tag, frame: PointCloudFrame, part: tuple[slice, slice]) -> Mask:
     """Return the pixels in a part of a view that show a tag or its white border, and nothing before it."""
     pixels, _ = frame.project(tag.scaled(BORDERED))
     # A pixel that the border's edge runs through is of both.
@@ -76,10 +76,10 @@ def _border(tag: Tag, frame: Frame, part: tuple[slice, slice]) -> Mask:
 
 def _face_colours(
     shown: Mapping[str, Tag],
-    sound: Mapping[str, Frame],
+    sound: Mapping[str, PointCloudFrame],
     parts: Mapping[str, tuple[slice, slice]],
     covers: Mapping[str, Mask],
-    table: Table,
+    table: TablePrior,
 ) -> dict[str, Array] | None:
     """Return the colour (3,) of the face around a tag in each camera's light; of the nearest guess where it shows too little."""
     rims: dict[str, NDArray[np.uint8]] = {}
@@ -113,7 +113,7 @@ def _brighter_half(colours: Array) -> Array:
     return np.asarray(median(colours[total >= np.median(total)]))
 
 
-def _part(tag: Tag, frame: Frame) -> tuple[slice, slice] | None:
+def _part(tag: Tag, frame: PointCloudFrame) -> tuple[slice, slice] | None:
     """Return the part of a picture around a tag that shows the thing it is on; None where it is not in the picture."""
     pixels, depths = frame.project(tag.scaled(_SIDES))
     height, width = frame.depth.shape

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.frame import Frame, Image, Mask, Table, as_picture
+from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior, as_picture
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.thing import Thing
 from robosandbox.tags import TAG_CELLS, TAG_COUNT, TAG_FAMILY
@@ -76,7 +76,7 @@ class Tag:
         return np.asarray(self.centre + factor * (self.corners - self.centre))
 
 
-def find_tags(frame: Frame, table: Table, robot: Mask, sizes: Iterable[float]) -> list[Tag]:
+def find_tags(frame: PointCloudFrame, table: TablePrior, robot: Mask, sizes: Iterable[float]) -> list[Tag]:
     """Return the tags that a view shows on what stands on the table.
 
     Args:
@@ -130,7 +130,9 @@ def _distinct(sizes: Iterable[float]) -> list[float]:
     return kept
 
 
-def _raised(frame: Frame, table: Table, robot: Mask) -> Iterator[tuple[tuple[int, int, int, int], float]]:
+def _raised(
+    frame: PointCloudFrame, table: TablePrior, robot: Mask
+) -> Iterator[tuple[tuple[int, int, int, int], float]]:
     """Yield the parts of a picture, left, top, right, bottom, that show something on the table, and how high it is."""
     height: Image = frame.xyz[2]
     limit = float(table.half_extent)
@@ -160,7 +162,7 @@ class _FromAbove:
         edge: Of the smallest tag, metres.
     """
 
-    def __init__(self, frame: Frame, box: tuple[int, int, int, int], height: float, edge: float) -> None:
+    def __init__(self, frame: PointCloudFrame, box: tuple[int, int, int, int], height: float, edge: float) -> None:
         left, top, right, bottom = box
         offset = np.array([0.0, 0.0, height]) - frame.position
         plan_to_pixel = frame.matrix @ frame.rotation.T @ np.column_stack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], offset])
@@ -316,7 +318,7 @@ def _through(matrix: Array, points: Array) -> Array:
     return np.asarray(taken[:, :2] / taken[:, 2:])
 
 
-def _placed(number: int | None, pixels: Array, frame: Frame) -> Tag | None:
+def _placed(number: int | None, pixels: Array, frame: PointCloudFrame) -> Tag | None:
     """Return the tag with these corner pixels (4, 2) at the height that depth shows; None where what it shows is not level."""
     low = np.maximum(np.floor(pixels.min(axis=0)).astype(int), 0)
     size = np.ceil(pixels.max(axis=0)).astype(int) + 1 - low

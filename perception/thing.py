@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robosandbox.perception.evidence import Evidence
+from robosandbox.perception.evidence import ShapeEvidence
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.groups import Group
 from robosandbox.shapes import Shape, shape_of
@@ -40,14 +40,14 @@ class Thing:
     sigma: Array
     group: Group
     fit: Fit
-    seen: Evidence
+    seen: ShapeEvidence
     resting: float | None
     opening: float | None = None
     tag: int | None = None
 
     @property
     def shape(self) -> Shape:
-        """What its kind answers for."""
+        """Shape of its kind."""
         return shape_of(self.kind)
 
     @property

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.motion.beliefs import Known
+from robosandbox.motion.beliefs import DeclaredProperties
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.shapes.mesh_file import mesh_bounds, mesh_pieces
 from robosandbox.shapes.polyhedron import PolyhedronHull
@@ -34,7 +34,7 @@ _DIRECTIONS = np.column_stack(
 )
 
 
-def as_told(item: DetectedObject, known: Known | None) -> DetectedObject:
+def as_told(item: DetectedObject, known: DeclaredProperties | None) -> DetectedObject:
     """Return a seen thing as the mesh that its task describes, or as it is seen where that leaves open how the mesh lies.
 
     Args:

@@ -1,4 +1,4 @@
-"""What is remembered from look to look: the same thing keeps its name while it is moved, hidden or held."""
+"""Tracker of objects from look to look: a thing keeps its name while it is moved, hidden or held."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from robosandbox.perception.colour import colour_name
-from robosandbox.perception.data_association import COLOUR_GATE, Matching, TagNumbers, displaced
+from robosandbox.perception.data_association import COLOUR_GATE, Assignment, TagNumbers, displaced
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.free_space import seen_through
 from robosandbox.perception.naming import Declared, colour_difference, invented, names_for
 from robosandbox.perception.occlusion import is_its_contents, lies_in
-from robosandbox.perception.shape_prior import Known
+from robosandbox.perception.shape_prior import KnownShape
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import FADING, SURELY, Track, carry, update_from
 from robosandbox.shapes import CONTAINER_WALL
@@ -64,10 +64,10 @@ class Tracker:
             if track.thing.shape.is_open_container and track.id != held and track.confidence > SURELY
         ]
 
-    def solids(self, held: str | None) -> list[Known]:
+    def solids(self, held: str | None) -> list[KnownShape]:
         """Return the solid upright things that were clearly seen once, without the held one."""
         return [
-            Known(track.thing.fit, track.thing.group, track.tangents, lost)
+            KnownShape(track.thing.fit, track.thing.group, track.tangents, lost)
             for lost, tracks in ((False, self.tracks), (True, self.lost))
             for track in tracks.values()
             if not track.thing.shape.holds_things
@@ -113,9 +113,9 @@ class Tracker:
         for name in [name for name, track in self.lost.items() if name in self.tracks or track.tangents == 0]:
             del self.lost[name]
 
-    def _match(self, tracks: Sequence[Track], things: Sequence[Thing], frames: FrameSet) -> Matching:
+    def _match(self, tracks: Sequence[Track], things: Sequence[Thing], frames: FrameSet) -> Assignment:
         """Return which things these tracks are; what something with a number has displaced is lost."""
-        found = Matching(list(tracks), list(things))
+        found = Assignment(list(tracks), list(things))
         found.by_place = found.settle(self._recognized(found))
         self._rename_by_tag(found.by_place)
         for track in displaced(found.tracks, things):
@@ -253,7 +253,7 @@ class Tracker:
         )
         return [*owned, *((name, thing) for name, thing in zip(names, sure, strict=True) if name is not None)]
 
-    def _recognized(self, left: Matching) -> list[tuple[Track, Thing]]:
+    def _recognized(self, left: Assignment) -> list[tuple[Track, Thing]]:
         """Return which things known ones are: by a number that was read, else by place."""
         sure = self.numbers.sure(left.tracks, left.things)
         tracks, things = {track for track, _ in sure}, {thing for _, thing in sure}

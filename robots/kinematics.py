@@ -169,7 +169,7 @@ class Kinematics:
 
     @property
     def is_compiled(self) -> bool:
-        """Whether descents are those in C."""
+        """True where descents are those in C."""
         return self._compiled is not None
 
     @property

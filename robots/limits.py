@@ -1,4 +1,4 @@
-"""How far and how fast joints go: as far as their limits let them and their servos can be told to, as fast as these can."""
+"""Joint limits: range by model and servo, speed by what the servos can do."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
 from robosandbox.robots.importers.mount import mount
-from robosandbox.robots.infer.placement import Workspace
+from robosandbox.robots.infer.placement import TableWorkspace
 from robosandbox.robots.limits import joint_limits, motion_limits
 from robosandbox.robots.locate import attached_model, find_sidecar, is_bundled, known_sidecar, resolve_robot, say
 from robosandbox.robots.measurements import home_by_address, measurements
@@ -66,7 +66,7 @@ class RobotModel:
     R_site_tcp: Array
     velocity_limits: Array
     acceleration_limits: Array
-    workspace: Workspace
+    workspace: TableWorkspace
     tool_bounds: tuple[float, float, float, float]
     notes: tuple[str, ...] = ()
     options: mujoco.MjSpec | None = None
@@ -74,7 +74,7 @@ class RobotModel:
 
     @property
     def base_pose(self) -> Pose:
-        """Where the base stands in the world."""
+        """Pose of the base in the world."""
         return Pose(xyz=self.sidecar.base_pose.xyz, quat_xyzw=self.sidecar.base_pose.quat_xyzw)
 
     def bind(self, model: mujoco.MjModel, prefix: str) -> Robot:
@@ -284,7 +284,7 @@ def measure(
     source: str,
     *,
     table_height: float = TABLE_HEIGHT,
-    workspace: Workspace | None = None,
+    workspace: TableWorkspace | None = None,
 ) -> RobotModel:
     """Return the robot with all that skills need measured on it.
 

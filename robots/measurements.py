@@ -1,4 +1,4 @@
-"""What is measured on a compiled robot, kept in the cache: each model is measured once on a machine."""
+"""Measurements on a compiled robot, cached: each model is measured once on a machine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robosandbox.cache import as_data, cached, content_key
 from robosandbox.robots.gripper.calibrate import collision_geoms
 from robosandbox.robots.gripper.cup import derive_cup
 from robosandbox.robots.gripper.geometry import DerivedGripper, derive_gripper
-from robosandbox.robots.infer.placement import Workspace
+from robosandbox.robots.infer.placement import TableWorkspace
 from robosandbox.robots.infer.reach import measured_workspace
 from robosandbox.robots.infer.tcp import flange_tool
 from robosandbox.robots.sidecar import Sidecar
@@ -27,7 +27,7 @@ _TOOL_LENGTH = 0.025  # Metres along the approach from the TCP within which a sh
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measurements:
-    """What skills need to know of a robot and its sidecar does not say.
+    """Measurements of a robot that skills need and its sidecar does not say.
 
     Attributes:
         gripper: Travel, pads and depth; None without a gripper.
@@ -38,12 +38,12 @@ class Measurements:
 
     gripper: DerivedGripper | None
     R_site_tcp: Array
-    workspace: Workspace
+    workspace: TableWorkspace
     tool_bounds: tuple[float, float, float, float]
 
 
 def measurements(
-    model: mujoco.MjModel, sidecar: Sidecar, tcp_site: str, *, table_height: float, workspace: Workspace | None
+    model: mujoco.MjModel, sidecar: Sidecar, tcp_site: str, *, table_height: float, workspace: TableWorkspace | None
 ) -> Measurements:
     """Measure a robot, or return what was measured of the same one before.
 
@@ -74,7 +74,7 @@ def measurements(
 
 
 def _measure(
-    model: mujoco.MjModel, sidecar: Sidecar, tcp_site: str, *, table_height: float, workspace: Workspace | None
+    model: mujoco.MjModel, sidecar: Sidecar, tcp_site: str, *, table_height: float, workspace: TableWorkspace | None
 ) -> Measurements:
     site = int(model.site(tcp_site).id)
     oriented = sidecar.ee_site.inject is not None and sidecar.ee_site.inject.quat_xyzw is not None

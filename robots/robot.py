@@ -107,7 +107,7 @@ class Robot(RobotSpec):
 
     @property
     def spec(self) -> RobotSpec:
-        """What it is, apart from the model."""
+        """Specification of the robot, apart from the model."""
         values = {item.name: getattr(self, item.name) for item in fields(RobotSpec)}
         gripper = self.gripper
         if gripper is not None:

@@ -175,7 +175,7 @@ class EeSite(StrictModel):
 
 
 class BasePose(StrictModel):
-    """Where the robot's base stands in the world."""
+    """Pose of the robot's base in the world."""
 
     xyz: Annotated[Vec3, _no_farther(_FARTHEST_BASE)] = (0.0, 0.0, 0.0)
     quat_xyzw: QuatXyzw = (0.0, 0.0, 0.0, 1.0)

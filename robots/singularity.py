@@ -1,4 +1,4 @@
-"""Where an arm is about to lose a direction of motion."""
+"""Singularity measure of an arm that is about to lose a direction of motion."""
 
 from __future__ import annotations
 

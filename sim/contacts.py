@@ -1,4 +1,4 @@
-"""Who touches whom in a simulated world, and how hard."""
+"""Contacts in a simulated world: the pairs that touch, and their forces."""
 
 from __future__ import annotations
 

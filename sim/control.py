@@ -1,4 +1,4 @@
-"""How the simulated robot is moved: trajectories and configurations to servos, and the gripper."""
+"""Control of the simulated robot: trajectories and configurations to servos, and the gripper."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ControlledSimulation(Simulation):
 
     @property
     def controls(self) -> Array:
-        """What is commanded to the actuators now, shape (actuators,)."""
+        """Commands to the actuators now, shape (actuators,)."""
         return frozen_array(self._live.ctrl)
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:

@@ -1,4 +1,4 @@
-"""What a camera sees of a part of its picture: its frustum narrowed to that part, and what lies outside left undrawn."""
+"""Frustum of a camera narrowed to a part of its picture, with what lies outside left undrawn."""
 
 from __future__ import annotations
 

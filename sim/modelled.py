@@ -37,7 +37,7 @@ class Modelled(Simulated, Protocol):
 
     @property
     def compilations(self) -> int:
-        """How often a model was compiled."""
+        """Number of times a model was compiled."""
         ...
 
     @property
@@ -47,7 +47,7 @@ class Modelled(Simulated, Protocol):
 
     @property
     def body_names(self) -> Sequence[str]:
-        """What people call each body."""
+        """Names of the bodies for people."""
         ...
 
     @property
@@ -67,7 +67,7 @@ class Modelled(Simulated, Protocol):
 
     @property
     def controls(self) -> Array:
-        """What is commanded to the actuators now, shape (actuators,)."""
+        """Commands to the actuators now, shape (actuators,)."""
         ...
 
     def camera_in_model(self, name: str) -> str:

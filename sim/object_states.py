@@ -18,8 +18,8 @@ from robosandbox.types import Array, ObjectTruth, SceneObject, Touch
 
 
 @dataclass(slots=True)
-class _Told:
-    """What was told of the objects at the last look.
+class _LastStates:
+    """States of the objects as told at the last look.
 
     Attributes:
         qpos: The positions then, shape (nq,).
@@ -51,7 +51,7 @@ class ObjectStates:
         self._sizes = sizes
         self._solids: Solids | None = None
         self._trees = {name: world.model.body_treeid[parts] for name, parts in world.parts.items()}
-        self._told: dict[bool, _Told] = {}
+        self._told: dict[bool, _LastStates] = {}
 
     def forget(self) -> None:
         """Read all anew: the world was put into another state."""
@@ -77,7 +77,7 @@ class ObjectStates:
         }
         objects = {item.id: kept.get(item.id) or fresh[item.id] for item in self.world.scene.objects}
         asleep = self._data.tree_awake == 0
-        self._told[for_judging] = _Told(self._data.qpos.copy(), asleep, objects)
+        self._told[for_judging] = _LastStates(self._data.qpos.copy(), asleep, objects)
         return objects, held
 
     def _still_true(self, felt: Mapping[str, float], *, for_judging: bool) -> dict[str, ObjectTruth]:

@@ -1,4 +1,4 @@
-"""How a MuJoCo world is opened as a driver: on a scene by name and options, or on a world that is compiled already."""
+"""Opening of a MuJoCo world as a driver: on a scene by name and options, or on a world that is compiled already."""
 
 from __future__ import annotations
 

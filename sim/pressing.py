@@ -1,4 +1,4 @@
-"""What the robot presses on, and how hard: read at every control tick of a motion in contact, and nearly free without one."""
+"""Contact forces of the robot, read at every control tick of a motion in contact, and nearly free without one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _UNTOUCHED: Mapping[str, Array] = {}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Layout:
-    """Where the forces of the robot's contacts are found; the same for as long as the same geoms touch.
+    """Addresses of the forces of the robot's contacts; the same for as long as the same geoms touch.
 
     Attributes:
         geoms: Of all contacts, as bytes.
@@ -65,7 +65,7 @@ class Pressing:
         A thing is an object by its id, its parts included, or a body that belongs to none, by its name.
         """
         data = self._data
-        # What presses on a link loads the joints before it; mostly nothing does.
+        # A force on a link loads the joints before it; mostly there is none.
         if self._loads.tobytes() == self._unloaded:
             return _UNTOUCHED
         contact = data.contact

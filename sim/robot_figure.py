@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
-from robosandbox.robots.infer.placement import Workspace
+from robosandbox.robots.infer.placement import TableWorkspace
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.world import add_sky
@@ -24,7 +24,7 @@ _COLOURS = ([0.9, 0.15, 0.15, 1.0], [0.1, 0.65, 0.15, 1.0], [0.15, 0.3, 0.95, 1.
 _CAMERA = "robosandbox_portrait"
 
 
-def draw_robot(imported: ImportedModel, sidecar: Sidecar, space: Workspace, path: Path) -> None:
+def draw_robot(imported: ImportedModel, sidecar: Sidecar, space: TableWorkspace, path: Path) -> None:
     """Draw two views, of the whole robot at home and of its gripper.
 
     Red, green and blue are the TCP's x, closing (y) and approach (z); the band on the ground is what it reaches.
@@ -51,7 +51,7 @@ def draw_robot(imported: ImportedModel, sidecar: Sidecar, space: Workspace, path
         raise InputError(f"--picture: {path}: {error.strerror}") from None
 
 
-def _rendered(imported: ImportedModel, sidecar: Sidecar, space: Workspace) -> list[NDArray[np.uint8]]:
+def _rendered(imported: ImportedModel, sidecar: Sidecar, space: TableWorkspace) -> list[NDArray[np.uint8]]:
     """Return both views, RGB."""
     model = compile_spec(imported.spec, imported.path.name)
     data = mujoco.MjData(model)
@@ -89,7 +89,7 @@ def _tcp(model: mujoco.MjModel, data: mujoco.MjData, sidecar: Sidecar) -> tuple[
     return tcp, R_body @ matrix_from_quat_xyzw(inject.quat_xyzw or (0.0, 0.0, 0.0, 1.0))
 
 
-def _add_views(spec: mujoco.MjSpec, tcp: Array, space: Workspace) -> list[str]:
+def _add_views(spec: mujoco.MjSpec, tcp: Array, space: TableWorkspace) -> list[str]:
     """Add a camera on the whole robot and one on its gripper; return their names."""
     ahead = np.array([np.cos(space.forward), np.sin(space.forward), 0.0])
     aside = np.array([ahead[1], -ahead[0], 0.0])
@@ -113,7 +113,7 @@ def _draw_frame(spec: mujoco.MjSpec, origin: Array, rotation: Array, length: flo
     _line(spec, origin - 0.6 * length * rotation[:, 1], origin, 0.006 * length / 0.12, _COLOURS[1])
 
 
-def _draw_reach(spec: mujoco.MjSpec, space: Workspace) -> None:
+def _draw_reach(spec: mujoco.MjSpec, space: TableWorkspace) -> None:
     angles = np.linspace(space.forward - 1.2, space.forward + 1.2, 25)
     for radius in (space.near, space.far):
         points = [np.array([*(space.axis + radius * np.array([np.cos(a), np.sin(a)])), space.floor]) for a in angles]

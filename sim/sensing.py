@@ -1,4 +1,4 @@
-"""What the simulated robot and its cameras measure, and what a simulation knows besides: contacts and the true state."""
+"""Sensing of the simulated robot and its cameras, and the contacts and true state that only a simulation knows."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ _LEVELS = 32
 
 @dataclass(frozen=True, slots=True)
 class NoiseTables:
-    """What is drawn once for a seed.
+    """Noise tables, drawn once for a seed.
 
     Attributes:
         stereo: Errors of disparity as stereo matching makes them, in parts of their standard deviation, (side, side).

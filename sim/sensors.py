@@ -1,4 +1,4 @@
-"""What cameras make of a scene: depth noise, dropout, colour noise, lens, calibration error, latency; by preset."""
+"""Sensor models of cameras by preset: depth noise, dropout, colour noise, lens, calibration error, latency."""
 
 from __future__ import annotations
 

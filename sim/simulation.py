@@ -88,7 +88,7 @@ class Simulation:
 
     @property
     def spec(self) -> RobotSpec:
-        """What the robot is."""
+        """Specification of the robot."""
         if self._spec is None:
             self._spec = self.robot.spec
         return self._spec
@@ -110,7 +110,7 @@ class Simulation:
 
     @property
     def body_names(self) -> Sequence[str]:
-        """What people call each body."""
+        """Names of the bodies for people."""
         return self._loaded.names
 
     @property
@@ -163,7 +163,7 @@ class Simulation:
 
     @property
     def sleepers(self) -> Sleepers:
-        """What touches what among the bodies that sleep."""
+        """Contacts among the bodies that sleep."""
         if self._sleepers is None:
             self._sleepers = Sleepers(self.model, self._live)
         return self._sleepers
@@ -239,7 +239,7 @@ class Simulation:
         calm = 0
         for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
             self.ask_wait_hooks()
-            # What falls asleep here has moved by itself only: MuJoCo's own few steps will do.
+            # Bodies that fall asleep here have moved by themselves only: MuJoCo's own few steps will do.
             mujoco.mj_step(model, data, chunk)
             calm = calm + 1 if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED else 0
             if calm >= _CALM_CHUNKS * (1 if self._all_asleep() else 2):

@@ -1,4 +1,4 @@
-"""When a body falls asleep: after half a second of stillness, not after MuJoCo's ten steps."""
+"""Sleep timer of bodies: they fall asleep after half a second of stillness, not after MuJoCo's ten steps."""
 
 from __future__ import annotations
 

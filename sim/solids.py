@@ -1,4 +1,4 @@
-"""What objects are made of, read from the geoms of the compiled model: for judges, who do not trust how a scene is written."""
+"""Convex pieces of objects, read from the geoms of the compiled model, for judges that do not trust the scene file."""
 
 from __future__ import annotations
 

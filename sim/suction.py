@@ -1,4 +1,4 @@
-"""What a suction cup does in a simulated world: how far it lies on something, and how hard it pulls where it touches."""
+"""Suction cups in a simulated world: how far one lies on something, and how hard it pulls where it touches."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
         _check_mass(model, parts[item.id], item)
         mass_share[parts[item.id]] = model.body_mass[parts[item.id]] / item.mass
     robot = robot_model.bind(model, ROBOT_PREFIX)
-    # What the robot does is asked at every tick, and a servo may begin to move at any.
+    # The robot never sleeps: guards read it at every tick.
     trees = model.body_treeid[sorted(robot.bodies)]
     model.tree_sleep_policy[trees[trees >= 0]] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER.value
     return World(

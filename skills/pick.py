@@ -11,7 +11,7 @@ from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import require
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
-from robosandbox.skills.primitives.gripping import Grip
+from robosandbox.skills.primitives.gripping import Grip, empty_aperture
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free, follow_until
 from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_with
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
@@ -25,12 +25,12 @@ from robosandbox.world.facts import fact
 from robosandbox.world.nearness import nearer
 from robosandbox.world.relations import bottom
 
-_LEAST_RISE = 0.5
-_CLOSED_ON_NOTHING = 0.5
+# Share of the hand's rise that a held object rises at least.
+_MIN_RISE_FRACTION = 0.5
 # Grasps that are tried; chosen: of 480 perturbed episodes 477 recover with three (docs/measured.md).
 _ATTEMPTS = 3
-# What a load did not come up for, as a grasp that was carried out has shown; it tells more than that no other can be planned.
-_OF_LOAD = ("immovable", "too_heavy", "caught", "wedged", "braced")
+# Failures that measure the load. They outrank failures of planning.
+_LOAD_FAILURES = ("immovable", "too_heavy", "caught", "wedged", "braced")
 # Looks on the way that may find something moved and plan anew; chosen so that a thing that never rests is given up.
 _LOOKS = 5
 # Times that what lies at a wall, where no finger fits, is dragged off it; chosen as once for each wall of a corner.
@@ -122,8 +122,7 @@ class Pick(Skill):
         arm.close_on(grasp.width)
         check_closed(arm, grasp, before)
         check_sealed(arm, grasp)
-        width, geometry = arm.gripper.width, arm.geometry
-        empty = geometry.min_aperture + _CLOSED_ON_NOTHING * (grasp.width - geometry.min_aperture)
+        width, empty = arm.gripper.width, empty_aperture(arm.geometry, grasp.width)
         scene = arm.look(*around(target, arm.start))
         if width < empty and scene.held != target.id:
             raise _missed(arm, grasp, width)
@@ -160,7 +159,7 @@ class _Tries:
         try:
             return plan_grasp(self._arm, seen, scene, self._excluded, self._least_aperture)
         except SkillError:
-            if self._failure is not None and _reason(self._failure) in _OF_LOAD:
+            if self._failure is not None and _reason(self._failure) in _LOAD_FAILURES:
                 raise self._failure from None
             raise
 
@@ -205,7 +204,7 @@ def _descend(arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> None:
 
 def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
     """Lift what the gripper holds already, if it has not been lifted: an earlier pick may have been stopped."""
-    if bottom(target) - arm.start.table_height < _LEAST_RISE * LIFT_HEIGHT:
+    if bottom(target) - arm.start.table_height < _MIN_RISE_FRACTION * LIFT_HEIGHT:
         _lift(arm, target, arm.gripper.width)
     return SkillResult(
         skill=Pick.name,
@@ -228,7 +227,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
     """
     scene = arm.look(*around(target, arm.start))
     arm.use(scene, held=target.id)
-    # What it stands on, in or against it leaves by going up.
+    # Going up, it leaves whatever it stands on, in or against.
     others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
     arm.motion.allow("table", *(item.id for item in others if nearer(target, item, _BESIDE)))
     load, grip = LoadMeter(arm.sim, target.id), Grip(arm, target, firm=firm)
@@ -253,7 +252,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
         end()
     before = _in_hand(arm, alone(arm, target, scene, width, rise).find(target.id) or target)
     grip.settle()
-    # What slips out is still moving.
+    # An object that slips out is still moving.
     after = _still_held(arm, target, width, rise, load)
     free_of_others(arm, target, scene, width, rise)
     if np.abs(_in_hand(arm, after) - before).max() > _SLID:
@@ -271,7 +270,7 @@ def _still_held(arm: Manipulator, target: DetectedObject, width: float, rise: fl
     """
     scene = arm.settle(target.id)
     after = arm.find(target.id, scene)
-    if scene.held != target.id or bottom(after) - bottom(target) < _LEAST_RISE * rise:
+    if scene.held != target.id or bottom(after) - bottom(target) < _MIN_RISE_FRACTION * rise:
         raise lift_error(arm, target, width, load)
     return after
 

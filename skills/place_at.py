@@ -14,8 +14,8 @@ from robosandbox.types import DetectedObject, ObservedScene, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, fact
-from robosandbox.world.relations import Relation, centre, on_table
-from robosandbox.world.spots import table_spots
+from robosandbox.world.placement_sampling import table_placements
+from robosandbox.world.relations import MeasuredRelation, centre, on_table
 from robosandbox.world.standing import AT_TOLERANCE
 
 
@@ -58,14 +58,14 @@ class PlaceAt(Skill):
         arm = Manipulator(ctx)
         held = arm.held
         point = np.array([x, y])
-        spots, blocking = table_spots(arm.start, held, [point])
+        spots, blocking = table_placements(arm.start, held, [point])
         place_name = f"({x:.3f}, {y:.3f})"
         if not spots:
             raise occupied(held.id, place_name, blocking)
 
-        def check(placed: DetectedObject, scene: ObservedScene) -> Relation:
+        def check(placed: DetectedObject, scene: ObservedScene) -> MeasuredRelation:
             off = float(np.linalg.norm(centre(placed)[:2] - point))
             standing = on_table(placed, scene.table_height)
-            return Relation(standing.holds and off < AT_TOLERANCE, {"off_mm": 1000.0 * off, **standing.detail})
+            return MeasuredRelation(standing.holds and off < AT_TOLERANCE, {"off_mm": 1000.0 * off, **standing.detail})
 
         return place(arm, held, spots, skill=self.name, target=place_name, allowed=("table",), check=check)

@@ -12,8 +12,8 @@ from robosandbox.types import Side, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
+from robosandbox.world.placement_sampling import points_beside, table_placements
 from robosandbox.world.relations import beside
-from robosandbox.world.spots import spots_beside, table_spots
 
 
 class PlaceBeside(Skill):
@@ -57,7 +57,7 @@ class PlaceBeside(Skill):
         arm = Manipulator(ctx)
         held = arm.held
         neighbour = arm.find(target)
-        spots, blocking = table_spots(arm.start, held, spots_beside(held, neighbour, side))
+        spots, blocking = table_placements(arm.start, held, points_beside(held, neighbour, side))
         place_name = f"{side} of {target}"
         if not spots:
             raise occupied(held.id, place_name, blocking)

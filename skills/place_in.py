@@ -12,8 +12,8 @@ from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
-from robosandbox.world.relations import Relation, contents, inside
-from robosandbox.world.spots import spots_in
+from robosandbox.world.placement_sampling import placements_in
+from robosandbox.world.relations import MeasuredRelation, contents, inside
 
 
 class PlaceIn(Skill):
@@ -60,7 +60,7 @@ class PlaceIn(Skill):
         vessel = arm.find(container)
         held_in = {name for name, _ in contents(arm.start.objects, vessel)} - {held.id}
         there = [item for item in arm.start.objects if item.id in held_in and not item.shape.is_granular]
-        spots = list(spots_in(vessel, held, there))
+        spots = list(placements_in(vessel, held, there))
         if not spots:
             raise occupied(held.id, container, [item.id for item in there])
         return place(
@@ -74,6 +74,6 @@ class PlaceIn(Skill):
         )
 
 
-def _in(placed: DetectedObject, vessel: DetectedObject) -> Relation:
+def _in(placed: DetectedObject, vessel: DetectedObject) -> MeasuredRelation:
     """Tell whether something is in a container; a look that takes that for no container shows nothing of it."""
-    return inside(placed, vessel) if vessel.shape.holds_things else Relation(holds=False)
+    return inside(placed, vessel) if vessel.shape.holds_things else MeasuredRelation(holds=False)

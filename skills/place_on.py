@@ -12,8 +12,8 @@ from robosandbox.types import SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, Fact, fact
+from robosandbox.world.placement_sampling import placement_on
 from robosandbox.world.relations import on_top
-from robosandbox.world.spots import spot_on
 
 
 class PlaceOn(Skill):
@@ -52,7 +52,7 @@ class PlaceOn(Skill):
         return place(
             arm,
             held,
-            [spot_on(held, base)],
+            [placement_on(held, base)],
             skill=self.name,
             target=target,
             allowed=(target,),

@@ -270,7 +270,7 @@ def _tipping(
     for angle in np.arange(0.0, max(_TILTS) + _STEP, _STEP):
         rotation = matrix_about_axis(axis, float(angle)) @ turn @ level.rotation
         there = Pose.from_matrix(pivot - rotation @ lip, rotation)
-        # What hangs below the lip stays over the target's rim as well.
+        # The part of the container below the lip stays over the target's rim as well.
         hangs = float(pivot[2]) - bottom(replace(held, pose=there))
         poses.append(raised(there, max(hangs, 0.0)))
     return poses

@@ -32,12 +32,12 @@ class SkillContext(Protocol):
     def what_if(self) -> bool: ...
     @property
     def max_force_n(self) -> float:
-        """With how many newtons a skill may press what it is to move."""
+        """Largest force on the object that a skill manipulates, N."""
         ...
 
     @property
     def tempo(self) -> Tempo:
-        """How fast the arm goes in each situation."""
+        """Speeds of the arm in each situation."""
         ...
 
     def look(self, *names: str) -> ObservedScene:

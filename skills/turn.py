@@ -20,8 +20,8 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import TURN_TOLERANCE, turn_between
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import Relation, bottom, centre, inside, on_top
-from robosandbox.world.spots import turning_spot, yaw_to_align
+from robosandbox.world.placement_sampling import turning_placement, yaw_to_align
+from robosandbox.world.relations import MeasuredRelation, bottom, centre, inside, on_top
 from robosandbox.world.standing import AT_TOLERANCE
 
 # Number of grips that a turn may take; chosen because an arm's last joint goes about half a turn at a time, and what is
@@ -176,7 +176,7 @@ class Turn(Skill):
             place(
                 arm,
                 held,
-                [turning_spot(before, left)],
+                [turning_placement(before, left)],
                 skill=self.name,
                 target="table",
                 allowed=support,
@@ -197,8 +197,10 @@ def _under(item: DetectedObject, scene: ObservedScene) -> tuple[str, ...]:
     return ("table", *below)
 
 
-def _stayed(before: DetectedObject, placed: DetectedObject) -> Relation:
+def _stayed(before: DetectedObject, placed: DetectedObject) -> MeasuredRelation:
     """Tell whether an object stands where it stood."""
     off = math.dist(centre(before)[:2], centre(placed)[:2])
     lifted = abs(bottom(placed) - bottom(before))
-    return Relation(off < AT_TOLERANCE and lifted < AT_TOLERANCE, {"off_mm": 1e3 * off, "step_mm": 1e3 * lifted})
+    return MeasuredRelation(
+        off < AT_TOLERANCE and lifted < AT_TOLERANCE, {"off_mm": 1e3 * off, "step_mm": 1e3 * lifted}
+    )

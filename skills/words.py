@@ -1,4 +1,4 @@
-"""What makes a skill sayable: its verbs, and the phrases that fill its arguments, as data that a planner's grammar reads."""
+"""Words of a skill, its verbs and the phrases that fill its arguments, as data that a planner's grammar reads."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slot:
-    """What may be said behind a verb and its object, and which argument it fills.
+    """Words that may follow a verb and its object, and the argument that they fill.
 
     Attributes:
         argument: Of the skill.
@@ -27,7 +27,7 @@ class Slot:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Words:
-    """How people ask for a skill.
+    """Words with which people ask for a skill.
 
     Attributes:
         verbs: In their base form; "{}" marks the object where words follow it, as in "set {} upright".

@@ -1,4 +1,4 @@
-"""Whether a task has succeeded: its criterion at the end of an episode, while things come to lie still, and two seconds on."""
+"""Evaluation of a task: its criterion at the end of an episode, while things come to lie still, and two seconds on."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from robosandbox.driver import Driver, Refereed, Simulated, simulated
 from robosandbox.tasks.judge.checks import Check
-from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.rest import any_moved, rests_for_good
 from robosandbox.tasks.success import AllOf, merged
 from robosandbox.types import Truth, Verdict
@@ -64,15 +64,15 @@ def longest_hold(check: Check) -> float:
     return max([check.hold_s, *(longest_hold(child) for _, child in check.children())])
 
 
-def _still_holds(check: Check, start: Truth, now: Truth, elapsed: float, *, settled: bool) -> Finding:
+def _still_holds(check: Check, start: Truth, now: Truth, elapsed: float, *, settled: bool) -> Judgement:
     """Evaluate what has to hold `elapsed` seconds after the end: all of it until everything lies still."""
     if not settled:
         return check.evaluate(start, now)
     if elapsed > longest_hold(check) + 1e-6:
-        return Finding(True)
+        return Judgement(True)
     if isinstance(check, AllOf) and elapsed > check.hold_s + 1e-6:
         found = [_still_holds(child, start, now, elapsed, settled=True) for child in check.checks]
-        return Finding(all(found), merged(check.checks, found))
+        return Judgement(all(found), merged(check.checks, found))
     return check.evaluate(start, now)
 
 

@@ -10,7 +10,7 @@ from pydantic import field_validator
 from robosandbox.errors import InputError
 from robosandbox.tasks.judge.attitude import Upright
 from robosandbox.tasks.judge.checks import AtHome, Beside, Check, Closed, Inside, Lifted, On, Opened
-from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.place_checks import At
 from robosandbox.types import Truth
 from robosandbox.world.contracts import lookup
@@ -32,7 +32,7 @@ _CHECKS: dict[str, Callable[..., Check]] = {
 }
 
 
-class Goal(Check):
+class GoalReached(Check):
     """Every relation of a goal, written as in "on(red_cube, blue_block), closed(drawer)"."""
 
     kind: Literal["goal"]
@@ -56,13 +56,13 @@ class Goal(Check):
         """Return the check of each relation, by the relation itself."""
         yield from ((f"relations[{number}]", check) for number, check in enumerate(self._checks()))
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Evaluate each."""
         found = [check.evaluate(start, now) for check in self._checks()]
         detail: dict[str, float] = {}
         for one, finding in zip(parse_facts(self.relations), found, strict=True):
             detail.update({f"{one}.{key}": value for key, value in finding.detail.items()})
-        return Finding(all(found), detail)
+        return Judgement(all(found), detail)
 
     def settled(self, start: Truth, now: Truth) -> Iterator[str]:
         """Yield those of each."""

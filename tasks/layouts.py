@@ -1,4 +1,4 @@
-"""How a task's episodes begin: which scene, and which configuration of the arm, a seed stands for."""
+"""Layouts of a task: the scene and the arm's configuration for each seed."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Layouts:
 
     @property
     def begin_as_written(self) -> bool:
-        """Whether seed 0 is the scene as written with the arm at home."""
+        """True where seed 0 is the scene as written with the arm at home."""
         return self._task.start_q is None
 
     def lay_out(self, seed: int, put: Callable[[Scene, Array], Result]) -> Result:

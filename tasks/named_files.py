@@ -21,7 +21,7 @@ _USUAL_MESHES = ("nontextured.stl", "textured.obj", "textured_simple.obj")
 
 
 class YcbObject(StrictModel):
-    """What `<name>.robosandbox.yaml` in an object's folder says of it.
+    """Content of `<name>.robosandbox.yaml` in an object's folder.
 
     Attributes:
         visual_mesh: Its mesh, in the same folder; its convex hull is what collides.

@@ -39,7 +39,7 @@ NO_EXTENTS: Extents = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How an episode begins.
+    """Start of an episode.
 
     Attributes:
         scene: With the task's structure and this seed's numbers.

@@ -1,4 +1,4 @@
-"""When a task has succeeded: checks and what joins them, written in the task file and verified when it is loaded."""
+"""Success criteria of tasks: checks and what joins them, written in the task file and verified when it is loaded."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from robosandbox.tasks.goals import Goal
+from robosandbox.tasks.goals import GoalReached
 from robosandbox.tasks.judge.attitude import Upright
 from robosandbox.tasks.judge.checks import (
     AtHome,
@@ -23,7 +23,7 @@ from robosandbox.tasks.judge.checks import (
     Tapped,
     Undisturbed,
 )
-from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.place_checks import At, InPlaceOf
 from robosandbox.tasks.judge.poured import Poured
 from robosandbox.types import Truth
@@ -39,10 +39,10 @@ class AllOf(Check):
         """Return the checks inside this one, each with its field."""
         yield from ((f"checks[{index}]", check) for index, check in enumerate(self.checks))
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Evaluate each."""
         found = [check.evaluate(start, now) for check in self.checks]
-        return Finding(all(found), merged(self.checks, found))
+        return Judgement(all(found), merged(self.checks, found))
 
     def settled(self, start: Truth, now: Truth) -> Iterator[str]:
         """Yield those of each."""
@@ -60,10 +60,10 @@ class AnyOf(Check):
         """Return the checks inside this one, each with its field."""
         yield from ((f"checks[{index}]", check) for index, check in enumerate(self.checks))
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Evaluate each."""
         found = [check.evaluate(start, now) for check in self.checks]
-        return Finding(any(found), merged(self.checks, found))
+        return Judgement(any(found), merged(self.checks, found))
 
     def settled(self, start: Truth, now: Truth) -> Iterator[str]:
         """Yield those of each that holds."""
@@ -82,10 +82,10 @@ class NotOf(Check):
         """Return the checks inside this one, each with its field."""
         yield "check", self.check
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Evaluate it and turn the answer round."""
         found = self.check.evaluate(start, now)
-        return Finding(not found.holds, found.detail)
+        return Judgement(not found.holds, found.detail)
 
 
 Criterion = Annotated[
@@ -104,7 +104,7 @@ Criterion = Annotated[
     | Tapped
     | AtHome
     | Undisturbed
-    | Goal
+    | GoalReached
     | AllOf
     | AnyOf
     | NotOf,
@@ -115,7 +115,7 @@ for _joined in (AllOf, AnyOf, NotOf):
     _joined.model_rebuild()
 
 
-def merged(checks: Sequence[Check], found: Sequence[Finding]) -> dict[str, float]:
+def merged(checks: Sequence[Check], found: Sequence[Judgement]) -> dict[str, float]:
     """Return the measurements of several checks, each under the object that it is about if they are about several."""
     found_by_name: dict[str, float] = {}
     subjects = [_subject(check) for check in checks]

@@ -21,7 +21,7 @@ DEFAULT_RANDOMIZE_WITHOUT_OBJECTS = Randomize(q_jitter=0.1)
 
 
 class Task(StrictModel):
-    """What to say, where, and what counts as done.
+    """Task: prompt, scene and success criterion.
 
     Attributes:
         name: In lists and results.
@@ -68,7 +68,7 @@ class Task(StrictModel):
 
     @property
     def randomization(self) -> Randomize:
-        """How far seeds may differ, the default filled in."""
+        """Randomization of the other seeds, with the default filled in."""
         if self.randomize is not None:
             return self.randomize
         return DEFAULT_RANDOMIZE if self.scene.objects else DEFAULT_RANDOMIZE_WITHOUT_OBJECTS

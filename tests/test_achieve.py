@@ -23,12 +23,12 @@ from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
 from robosandbox.workcell.session import open_session
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.achieve import achieve
-from robosandbox.world.clash import clash
+from robosandbox.world.achievers import Achievers
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, Fact, fact, parse_facts
+from robosandbox.world.goal_conflicts import find_conflict
 from robosandbox.world.predicate import View
 from robosandbox.world.verifier import Constraints, verify
-from robosandbox.world.ways import Ways
 
 SKILLS = load_skills()
 HALF = 0.02
@@ -176,7 +176,7 @@ def test_goals_that_exclude_one_another_are_told(goal: str, cause: str) -> None:
 
 def test_things_of_one_tower_that_go_to_the_table_do_not_exclude_one_another() -> None:
     goals = parse_facts("on(c, table), on(d, table), on(a, d), on(b, c)")
-    assert clash(goals, TOWER, Ways(SKILLS), Abilities()) is None
+    assert find_conflict(goals, TOWER, Achievers(SKILLS), Abilities()) is None
 
 
 def test_what_is_in_the_way_is_put_back_where_that_is_asked() -> None:

@@ -9,8 +9,8 @@ import pytest
 from support.listening import on_calls
 
 from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FinalReason, Planned, Thought
-from robosandbox.agent.llm import known
-from robosandbox.apps.conformance.openai_server import Answer, Script, ScriptedServer, fails, says, tool_calls
+from robosandbox.agent.llm import endpoint_capabilities
+from robosandbox.apps.conformance.openai_server import HttpAnswer, Script, ScriptedServer, fails, says, tool_calls
 from robosandbox.errors import InputError, UnreachableError
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -24,7 +24,7 @@ FINISH = ("finish", '{"summary": "It is in the bin.", "holds": ["inside(red_cube
 
 @pytest.fixture(autouse=True)
 def _nothing_is_known_of_servers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(known, "_OF_THIS_PROCESS", known.KnownEndpoints())
+    monkeypatch.setattr(endpoint_capabilities, "_PROCESS_CACHE", endpoint_capabilities.EndpointCache())
     for name in ("OPENAI_BASE_URL", "HTTP_PROXY", "http_proxy", "ALL_PROXY", "all_proxy"):
         monkeypatch.delenv(name, raising=False)
 
@@ -158,7 +158,7 @@ def test_goals_are_reached_by_calls_that_are_searched_for(world: EmbeddedWorkcel
 
 
 def test_a_model_cannot_finish_after_a_failure_and_obeys_a_repair(world: EmbeddedWorkcell) -> None:
-    def spoil(body: dict[str, Any]) -> Answer:
+    def spoil(body: dict[str, Any]) -> HttpAnswer:
         # The cube is taken out of the gripper's way once, before the pick begins.
         del body
         _fail_once(world)
@@ -188,7 +188,7 @@ def _fail_once(world: EmbeddedWorkcell) -> None:
     leave = on_calls(world.ctx.events, refuse)
 
 
-FORMS: dict[str, Answer] = {
+FORMS: dict[str, HttpAnswer] = {
     "JSON by the schema": says(
         '{"thought": "It is red.", "call": {"name": "pick", "arguments": {"object": "red_cube"}}}'
     ),
@@ -235,7 +235,7 @@ def test_every_usual_form_of_a_call_is_understood(world: EmbeddedWorkcell, form:
     ],
 )
 def test_a_form_that_cannot_be_read_is_corrected_and_the_model_obeys(
-    world: EmbeddedWorkcell, answer: Answer, told: str
+    world: EmbeddedWorkcell, answer: HttpAnswer, told: str
 ) -> None:
     refuse = tool_calls(call("refuse", code="unsupported", message="No."))
     with ScriptedServer(NO_SCHEMA, answer, refuse) as server:

@@ -7,7 +7,7 @@ import pytest
 
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.change_detection import Reference, changed, disparity_of, table_disparity
-from robosandbox.perception.frame import Table
+from robosandbox.perception.frame import TablePrior
 from robosandbox.sim.sensors import SENSORS, perfect_intrinsics
 from robosandbox.types import PictureWindow, Pose, RgbdFrame
 from robosandbox.workcell.session import open_session
@@ -114,7 +114,7 @@ def test_the_bare_table_has_the_disparity_of_its_plane():
     down = np.diag([1.0, -1.0, -1.0])
     lens = perfect_intrinsics(SIZE, 0.8)
     everywhere = ~NOTHING
-    found = table_disparity(lens, down, np.array([0.0, 0.0, 1.04]), Table(0.04, half_extent=0.3), everywhere)
+    found = table_disparity(lens, down, np.array([0.0, 0.0, 1.04]), TablePrior(0.04, half_extent=0.3), everywhere)
     found = found.reshape(SIZE)
     assert found[240, 320] == pytest.approx(1.0, abs=1e-6)
     beside = int(320 + 0.31 * lens.fx)
@@ -122,7 +122,7 @@ def test_the_bare_table_has_the_disparity_of_its_plane():
 
 
 def test_nothing_is_told_before_anything_was_seen():
-    assert Attention(Table(0.04))._views(None, {}, None, None, everywhere=True) == {}
+    assert Attention(TablePrior(0.04))._views(None, {}, None, None, everywhere=True) == {}
 
 
 class Counted:

@@ -22,7 +22,7 @@ from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.tasks.loader import bundled_tasks, load_task
 from robosandbox.tasks.task import Task
 from robosandbox.validation import validate
-from robosandbox.world.kept import kept
+from robosandbox.world.episode_cache import cached_for_episode
 
 CUBE = {
     "id": "red_cube",
@@ -113,15 +113,15 @@ def test_a_fault_while_a_world_is_laid_out_is_an_error_row(monkeypatch: pytest.M
 
 def test_errors_are_tried_again_by_a_bench_that_goes_on(tmp_path: Path) -> None:
     path, settings = tmp_path / "rows.jsonl", BenchSettings()
-    kept = ResultsFile.resume(path, settings)
-    assert [row.result for row in run_bench([task("home_0"), sunk("late")], 1, kept=kept)] == ["OK", "ERROR"]
-    kept.close()
-    kept = ResultsFile.resume(path, settings)
-    assert kept.holds("home_0", 0) and not kept.holds("late", 0)
+    earlier = ResultsFile.resume(path, settings)
+    assert [row.result for row in run_bench([task("home_0"), sunk("late")], 1, earlier=earlier)] == ["OK", "ERROR"]
+    earlier.close()
+    earlier = ResultsFile.resume(path, settings)
+    assert earlier.holds("home_0", 0) and not earlier.holds("late", 0)
     ran: list[Row] = []
     # Repaired meanwhile.
-    rows = list(run_bench([task("home_0"), task("late")], 1, kept=kept, on_row=ran.append))
-    kept.close()
+    rows = list(run_bench([task("home_0"), task("late")], 1, earlier=earlier, on_row=ran.append))
+    earlier.close()
     assert [row.result for row in rows] == ["OK", "OK"] and [row.task for row in ran] == ["late"]
     assert ResultsFile.resume(path, settings).find("late", 0) == ran[0]
 
@@ -257,7 +257,7 @@ def test_bundled_tasks_are_all_tried_before_the_first_row() -> None:
 def test_what_was_kept_of_a_layout_is_forgotten_with_the_next() -> None:
     asked: list[int] = []
 
-    @kept(4)
+    @cached_for_episode(4)
     def twice(number: int) -> int:
         asked.append(number)
         return 2 * number

@@ -10,7 +10,7 @@ from robosandbox.agent.planner import StubPlanner
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
 from robosandbox.workcell.session import open_session
-from robosandbox.world.whereabouts import where
+from robosandbox.world.locations import location_of
 
 
 def thing(
@@ -146,6 +146,6 @@ def test_the_agent_looks_into_a_drawer_that_it_has_opened_and_goes_on(sentence: 
         episode = cell.run(sentence)
         assert [step.call.skill for step in episode.steps] == ["open_drawer", "pick", "place_in"] and episode.success
         scene = cell.observe()
-        place = where(scene, scene.find("red_cube"))  # type: ignore[arg-type]
+        place = location_of(scene, scene.find("red_cube"))  # type: ignore[arg-type]
         assert place is not None and place.arguments[1] == "drawer"
         assert episode.plan is not None and len(episode.plan.steps) == 3

@@ -11,7 +11,7 @@ from support.hostile import HOSTILE, picture_of
 
 from robosandbox.agent.episode import Consulted, Thought
 from robosandbox.agent.language.bounds import bounds_of
-from robosandbox.agent.llm import known
+from robosandbox.agent.llm import endpoint_capabilities
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.pictures import _drawn
 from robosandbox.agent.llm.planner import LLMPlanner
@@ -31,7 +31,7 @@ PROMPT = "pick up the red cube, but do not touch the blue cube"
 
 @pytest.fixture(autouse=True)
 def _nothing_is_known_of_servers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(known, "_OF_THIS_PROCESS", known.KnownEndpoints())
+    monkeypatch.setattr(endpoint_capabilities, "_PROCESS_CACHE", endpoint_capabilities.EndpointCache())
 
 
 def cube(name: str, colour: str, y: float) -> DetectedObject:

@@ -13,9 +13,9 @@ import pytest
 from pydantic_ai.messages import ModelResponse, TextPart, ToolCallPart
 
 from robosandbox.agent.episode import Planned, Writing
-from robosandbox.agent.llm import known
-from robosandbox.agent.llm.draft import Draft
-from robosandbox.agent.llm.known import KnownEndpoints
+from robosandbox.agent.llm import endpoint_capabilities
+from robosandbox.agent.llm.draft import AnswerStream
+from robosandbox.agent.llm.endpoint_capabilities import EndpointCache
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.overheard import overheard
 from robosandbox.agent.planners import make_planner
@@ -23,7 +23,7 @@ from robosandbox.agent.usage import Exchange, Usage
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import EXIT_DONE, run_app
 from robosandbox.apps.commands.live import LiveView
-from robosandbox.apps.conformance.openai_server import Answer, ScriptedServer, fails, plan, says
+from robosandbox.apps.conformance.openai_server import HttpAnswer, ScriptedServer, fails, plan, says
 from robosandbox.apps.conformance.openai_stream import chat_events
 from robosandbox.errors import PlannerUnavailableError
 from robosandbox.skills.catalogue import load_skills
@@ -52,10 +52,10 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def begin(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    monkeypatch.setattr(known, "_OF_THIS_PROCESS", KnownEndpoints(file))
+    monkeypatch.setattr(endpoint_capabilities, "_PROCESS_CACHE", EndpointCache(file))
 
 
-def stalling(whole: Answer) -> Answer:
+def stalling(whole: HttpAnswer) -> HttpAnswer:
     """Return an answer of which the last tenth does not come."""
     return replace(whole, send=len(chat_events(json.loads(whole.body))) * 9 // 10, then="stall")
 
@@ -107,12 +107,12 @@ def test_what_is_known_of_one_model_is_not_said_of_another() -> None:
 
 
 def test_a_month_later_a_server_is_probed_anew(monkeypatch: pytest.MonkeyPatch, state: Path) -> None:
-    learnt = KnownEndpoints(state)
+    learnt = EndpointCache(state)
     learnt.learn(("openai", "http://127.0.0.1:1/v1", "m"), mode=Mode.TEXT)
     rows = json.loads(state.read_text())
-    assert KnownEndpoints(state).of(("openai", "http://127.0.0.1:1/v1", "m")).mode is Mode.TEXT
+    assert EndpointCache(state).of(("openai", "http://127.0.0.1:1/v1", "m")).mode is Mode.TEXT
     state.write_text(json.dumps([{**rows[0], "since": time.time() - 40 * 86_400}]))
-    assert KnownEndpoints(state).of(("openai", "http://127.0.0.1:1/v1", "m")).mode is None
+    assert EndpointCache(state).of(("openai", "http://127.0.0.1:1/v1", "m")).mode is None
 
 
 @pytest.mark.parametrize(
@@ -139,11 +139,11 @@ def test_a_disk_that_cannot_be_written_is_no_hindrance(monkeypatch: pytest.Monke
 
 
 def test_two_processes_keep_what_each_has_learnt(state: Path) -> None:
-    first, second = KnownEndpoints(state), KnownEndpoints(state)
+    first, second = EndpointCache(state), EndpointCache(state)
     first.of(("openai", "a", "m")), second.of(("openai", "a", "m"))
     first.learn(("openai", "a", "m"), mode=Mode.TEXT)
     second.learn(("openai", "b", "m"), streams=True)
-    third = KnownEndpoints(state)
+    third = EndpointCache(state)
     assert third.of(("openai", "a", "m")).mode is Mode.TEXT and third.of(("openai", "b", "m")).streams is True
 
 
@@ -163,7 +163,7 @@ TWO = {"steps": [{"skill": "pick", "arguments": {"object": "red_cube"}}, {"skill
     ],
 )
 def test_thought_and_calls_are_told_and_the_plan_is_the_same(
-    monkeypatch: pytest.MonkeyPatch, service: str, script: list[Answer], thought: str
+    monkeypatch: pytest.MonkeyPatch, service: str, script: list[HttpAnswer], thought: str
 ) -> None:
     monkeypatch.setattr("robosandbox.agent.llm.draft._PAUSE", 0.0)
     heard: list[Writing] = []
@@ -204,12 +204,12 @@ def test_a_server_that_does_not_stream_is_asked_once(state: Path) -> None:
     "broken",
     [
         lambda whole: replace(whole, send=1500, then="drop"),
-        lambda whole: Answer(body=b'{"choices": 3}'),
-        lambda whole: Answer(body=b"no json"),
+        lambda whole: HttpAnswer(body=b'{"choices": 3}'),
+        lambda whole: HttpAnswer(body=b"no json"),
         lambda whole: fails(503, "busy", retry_after="0"),
     ],
 )
-def test_a_stream_that_breaks_is_asked_for_again(broken: Callable[[Answer], Answer]) -> None:
+def test_a_stream_that_breaks_is_asked_for_again(broken: Callable[[HttpAnswer], HttpAnswer]) -> None:
     whole = says(json.dumps({"answer": TWO}))
     with ScriptedServer(broken(whole), whole, whole) as server, overheard(lambda event: None):
         assert len(ask(server).steps) == 2
@@ -265,7 +265,7 @@ def test_an_agent_tells_what_is_written_before_what_is_planned() -> None:
 
 def test_only_calls_that_are_complete_are_told() -> None:
     heard: list[Writing] = []
-    draft = Draft(heard.append)
+    draft = AnswerStream(heard.append)
     text = json.dumps({"thought": "Both of them.", "call": {"name": "pick", "arguments": {"object": "red_cube"}}})
     for end in range(0, len(text) + 1, 3):
         draft.show(ModelResponse(parts=[TextPart(text[:end])]), whole=False)
@@ -276,7 +276,7 @@ def test_only_calls_that_are_complete_are_told() -> None:
 
 def test_a_native_call_is_told_when_the_next_one_begins() -> None:
     heard: list[Writing] = []
-    draft = Draft(heard.append)
+    draft = AnswerStream(heard.append)
     first = ToolCallPart("pick", '{"object": "red_cube"}', tool_call_id="a")
     draft.show(ModelResponse(parts=[first]), whole=False)
     draft.show(ModelResponse(parts=[first, ToolCallPart("home", "", tool_call_id="b")]), whole=False)

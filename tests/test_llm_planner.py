@@ -17,7 +17,7 @@ from hypothesis import given, strategies as st
 from pydantic_ai.messages import ModelResponse, TextPart
 
 from robosandbox.agent.episode import FailedAttempt, FinalReason
-from robosandbox.agent.llm import known
+from robosandbox.agent.llm import endpoint_capabilities
 from robosandbox.agent.llm.answer import answer_tools, read_answer
 from robosandbox.agent.llm.auto import AutoPlanner
 from robosandbox.agent.llm.forms import MisuseError, find_answer
@@ -30,7 +30,7 @@ from robosandbox.agent.usage import Usage, metered
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
 from robosandbox.apps.conformance.openai_server import (
-    Answer,
+    HttpAnswer,
     Script,
     ScriptedServer,
     fails,
@@ -53,7 +53,7 @@ PICK = plan(("pick", {"object": "red_cube"}))
 
 @pytest.fixture(autouse=True)
 def _nothing_is_known_of_servers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(known, "_OF_THIS_PROCESS", known.KnownEndpoints())
+    monkeypatch.setattr(endpoint_capabilities, "_PROCESS_CACHE", endpoint_capabilities.EndpointCache())
 
 
 @pytest.fixture(autouse=True)
@@ -138,7 +138,7 @@ def test_the_schema_sent_has_the_skills_own_arguments_and_the_ids_that_fit_them(
 # How it is asked.
 
 
-def without_schema(answer: Answer) -> Callable[[dict[str, Any]], Answer]:
+def without_schema(answer: HttpAnswer) -> Callable[[dict[str, Any]], HttpAnswer]:
     """Return a script's line that refuses JSON by schema, and else gives an answer."""
     return lambda body: fails(400, "response_format is not supported") if "response_format" in body else answer
 
@@ -313,7 +313,7 @@ def test_reading_any_text_ends_in_a_call_or_a_correction(text: str) -> None:
         (plan(*[("home", {})] * 41), "at most 40"),
     ],
 )  # fmt: skip
-def test_misuse_is_told_to_the_model_which_then_plans_right(answer: Answer, told: str) -> None:
+def test_misuse_is_told_to_the_model_which_then_plans_right(answer: HttpAnswer, told: str) -> None:
     with ScriptedServer(answer, PICK) as server:
         assert picks(ask(server))
     assert len(server.requests) == 2 and told in messages(server.requests[1]), messages(server.requests[1])[-600:]
@@ -329,7 +329,7 @@ def test_misuse_is_told_to_the_model_which_then_plans_right(answer: Answer, told
         says("Sure!"),
     ],
 )
-def test_misuse_without_end_is_a_typed_error_after_four_turns(answer: Answer) -> None:
+def test_misuse_without_end_is_a_typed_error_after_four_turns(answer: HttpAnswer) -> None:
     with ScriptedServer(*[answer] * 9) as server, pytest.raises(PlannerAnswerError, match="in 4 turns"):
         ask(server)
     assert len(server.requests) == 4
@@ -384,7 +384,7 @@ def test_server_errors_without_end_are_unavailable_after_four_attempts() -> None
 
 
 def test_a_stalled_answer_ends_at_the_time_limit() -> None:
-    stalled = Answer(body=PICK.body, send=20, then="stall")
+    stalled = HttpAnswer(body=PICK.body, send=20, then="stall")
     # The answer stalls for good, so that only the limit can end it.
     told = r"no complete answer within 0\.7 s"
     with ScriptedServer(stalled) as server, pytest.raises(PlannerUnavailableError, match=told):
@@ -393,7 +393,7 @@ def test_a_stalled_answer_ends_at_the_time_limit() -> None:
 
 @pytest.mark.parametrize("mode", ["plan", "act"])
 def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path, mode: str) -> None:
-    with ScriptedServer(Answer(body=PICK.body, send=20, then="stall")) as server:
+    with ScriptedServer(HttpAnswer(body=PICK.body, send=20, then="stall")) as server:
         command = [
             "run",
             "pick up the red cube",
@@ -424,13 +424,13 @@ def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path, mode: st
 
 
 def test_a_dropped_connection_is_retried() -> None:
-    with ScriptedServer(Answer(body=PICK.body, send=20, then="drop"), PICK) as server:
+    with ScriptedServer(HttpAnswer(body=PICK.body, send=20, then="drop"), PICK) as server:
         assert picks(ask(server))
     assert len(server.requests) == 2
 
 
 def test_an_answer_that_is_no_json_at_all_is_retried() -> None:
-    with ScriptedServer(Answer(body=b"<html>welcome</html>"), PICK) as server:
+    with ScriptedServer(HttpAnswer(body=b"<html>welcome</html>"), PICK) as server:
         assert picks(ask(server))
     assert len(server.requests) == 2
 
@@ -455,13 +455,16 @@ def test_an_answer_that_is_no_json_at_all_is_retried() -> None:
 )
 def test_an_answer_of_the_wrong_shape_ends_in_a_plan_or_a_typed_error(body: str) -> None:
     """Some of these are answers that say nothing, and some no answers; both are asked for again."""
-    with ScriptedServer(Answer(body=body.encode()), PICK) as server:
+    with ScriptedServer(HttpAnswer(body=body.encode()), PICK) as server:
         assert picks(ask(server))
     assert len(server.requests) == 2
 
 
 def test_a_huge_answer_is_not_read_to_its_end() -> None:
-    with ScriptedServer(Answer(body=b"[" * 50_000_000)) as server, pytest.raises(PlannerAnswerError, match="1,000,000"):
+    with (
+        ScriptedServer(HttpAnswer(body=b"[" * 50_000_000)) as server,
+        pytest.raises(PlannerAnswerError, match="1,000,000"),
+    ):
         ask(server)
     assert len(server.requests) == 1
 
@@ -469,7 +472,7 @@ def test_a_huge_answer_is_not_read_to_its_end() -> None:
 def test_a_packed_answer_is_not_unpacked() -> None:
     import gzip
 
-    bomb = Answer(body=gzip.compress(b" " * 100_000_000), headers={"content-encoding": "gzip"})
+    bomb = HttpAnswer(body=gzip.compress(b" " * 100_000_000), headers={"content-encoding": "gzip"})
     with ScriptedServer(bomb) as server, pytest.raises(PlannerAnswerError, match="packed"):
         ask(server)
 
@@ -583,7 +586,7 @@ def test_a_failure_goes_to_the_model_with_evidence_repairs_and_what_was_not_begu
         error=unreachable((Repair(calls=(pull,), why="closer", cost=2.0),)),
     )
 
-    def answer(body: dict[str, Any]) -> Answer:
+    def answer(body: dict[str, Any]) -> HttpAnswer:
         """Do what the evidence suggests, and only if it is there."""
         said = messages(body)
         told = ["joint4", "0.123", "place_in(container=bin_a)", "home()", "closer"]
@@ -599,7 +602,7 @@ def test_a_failure_goes_to_the_model_with_evidence_repairs_and_what_was_not_begu
 def test_the_agent_replans_on_real_physics_with_the_evidence() -> None:
     """The far cube is out of reach; the model reads so from the error and takes the near one."""
 
-    def second(body: dict[str, Any]) -> Answer:
+    def second(body: dict[str, Any]) -> HttpAnswer:
         if "unreachable" not in messages(body) or "position_error" not in messages(body):
             return refuse("impossible", "nothing was told")
         return plan(("pick", {"object": "near_cube"}))
@@ -704,7 +707,7 @@ def test_usage_is_counted_inside_a_running_loop_too() -> None:
 
 def test_the_time_limit_holds_for_a_prompt_with_its_new_plans() -> None:
     attempt = FailedAttempt(completed=(), failed=SkillCall(skill="home"), error=unreachable())
-    with ScriptedServer(Answer(body=PICK.body, send=20, then="stall"), PICK, PICK) as server:
+    with ScriptedServer(HttpAnswer(body=PICK.body, send=20, then="stall"), PICK, PICK) as server:
         asking = planner(server, time_limit=1.0)
         with pytest.raises(PlannerUnavailableError, match="within 1 s"):
             asking.plan("pick up the red cube", SCENE)
@@ -734,7 +737,7 @@ def test_what_was_recorded_is_replayed_without_a_server_and_without_a_key(
 
 def test_a_dropped_connection_is_recorded_and_replayed(tmp_path: Path) -> None:
     cassette = tmp_path / "talk.jsonl"
-    with ScriptedServer(Answer(body=PICK.body, send=20, then="drop"), PICK) as server:
+    with ScriptedServer(HttpAnswer(body=PICK.body, send=20, then="drop"), PICK) as server:
         assert picks(ask(server, cassette=cassette))
     assert json.loads(cassette.read_text().splitlines()[0])["failure"]["kind"] == "RemoteProtocolError"
     with ScriptedServer() as silent:
@@ -862,7 +865,7 @@ def test_the_language_benchmark_takes_a_model() -> None:
 # Anthropic's protocol.
 
 
-def tool_use(name: str, **arguments: Any) -> Answer:
+def tool_use(name: str, **arguments: Any) -> HttpAnswer:
     body = {
         "id": "msg_1",
         "type": "message",
@@ -873,7 +876,7 @@ def tool_use(name: str, **arguments: Any) -> Answer:
         "stop_sequence": None,
         "usage": {"input_tokens": 10, "output_tokens": 5},
     }
-    return Answer(body=json.dumps(body).encode())
+    return HttpAnswer(body=json.dumps(body).encode())
 
 
 def test_anthropics_models_plan_refuse_and_are_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -884,7 +887,9 @@ def test_anthropics_models_plan_refuse_and_are_corrected(monkeypatch: pytest.Mon
         tool_use("plan", steps=[wrong]),
         tool_use("plan", steps=[step]),
         tool_use("refuse", code="unsupported", message="I have no wings."),
-        Answer(status=529, body=b'{"type": "error", "error": {"type": "overloaded_error", "message": "overloaded"}}'),
+        HttpAnswer(
+            status=529, body=b'{"type": "error", "error": {"type": "overloaded_error", "message": "overloaded"}}'
+        ),
         tool_use("plan", steps=[step]),
     ]
     with ScriptedServer(*script) as server:
@@ -910,7 +915,7 @@ def test_anthropics_own_endpoint_needs_its_own_key(monkeypatch: pytest.MonkeyPat
     [(PICK,), (fails(400, "no schema"), PICK), (fails(400, "no schema"), fails(400, "no tools"), says(STEPS))],
     ids=["schema", "tools", "text"],
 )
-def test_openais_responses_are_asked_in_every_way(script: tuple[Answer, ...]) -> None:
+def test_openais_responses_are_asked_in_every_way(script: tuple[HttpAnswer, ...]) -> None:
     with ScriptedServer(*script) as server:
         asking = make_planner("responses", SKILLS, {"base_url": server.url, "model": "scripted"})
         assert picks(asking.plan("pick up the red cube", SCENE))
@@ -925,7 +930,7 @@ def test_a_misuse_is_corrected_over_openais_responses() -> None:
 
 
 def test_where_the_time_ends_among_attempts_the_last_cause_is_told() -> None:
-    stalled = Answer(body=PICK.body, send=20, then="stall")
+    stalled = HttpAnswer(body=PICK.body, send=20, then="stall")
     told = r"no answer within 2 s: HTTP 503: overloaded; try again later"
     with (
         ScriptedServer(fails(503, "overloaded"), stalled) as server,

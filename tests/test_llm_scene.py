@@ -9,7 +9,7 @@ import pytest
 from robosandbox.tasks.loader import bundled_tasks
 from robosandbox.types import DetectedObject, ObservedScene, Pose
 from robosandbox.workcell.session import open_session
-from robosandbox.world.described import describe_scene
+from robosandbox.world.scene_json import describe_scene
 
 
 def described(scene: ObservedScene) -> dict[str, dict[str, Any]]:

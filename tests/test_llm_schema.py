@@ -10,7 +10,7 @@ from support.flatness import unflat
 
 from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.llm.answer import answer_tools
-from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.forms import AnswerTool
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.pointing import TOOL as POINT
 from robosandbox.agent.llm.schema import decodable
@@ -116,7 +116,7 @@ def test_a_reference_that_leads_nowhere_allows_any_value() -> None:
     [*answer_tools(load_skills()), *acting_tools(load_skills(), can_ask=True, can_program=True), POINT],
     ids=lambda tool: tool.name,
 )
-def test_every_tool_that_a_model_is_sent_is_flat(tool: Tool) -> None:
+def test_every_tool_that_a_model_is_sent_is_flat(tool: AnswerTool) -> None:
     (sent,) = Mode.TOOLS.parameters([tool]).output_tools
     assert not list(unflat(sent.parameters_json_schema))
 

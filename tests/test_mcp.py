@@ -25,7 +25,7 @@ from support.processes import mcp_command, mcp_over_http
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import EXIT_USAGE, run_app
 from robosandbox.apps.mcp import tools
-from robosandbox.apps.mcp.robot import Robot
+from robosandbox.apps.mcp.robot import McpRobot
 from robosandbox.apps.mcp.server import build_server
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -50,8 +50,8 @@ async def over_http(*arguments: str) -> AsyncIterator[Client]:
             yield client
 
 
-def here(session: EmbeddedWorkcell, timeout: float = 120.0) -> Robot:
-    return Robot(session, timeout=timeout)
+def here(session: EmbeddedWorkcell, timeout: float = 120.0) -> McpRobot:
+    return McpRobot(session, timeout=timeout)
 
 
 @contextlib.asynccontextmanager

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from robosandbox.agent.llm import known
+from robosandbox.agent.llm import endpoint_capabilities
 from robosandbox.agent.partial import PartialReading, partial_reading
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
-from robosandbox.apps.conformance.openai_server import Answer, ScriptedServer, fails, plan, refuse, tool_calls
+from robosandbox.apps.conformance.openai_server import HttpAnswer, ScriptedServer, fails, plan, refuse, tool_calls
 from robosandbox.types import Plan, Refusal
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
@@ -25,7 +25,7 @@ def _world() -> Iterator[EmbeddedWorkcell]:
 
 @pytest.fixture
 def world(_world: EmbeddedWorkcell, monkeypatch: pytest.MonkeyPatch) -> EmbeddedWorkcell:
-    monkeypatch.setattr(known, "_OF_THIS_PROCESS", known.KnownEndpoints())
+    monkeypatch.setattr(endpoint_capabilities, "_PROCESS_CACHE", endpoint_capabilities.EndpointCache())
     _world.reset()
     return _world
 
@@ -102,7 +102,7 @@ def test_without_auto_and_for_what_the_grammar_plans_nothing_changes(world: Embe
     assert len(server.requests) == 1
 
 
-def call(name: str, **arguments: Any) -> Answer:
+def call(name: str, **arguments: Any) -> HttpAnswer:
     return tool_calls((name, json.dumps(arguments)))
 
 

@@ -11,7 +11,7 @@ from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
 from robosandbox.perception.drawers import find_drawers
-from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.fit import fit
 from robosandbox.perception.frame import check_frame
@@ -109,8 +109,8 @@ def test_a_shape_is_recovered_from_its_tangent_planes(shape):
     directions[:, 2] = abs(directions[:, 2])
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     top = centre + [0.0, 0.0, height]
-    surface = Surface(np.repeat(top[None], 12, axis=0), cameras[1], 500.0)
-    found = fit(shape, Evidence(rows, surface), 0.04)
+    surface = SurfacePoints(np.repeat(top[None], 12, axis=0), cameras[1], 500.0)
+    found = fit(shape, ShapeEvidence(rows, surface), 0.04)
     assert found is not None
     assert np.abs(found.centre - centre).max() < 0.0015
     assert np.abs(np.sort(found.sizes) - np.sort(sizes)).max() < 0.0015

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from robosandbox.motion.planning_scene import PlanningScenes
-from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
 from robosandbox.perception.fit import fit
-from robosandbox.perception.frame import Table
+from robosandbox.perception.frame import TablePrior
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
 from robosandbox.perception.occlusion import is_its_contents
-from robosandbox.perception.shape_prior import Known, candidates
+from robosandbox.perception.shape_prior import KnownShape, candidates
 from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.thing import Thing, described
 from robosandbox.perception.track import Track, update_from
@@ -46,9 +46,9 @@ def look_at_bin(middle, sizes, *, cameras=CAMERAS, tangents=32, confidence=1.0):
             values.append(float(normal @ camera))
     u = np.linspace(-0.95, 0.95, 9)
     rim = np.array([[x, y, 1.0] for x in u for y in (-0.95, 0.95)] + [[x, y, 1.0] for y in u for x in (-0.95, 0.95)])
-    seen = Evidence(
+    seen = ShapeEvidence(
         Rows(np.array(normals), np.array(values), np.full(len(values), 1.0 / 0.001)),
-        Surface(centre + rim * sizes, cameras[0], 1.0 / 0.002),
+        SurfacePoints(centre + rim * sizes, cameras[0], 1.0 / 0.002),
     )
     hull = fit("box", seen, TABLE)
     assert hull is not None
@@ -124,7 +124,7 @@ def test_what_was_let_go_of_is_looked_for_below():
 
     def is_candidate(x, z):
         moved = replace(seen.fit, centre=seen.fit.centre + [x, 0.0, z])
-        return bool(candidates(seen.group, [Known(moved, seen.group, 40)]))
+        return bool(candidates(seen.group, [KnownShape(moved, seen.group, 40)]))
 
     assert is_candidate(0.0, 0.0) and is_candidate(0.0, 0.15)
     assert not is_candidate(0.0, -0.15) and not is_candidate(0.15, 0.0)
@@ -151,7 +151,7 @@ def test_a_stranger_that_comes_to_look_like_what_was_lost_is_that(beside):
     tracker.lost["red_bin"] = Track("red_bin", thing)
     tracker.tracks["red_bin_2"] = Track("red_bin_2", look_at_bin((0.2, 0.1), BIN))
     tracker.strangers["red_bin_2"] = {"red_bin"} if beside else set()
-    tracker.update([look_at_bin((0.2, 0.1), BIN)], FrameSet(by_camera={}, table=Table(TABLE)), None, np.ones(3))
+    tracker.update([look_at_bin((0.2, 0.1), BIN)], FrameSet(by_camera={}, table=TablePrior(TABLE)), None, np.ones(3))
     assert [*tracker.tracks] == (["red_bin_2"] if beside else ["red_bin"])
 
 

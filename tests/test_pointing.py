@@ -8,7 +8,7 @@ import pytest
 
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import run_app
-from robosandbox.apps.conformance.openai_server import Answer, ScriptedServer, fails, says, tool_calls
+from robosandbox.apps.conformance.openai_server import HttpAnswer, ScriptedServer, fails, says, tool_calls
 from robosandbox.errors import PlannerAnswerError, PlannerUnavailableError
 from robosandbox.perception.protocols import Perception
 from robosandbox.plugins import load_plugin
@@ -40,7 +40,7 @@ def pixels() -> dict[str, tuple[float, float]]:
     return found
 
 
-def points(*items: tuple[str, float, float]) -> Answer:
+def points(*items: tuple[str, float, float]) -> HttpAnswer:
     return tool_calls(
         ("point", json.dumps({"objects": [{"name": n, "x": float(x), "y": float(y)} for n, x, y in items]}))
     )
@@ -49,7 +49,9 @@ def points(*items: tuple[str, float, float]) -> Answer:
 def session_on(server: ScriptedServer | None, cassette: Path | None = None, **options: object) -> EmbeddedWorkcell:
     url = server.url if server is not None else "http://127.0.0.1:9/v1"
     given = {"model": "scripted", "base_url": url, "cassette": cassette, **options}
-    return open_session("pick_from_three", perception="vlm", perception_options=given, sensor="realsense", dialogue=False)
+    return open_session(
+        "pick_from_three", perception="vlm", perception_options=given, sensor="realsense", dialogue=False
+    )
 
 
 @pytest.mark.gl

@@ -14,10 +14,10 @@ pytest.importorskip("pydantic_monty")
 from support.listening import on_calls
 
 from robosandbox.agent.episode import Episode
-from robosandbox.agent.llm import known
-from robosandbox.agent.llm.program import Ended, Program
+from robosandbox.agent.llm import endpoint_capabilities
+from robosandbox.agent.llm.program import Program, ProgramEnd
 from robosandbox.agent.planners import make_planner
-from robosandbox.apps.conformance.openai_server import Answer, Script, ScriptedServer, fails, tool_calls
+from robosandbox.apps.conformance.openai_server import HttpAnswer, Script, ScriptedServer, fails, tool_calls
 from robosandbox.errors import UnreachableError
 from robosandbox.types import SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -29,7 +29,7 @@ FINISH = tool_calls(("finish", '{"summary": "Done."}'))
 REFUSE = tool_calls(("refuse", '{"code": "impossible", "message": "No."}'))
 
 
-def run(code: str) -> tuple[list[str], Ended, str]:
+def run(code: str) -> tuple[list[str], ProgramEnd, str]:
     """Return the calls of a program, each of which succeeds, how it ended, and what it printed."""
     program = Program(
         code, TAKES, {"scene": lambda: {"objects": [{"id": "a"}, {"id": "b"}]}, "holds": lambda text: True}
@@ -39,7 +39,7 @@ def run(code: str) -> tuple[list[str], Ended, str]:
     while isinstance(at, SkillCall) and len(calls) < 50:
         calls.append(str(at))
         at = program.go_on({"ok": True, "done": []})
-    assert isinstance(at, Ended), calls
+    assert isinstance(at, ProgramEnd), calls
     return calls, at, program.printed
 
 
@@ -55,7 +55,7 @@ count
 """
     calls, end, printed = run(code)
     assert calls == ["pick(object=a)", "place_in(container=bin)", "pick(object=b)", "place_in(container=bin)"]
-    assert end == Ended(value=2) and printed.strip() == "moved 2"
+    assert end == ProgramEnd(value=2) and printed.strip() == "moved 2"
 
 
 def test_the_program_of_the_page_runs() -> None:
@@ -63,11 +63,11 @@ def test_the_program_of_the_page_runs() -> None:
     code = page.partition("```text\nmoved = 0")[2].partition("```")[0]
     scene = {"objects": [{"id": "ball", "colour": "red"}, {"id": "cup", "colour": "blue"}]}
     program = Program(f"moved = 0{code}", {**TAKES, "place_in": ["container"]}, {"scene": lambda: scene, "holds": bool})
-    assert str(program.begin()) == "Ended(value=0, error='')"
+    assert str(program.begin()) == "ProgramEnd(value=0, error='')"
     program = Program(f"moved = 0{code}", TAKES, {"scene": lambda: scene, "holds": lambda text: False})
     assert str(program.begin()) == "pick(object=ball)"
     assert str(program.go_on({"ok": True})) == "place_in(container=red_bin)"
-    assert program.go_on({"ok": True}) == Ended(value=1)
+    assert program.go_on({"ok": True}) == ProgramEnd(value=1)
 
 
 SECRET = "a secret of the host"
@@ -187,12 +187,12 @@ def _world() -> Iterator[EmbeddedWorkcell]:
 
 @pytest.fixture
 def world(_world: EmbeddedWorkcell, monkeypatch: pytest.MonkeyPatch) -> EmbeddedWorkcell:
-    monkeypatch.setattr(known, "_OF_THIS_PROCESS", known.KnownEndpoints())
+    monkeypatch.setattr(endpoint_capabilities, "_PROCESS_CACHE", endpoint_capabilities.EndpointCache())
     _world.reset()
     return _world
 
 
-def program(code: str) -> Answer:
+def program(code: str) -> HttpAnswer:
     return tool_calls(("program", json.dumps({"code": code})))
 
 
@@ -264,7 +264,7 @@ def test_a_failure_ends_the_program_and_the_model_goes_on(world: EmbeddedWorkcel
         leave()
         raise UnreachableError(f"{one}: out of reach")
 
-    def spoil(body: dict[str, Any]) -> Answer:
+    def spoil(body: dict[str, Any]) -> HttpAnswer:
         nonlocal leave
         del body
         leave = on_calls(world.ctx.events, refuse)

@@ -11,10 +11,10 @@ from robosandbox.tasks.judge import checks as judged
 from robosandbox.types import DetectedObject, ObjectKind, ObservedScene, Pose
 from robosandbox.world import relations
 from robosandbox.world.contracts import find
-from robosandbox.world.described import describe_scene
 from robosandbox.world.facts import fact
 from robosandbox.world.nearness import nearer
 from robosandbox.world.predicate import View
+from robosandbox.world.scene_json import describe_scene
 
 
 def thing(

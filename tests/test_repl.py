@@ -18,7 +18,7 @@ import pytest
 
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
-from robosandbox.apps.conformance.openai_server import Answer, ScriptedServer, fails, plan
+from robosandbox.apps.conformance.openai_server import HttpAnswer, ScriptedServer, fails, plan
 from robosandbox.apps.repl.completion import endings, verbs_for
 from robosandbox.apps.repl.history import open_history
 from robosandbox.apps.repl.link import Link
@@ -266,7 +266,7 @@ def test_a_robot_is_checked_tried_and_judged_in_the_conversation():
 def test_a_model_is_talked_to_ctrl_c_stops_its_thinking_and_its_faults_are_a_line(people):
     modes = pytest.importorskip("robosandbox.agent.llm.modes")
     picks = plan(("pick", {"object": "red_cube"}))
-    stalled = Answer(body=picks.body, send=20, then="stall")
+    stalled = HttpAnswer(body=picks.body, send=20, then="stall")
     # Each way of asking is tried, and refused.
     refusals = [fails(400, "no such field")] * len(modes.Mode)
     with ScriptedServer(stalled, stalled, picks, *refusals) as server:

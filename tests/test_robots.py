@@ -25,7 +25,7 @@ from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.locate import known_sidecar
-from robosandbox.shapes.triangles import Mesh, convex_parts
+from robosandbox.shapes.triangles import TriangleMesh, convex_parts
 from robosandbox.types import Scene, matrix_from_quat_xyzw
 from robosandbox.workcell.session import open_session
 
@@ -478,7 +478,7 @@ def test_hollow_mesh_is_cut_into_convex_parts():
         dtype=np.int32,
     )
     arms = [(cube * [0.02, 0.1, 0.02], faces), (cube * [0.1, 0.02, 0.02], faces + 8)]
-    angle = Mesh(np.concatenate([v for v, _ in arms]), np.concatenate([f for _, f in arms]))
+    angle = TriangleMesh(np.concatenate([v for v, _ in arms]), np.concatenate([f for _, f in arms]))
     assert len(convex_parts(angle)) >= 2
 
 

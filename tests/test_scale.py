@@ -55,8 +55,8 @@ def test_what_a_file_holds_is_not_run_again_and_the_rows_are_the_same(rows: list
     again = bench(*ours)
     told = file.read_bytes().splitlines(keepends=True)
     assert told[:3] == lines[:3] and len(told) == len(rows)
-    kept = [{**row, "secs": 0.0} for row in json.loads(again.stdout)]
-    assert kept == [{**row, "secs": 0.0} for row in json.loads(first.stdout)]
+    earlier = [{**row, "secs": 0.0} for row in json.loads(again.stdout)]
+    assert earlier == [{**row, "secs": 0.0} for row in json.loads(first.stdout)]
     assert [row["secs"] for row in json.loads(again.stdout)][:3] == [row["secs"] for row in json.loads(first.stdout)][
         :3
     ]
@@ -155,9 +155,9 @@ from robosandbox.apps.bench.results_file import ResultsFile
 from support.cluster import kill_head, local_cluster
 
 with local_cluster() as address:
-    kept, killed = ResultsFile.resume(Path(sys.argv[1]), BenchSettings()), []
+    earlier, killed = ResultsFile.resume(Path(sys.argv[1]), BenchSettings()), []
     try:
-        for row in run_bench([find_task("home")], 400, jobs=2, kept=kept, engine=RayEngine(2, address)):
+        for row in run_bench([find_task("home")], 400, jobs=2, earlier=earlier, engine=RayEngine(2, address)):
             killed = killed or [kill_head()]
     except ServiceUnavailableError as error:
         print(error, flush=True)
@@ -174,10 +174,10 @@ def test_a_head_that_dies_is_said_and_the_bench_goes_on_from_its_rows(tmp_path: 
     assert "the head of the Ray cluster" in done.stdout and "--resume" in done.stdout, done.stderr
     found = file.read_bytes().splitlines(keepends=True)
     assert 1 <= len(found) < 400
-    kept = ResultsFile.resume(file, BenchSettings())
+    earlier = ResultsFile.resume(file, BenchSettings())
     ran: list[Row] = []
-    rows = list(run_bench([find_task("home")], len(found) + 3, kept=kept, on_row=ran.append))
-    kept.close()
+    rows = list(run_bench([find_task("home")], len(found) + 3, earlier=earlier, on_row=ran.append))
+    earlier.close()
     # Chunks end in any order; what is in the file is not run again.
     assert len(rows) == len(found) + 3 and not {row.seed for row in ran} & {json.loads(line)["seed"] for line in found}
     assert [replace(row, secs=0.0) for row in rows[:2]] == untimed(list(run_bench([find_task("home")], 2)))

@@ -12,7 +12,7 @@ from robosandbox.agent.repairs import find_repairs
 from robosandbox.drivers.hardware import Hardware
 from robosandbox.errors import CollisionError, DrawerError, Repair, SkillError
 from robosandbox.grasp.analytic import AnalyticTopDown
-from robosandbox.motion.beliefs import Known, believed_scene
+from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.rgbd import RgbdPerception
@@ -60,7 +60,7 @@ def test_the_twin_is_as_what_is_believed() -> None:
 def test_of_what_is_seen_the_task_tells_the_mass_or_the_density_of_plastic_does() -> None:
     with open_session(Scene(objects=(CUBE, block("other", 0.2, 0.2, mass=0.3)))) as session:
         seen = session.observe()
-        made = believed_scene(Scene(), seen.objects, {"other": Known.of(session.sim.scene.objects[1])})
+        made = believed_scene(Scene(), seen.objects, {"other": DeclaredProperties.of(session.sim.scene.objects[1])})
     assert [item.mass for item in made.objects] == pytest.approx([0.064, 0.3])
 
 

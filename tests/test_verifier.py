@@ -16,8 +16,8 @@ from robosandbox.types import Limits, Plan, Refusal, SkillCall, Workspace
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
 from robosandbox.world.facts import fact, parse_facts
-from robosandbox.world.picture import picture
-from robosandbox.world.verifier import Constraints, Verdict, verify
+from robosandbox.world.symbolic_state import symbolic_state
+from robosandbox.world.verifier import Constraints, Verification, verify
 
 SKILLS = {skill.name: skill for skill in load_skills()}
 TASKS = sorted(path.stem for path in (Path(__file__).parents[1] / "tasks" / "definitions").glob("*.yaml"))
@@ -46,7 +46,7 @@ def world(task: str) -> EmbeddedWorkcell:
     return open_session(task, what_if=False)
 
 
-def check(task: str, text: str, **options: object) -> Verdict:
+def check(task: str, text: str, **options: object) -> Verification:
     session = world(task)
     robot = RobotAbilities(session.ctx, session.task.limits)
     return verify(plan(text), session.observe(), session.skills, robot=robot, **options)  # type: ignore[arg-type]
@@ -190,7 +190,7 @@ def test_all_wrong_calls_are_told_at_once() -> None:
 
 def test_end_is_the_scene_after_the_plan() -> None:
     after = check("put_in_drawer", "open_drawer drawer; pick red_cube; place_in drawer; close_drawer drawer").end
-    facts = {str(one.fact) for one in picture(after)}
+    facts = {str(one.fact) for one in symbolic_state(after)}
     assert {"inside(red_cube, drawer)", "closed(drawer)", "hand_empty()", "on(can, table)"} <= facts
     assert not {"open(drawer)", "on(red_cube, table)", "empty(drawer)"} & facts
 

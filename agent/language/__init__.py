@@ -1,4 +1,4 @@
-"""What people say to a robot arm: from a sentence to a small intent tree, and from there to skill calls.
+"""Sentences to a robot arm: parsed into a small intent tree, and from there into skill calls.
 
 text -> tokens -> grammar (a chart of every reading) -> intents -> ground (descriptions to objects) -> build (a checked plan).
 """

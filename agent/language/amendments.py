@@ -1,4 +1,4 @@
-"""What the next words make of a command: corrections of it, the same with another thing or way, where it may go on."""
+"""Amendments of the command before: corrections, the same with another thing or way, places where it may go on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pronouns mean where the order of the words is not the order in which things are done, or beside a condition."""
+"""Pronouns where the order of words is not the order of actions, or beside a condition."""
 
 from __future__ import annotations
 

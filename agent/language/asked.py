@@ -1,4 +1,4 @@
-"""Which form a question has, and which things its descriptions mean."""
+"""Form of a question, and the things that its descriptions mean."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sentence leaves unsaid: the verb of the step before, the noun of the thing behind it, what a pronoun agrees with; and the logical form that fields fill."""
+"""Ellipsis and pronouns: the verb of the step before, the noun of the thing behind it; and the logical form that fields fill."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sentence forbids to touch, or allows alone, as far as the grammar is sure of it, whatever else it may say.
+"""Bounds of a sentence, things that it forbids to touch or allows alone, as far as the grammar is sure of them.
 
 The sentence need not be understood as a whole. Prohibitions are found as nodes of its chart wherever a clause may begin and end, and
 resolved on the scene as those of a sentence that is understood. Ways of forbidding that the grammar does not have are templates.

@@ -1,4 +1,4 @@
-"""What depends on a condition, and what is done again: "if ..., otherwise ...", "while", "until", "for each"."""
+"""Branches and loops: "if ..., otherwise ...", "while", "until", "for each"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What conditions mean: whether they hold in the world as it is when their turn comes."""
+"""Truth of conditions in the world as it is when their turn comes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How answers name a thing: where it is, what it is, how big, and how far from another."""
+"""Descriptions of a thing in answers: where it is, what it is, how big, and how far from another."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from robosandbox.agent.language.discourse import listed
 from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene
 from robosandbox.world.facts import TABLE
+from robosandbox.world.locations import location_of
 from robosandbox.world.relations import bounds, centre, contents
-from robosandbox.world.whereabouts import where
 
 # Least offset for which a thing counts as on that side of another, metres. Chosen: what an eye tells on a table.
 _ASIDE = 0.01
@@ -22,7 +22,7 @@ def place(scene: ObservedScene, item: DetectedObject) -> str:
         vessels = [other for other in scene.objects if other.shape.holds_things and other.id != scene.held]
         inside = {one.id: sum(name == item.id for name, _ in contents(scene.objects, one)) for one in vessels}
         return listed([f"{count} in {name}" for name, count in inside.items() if count]) or "in no container"
-    at = where(scene, item)
+    at = location_of(scene, item)
     if at is None:
         return f"{length(float(centre(item)[2]) - scene.table_height)} above the table's top"
     if at.relation == "holding":

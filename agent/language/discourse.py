@@ -1,4 +1,4 @@
-"""What was spoken of, and how a refusal travels."""
+"""Things spoken of so far, and refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every verb needs: the world as it stands in the plan, taking an object, adding a step."""
+"""Helpers of all verbs: the world as it stands in the plan, taking an object, adding a step."""
 
 from __future__ import annotations
 

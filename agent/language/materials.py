@@ -1,4 +1,4 @@
-"""What things are by their names: of metal or wood, edible, soft, sharp; true, false or not known."""
+"""Properties of things by their names: of metal or wood, edible, soft, sharp; true, false or not known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What follows a noun: "... on the tray", "... that is not red", "... nearest to the bin", "... except the big one"."""
+"""Modifiers behind a noun: "... on the tray", "... that is not red", "... nearest to the bin", "... except the big one"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What helps who was refused: the part that was understood, and a sentence near to theirs that would work."""
+"""Offers to who was refused: the part that was understood, and a sentence near to theirs that would work."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from robosandbox.agent.language.intent import (
 )
 from robosandbox.agent.language.world import Parent
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
-from robosandbox.world.spots import TABLE_HALF_EXTENT
+from robosandbox.world.placement_sampling import TABLE_HALF_EXTENT
 
 NUDGE = 0.10  # Metres of a move whose distance is not said. Chosen equal to `PUSH_DISTANCE`.
 BOUNDS = {"edge": (0.28, 0.0, 0.28), "side": (0.18, 0.1, 0.1)}

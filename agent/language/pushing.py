@@ -7,7 +7,7 @@ from robosandbox.agent.language.discourse import AlreadySoError, RefusedError, l
 from robosandbox.agent.language.intent import Command, Region, Relation
 from robosandbox.agent.language.placing import BOUNDS
 from robosandbox.types import DIRECTION_AXES, RefusalCode
-from robosandbox.world.spots import TABLE_HALF_EXTENT
+from robosandbox.world.placement_sampling import TABLE_HALF_EXTENT
 
 PUSH_DISTANCE = 0.10  # Metres of a push whose distance is not said. Chosen.
 SHORTEST_PUSH = 0.005  # Metres. Chosen: shorter ones are lost in the errors of a push.

@@ -31,10 +31,10 @@ from robosandbox.agent.language.world import World
 from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.locations import location_of
+from robosandbox.world.placement_sampling import in_easy_reach
 from robosandbox.world.relations import bounds, centre, contents, gap, loose
-from robosandbox.world.spots import in_easy_reach
 from robosandbox.world.standing import standing_on
-from robosandbox.world.whereabouts import where
 
 _SAID_OF_SIDES = {
     "left": "to the left of",
@@ -173,7 +173,7 @@ class _Answers(Asked):
         return Answer(f"{listed(above)} {be(above)} on {item.id}." if above else f"Nothing is on {item.id}.", (*above,))
 
     def _say_on_table(self) -> Answer:
-        names = [item.id for item in self.scene.objects if where(self.scene, item) == fact("on", item.id, TABLE)]
+        names = [item.id for item in self.scene.objects if location_of(self.scene, item) == fact("on", item.id, TABLE)]
         return Answer(
             f"{listed(names)} {be(names)} on the table." if names else "Nothing stands on the table.", (*names,)
         )
@@ -267,7 +267,7 @@ class _Answers(Asked):
 
     def _say_whether_on_table(self, span: Span) -> Answer:
         item = self.one(span)
-        return self._yes(where(self.scene, item) == fact("on", item.id, TABLE), item)
+        return self._yes(location_of(self.scene, item) == fact("on", item.id, TABLE), item)
 
     def _say_whether_beside(self, span: Span, other: Span, side: str = "") -> Answer:
         item, target = self.one(span), self.one(other)

@@ -1,4 +1,4 @@
-"""What the better words of a correction replace: the phrase of their kind that was said before."""
+"""Repairs in speech: the phrase said before that the better words of a correction replace."""
 
 from __future__ import annotations
 

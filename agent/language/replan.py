@@ -1,4 +1,4 @@
-"""What to do after a failure: change something that the evidence says may help, or stop and say why not."""
+"""Replanning after a failure: change something that the evidence says may help, or stop and say why not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What fills a slot of a template: the phrases that the grammar reads in a sentence, by kind."""
+"""Slots of a template: the phrases that the grammar reads in a sentence, by kind."""
 
 from __future__ import annotations
 

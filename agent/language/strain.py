@@ -1,4 +1,4 @@
-"""How far-fetched a reading is: unknown words, and modifiers where a plain noun would do; the plainest reading counts."""
+"""Cost of a reading: unknown words, and modifiers where a plain noun would do; the plainest reading counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said before any order: talk, unless it asks for an act, is about a thing of the scene, or may bind the order.
+"""Talk before an order: words that ask for no act, are about no thing of the scene, and cannot bind the order.
 
 An order that follows stands for itself, so talk before it need not be understood: it is enough that it cannot be an order,
 a part of one, a limit or a condition of one. A sentence of its own can be less of those than a clause before the order.

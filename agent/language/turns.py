@@ -1,4 +1,4 @@
-"""Whose turn it is: "all the cubes in the bin, the blue one first", "starting with the can", "ending with the cup"."""
+"""Order of objects: "all the cubes in the bin, the blue one first", "starting with the can", "ending with the cup"."""
 
 from __future__ import annotations
 

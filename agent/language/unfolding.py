@@ -1,4 +1,4 @@
-"""What a sentence's steps come to: branches chosen, loops unrolled, and what is left until the robot has looked again.
+"""Steps of a sentence: branches chosen, loops unrolled, and the rest left until the robot has looked again.
 
 What the relations of the world tell is decided at once, on paper after the steps before. What only time can tell, as how far
 a push went or what lies in a drawer that was shut, ends the plan there: the rest is decided when those steps are done.

@@ -1,4 +1,4 @@
-"""Where something goes and how far: places, ways, distances, coordinates, beside a verb."""
+"""Places, ways, distances and coordinates beside a verb."""
 
 from __future__ import annotations
 

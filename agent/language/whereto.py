@@ -1,4 +1,4 @@
-"""Where a thing stands, or where it is to go, alone or as a chain: "the cube near the left edge, next to the ball" may say either."""
+"""Place phrases, alone or as a chain: "the cube near the left edge, next to the ball" may locate or be a target."""
 
 from __future__ import annotations
 

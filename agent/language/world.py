@@ -19,10 +19,10 @@ from robosandbox.types import (
 )
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.locations import location_of
+from robosandbox.world.placement_sampling import TABLE_HALF_EXTENT
 from robosandbox.world.predicate import View
 from robosandbox.world.relations import bottom, bounds
-from robosandbox.world.spots import TABLE_HALF_EXTENT
-from robosandbox.world.whereabouts import where
 
 MARGIN = 0.02  # Metres between things that are put down. Chosen: a finger.
 LIFTED = 0.08  # Metres over the table from which a held thing is carried. Chosen.
@@ -63,7 +63,7 @@ def _seen(scene: ObservedScene) -> tuple[dict[str, tuple[float, float, float]], 
 
 def _parents(scene: ObservedScene) -> Iterator[tuple[str, Parent]]:
     for item in scene.objects:
-        place = where(scene, item)
+        place = location_of(scene, item)
         if place is not None and place.relation in _PLACES and place.arguments[1] != TABLE:
             yield item.id, (_PLACES[place.relation], str(place.arguments[1]))
 

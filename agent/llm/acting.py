@@ -20,14 +20,14 @@ from pydantic_ai.toolsets import ExternalToolset
 from pydantic_ai.usage import UsageLimits
 
 from robosandbox.agent.agent import check_prompt
-from robosandbox.agent.course import Course, Desk, Finished, Report
+from robosandbox.agent.course import Course, Desk, PromptDone, Report
 from robosandbox.agent.episode import Consulted, Thought
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
-from robosandbox.agent.llm.endpoint import Asked, Endpoint
-from robosandbox.agent.llm.forms import Tool, find_calls
-from robosandbox.agent.llm.known import KnownEndpoints
-from robosandbox.agent.llm.ledger import Ledger
+from robosandbox.agent.llm.endpoint import AnswerRequest, Endpoint
+from robosandbox.agent.llm.endpoint_capabilities import EndpointCache
+from robosandbox.agent.llm.forms import AnswerTool, find_calls
+from robosandbox.agent.llm.ledger import PromptLedger
 from robosandbox.agent.llm.pictures import cameras_of, marked_picture, png
 from robosandbox.agent.llm.planner import LLMPlanner, prompt_budget
 from robosandbox.agent.llm.prompt import act_instructions, question
@@ -35,7 +35,7 @@ from robosandbox.agent.llm.robot import describe_robot
 from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.llm.thoughts import thought_of
-from robosandbox.agent.llm.toolbox import OWN, LookArguments, acting_tools, one_call
+from robosandbox.agent.llm.toolbox import OWN, SceneLookArguments, acting_tools, one_call
 from robosandbox.agent.tools import (
     AchieveArguments,
     AskArguments,
@@ -56,7 +56,7 @@ from robosandbox.agent.tools import (
 from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
-from robosandbox.world.described import describe_scene
+from robosandbox.world.scene_json import describe_scene
 from robosandbox.world.verifier import Constraints, verify
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class ActingPlanner(LLMPlanner):
             desk,
             self._settings,
             self._player,
-            self._known,
+            self._endpoints,
             budgets,
             certain=self.certain,
             earlier=earlier,
@@ -107,7 +107,7 @@ class ActingCourse:
         desk: World, skills, and who can be asked.
         settings: Model, endpoint and limits.
         player: A cassette to answer from in place of the endpoint.
-        known: What is known of endpoints.
+        endpoints: Capabilities of endpoints.
         budgets: What may be spent, that of the prompt first.
         certain: Returns what the prompt holds every call to.
         earlier: Requests before this one and what was done for them.
@@ -122,16 +122,22 @@ class ActingCourse:
         desk: Desk,
         settings: LLMSettings,
         player: Player | None,
-        known: KnownEndpoints,
+        endpoints: EndpointCache,
         budgets: Sequence[Budget],
         *,
         earlier: Sequence[Mapping[str, Any]] = (),
         certain: Callable[[str, ObservedScene], Constraints],
         note: dict[str, Any],
     ) -> None:
-        self._prompt, self._desk, self._settings, self._player, self._known = prompt, desk, settings, player, known
+        self._prompt, self._desk, self._settings, self._player, self._endpoints = (
+            prompt,
+            desk,
+            settings,
+            player,
+            endpoints,
+        )
         self._budgets, self._earlier = tuple(budgets), earlier
-        self._ledger = Ledger(desk.skills, budgets, note)
+        self._ledger = PromptLedger(desk.skills, budgets, note)
         self._can_program = settings.mode == "code"
         self._tools = self._offered()
         self._agent = Agent(output_type=[str, DeferredToolRequests], name="act")
@@ -143,7 +149,7 @@ class ActingCourse:
         self._program: RunningProgram | None = None
         self._certain = certain
 
-    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | PromptDone:
         """Return what the model wants to be carried out, or that it ends.
 
         Raises:
@@ -166,7 +172,7 @@ class ActingCourse:
             # A model may take a minute, and people do not stand still meanwhile.
             scene = self._desk.ctx.look()
 
-    def _offered(self, scene: ObservedScene | None = None) -> list[Tool]:
+    def _offered(self, scene: ObservedScene | None = None) -> list[AnswerTool]:
         """Return the tools; with a scene only what fits it."""
         skills = list(self._desk.skills.values())
         return acting_tools(skills, scene, can_ask=self._desk.ask is not None, can_program=self._can_program)
@@ -174,7 +180,7 @@ class ActingCourse:
     async def _run(self, scene: ObservedScene, *, first: bool) -> list[ToolCallPart]:
         """Return what the model calls next, now that it is told of the world or of what came of its calls."""
         exact = self._offered(scene)
-        asked = Asked(
+        asked = AnswerRequest(
             instructions=lambda mode: act_instructions(self._tools, mode),
             tools=self._tools,
             exact_tools=[one_call(exact)],
@@ -192,12 +198,12 @@ class ActingCourse:
             content = [question(self._prompt, scene, (), earlier=self._earlier, robot=about, certain=self._ledger.due)]
             if self._settings.picture is not None:
                 content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
-        async with Service(self._settings, self._player, self._budgets, self._known) as service:
+        async with Service(self._settings, self._player, self._budgets, self._endpoints) as service:
             result = await self._agent.run(
                 content if first else None,
                 message_history=self._said,
                 deferred_tool_results=None if first else DeferredToolResults(calls=self._results),
-                model=Endpoint(service, self._known, asked),
+                model=Endpoint(service, self._endpoints, asked),
                 toolsets=[ExternalToolset(definitions)],
                 # `Budget` counts over all runs of a prompt.
                 usage_limits=UsageLimits(request_limit=None),
@@ -211,7 +217,7 @@ class ActingCourse:
             self._desk.emit(Thought(thought))
         return result.output.calls
 
-    def _handled(self, call: ToolCallPart, scene: ObservedScene) -> Plan | Refusal | Finished | None:
+    def _handled(self, call: ToolCallPart, scene: ObservedScene) -> Plan | Refusal | PromptDone | None:
         """Return what a call asks the agent for; None where it has been answered here."""
         arguments = call.args_as_dict()
         try:
@@ -223,8 +229,8 @@ class ActingCourse:
         return self._settled(call, answer, scene)
 
     def _settled(
-        self, call: ToolCallPart, answer: Plan | Refusal | Finished | dict[str, Any], scene: ObservedScene
-    ) -> Plan | Refusal | Finished | None:
+        self, call: ToolCallPart, answer: Plan | Refusal | PromptDone | dict[str, Any], scene: ObservedScene
+    ) -> Plan | Refusal | PromptDone | None:
         """Return what a call asks the agent for, once it is checked; None where it is answered here."""
         if isinstance(answer, Plan):
             refused = self._turned_down(answer, scene)
@@ -247,7 +253,7 @@ class ActingCourse:
 
     def _answer(
         self, name: str, arguments: Mapping[str, Any], scene: ObservedScene
-    ) -> Plan | Refusal | Finished | dict[str, Any]:
+    ) -> Plan | Refusal | PromptDone | dict[str, Any]:
         """Return what a tool comes to: something for the agent, or data for the model."""
         model = OWN.get(name)
         if model is None:
@@ -270,7 +276,7 @@ class ActingCourse:
                 return self._ledger.finished(given, scene)
             case RefuseArguments():
                 return self._refused(given, scene)
-            case LookArguments():
+            case SceneLookArguments():
                 return self._looked(given)
         raise AssertionError(f"{name} has no handler")
 
@@ -300,7 +306,7 @@ class ActingCourse:
             return told if error is None else {**told, "error": error_data(error)}
         return None
 
-    def _looked(self, given: LookArguments) -> dict[str, Any]:
+    def _looked(self, given: SceneLookArguments) -> dict[str, Any]:
         scene = self._desk.ctx.look()
         data: dict[str, Any] = {"scene": describe_scene(scene)}
         if not given.camera:
@@ -322,7 +328,7 @@ class ActingCourse:
         candidates = tuple(name for name in dict.fromkeys(given.candidates) if name in known)
         return Refusal(code=given.code, message=given.message, candidates=candidates)
 
-    def _take(self, report: Report, scene: ObservedScene) -> Plan | Refusal | Finished | None:
+    def _take(self, report: Report, scene: ObservedScene) -> Plan | Refusal | PromptDone | None:
         """Note what came of the call under way; return the next one of a program that goes on."""
         assert self._under_way is not None
         call, before = self._under_way

@@ -1,4 +1,4 @@
-"""What a model may answer: a plan whose calls have the skills' own schemas, or a refusal; and how its answer is checked."""
+"""Answer of a model, a plan whose calls have the skills' own schemas or a refusal, and its checks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pydantic import Field, ValidationError
 
 from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.llm.correction import correction
-from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
+from robosandbox.agent.llm.forms import AnswerTool, Call, MisuseError, as_call
 from robosandbox.agent.tools import RefuseArguments, said_of, step_schema
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.arguments import fitting, object_arguments
@@ -28,14 +28,14 @@ class StepAnswer(StrictModel):
 
 
 class PlanAnswer(StrictModel):
-    """What `plan` takes."""
+    """Arguments of `plan`."""
 
     steps: Annotated[tuple[StepAnswer, ...], Field(min_length=1, max_length=MAX_STEPS)]
 
 
 def answer_tools(
     skills: Sequence[Operator], scene: ObservedScene | None = None, *, max_steps: int = MAX_STEPS
-) -> list[Tool]:
+) -> list[AnswerTool]:
     """Return the two tools, `plan` with a variant of its steps for each skill.
 
     Args:
@@ -72,8 +72,8 @@ def answer_tools(
         "additionalProperties": False,
     }
     return [
-        Tool(name=PLAN, description="Carry out these skill calls in order.", schema=plan_schema, listed="steps"),
-        Tool(name=REFUSE, description="Do nothing, and say why.", schema=refusal),
+        AnswerTool(name=PLAN, description="Carry out these skill calls in order.", schema=plan_schema, listed="steps"),
+        AnswerTool(name=REFUSE, description="Do nothing, and say why.", schema=refusal),
     ]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from robosandbox.agent.course import Continuing, Conversing, Course, Desk, Finished, PlannedCourse, Report, begin
+from robosandbox.agent.course import Continuing, Conversing, Course, Desk, PlannedCourse, PromptDone, Report, begin
 from robosandbox.agent.partial import PartialReading
 from robosandbox.agent.protocols import Attempt, Planner
 from robosandbox.types import ObservedScene, Plan, Refusal
@@ -79,10 +79,10 @@ class _AutoCourse:
 
     @property
     def goes_on(self) -> bool:
-        """Whether it is asked again after a plan that succeeded."""
+        """True where it is asked again after a plan that succeeded."""
         return self._course.goes_on
 
-    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | PromptDone:
         """Return what to carry out now."""
         answer = self._course.next(scene, report)
         if report is not None or not isinstance(answer, Refusal) or answer.sure:

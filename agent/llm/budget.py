@@ -1,4 +1,4 @@
-"""What asking a model may cost, for a prompt and for a session: turns, tokens, money, seconds, steps.
+"""Budget of asking a model, for a prompt and for a session: turns, tokens, money, seconds, steps.
 
 pydantic-ai limits one run of one agent. A prompt here is several runs (one per call that moves the robot) or several plans, and
 a session is several prompts; seconds and steps it does not count at all.
@@ -24,8 +24,8 @@ _FILE = f"{_VARIABLE}LIMITS"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
-    """How much may be spent; None is no limit.
+class SpendingLimits:
+    """Limits of spending; None is no limit.
 
     Attributes:
         turns: Answers asked for.
@@ -48,14 +48,14 @@ OPTIONS = {
     "max_cost": ("prompt", "cost"),
     "time_limit": ("prompt", "seconds"),
     "max_steps": ("prompt", "steps"),
-    **{f"session_{field.name}": ("session", field.name) for field in fields(Limits)},
+    **{f"session_{field.name}": ("session", field.name) for field in fields(SpendingLimits)},
 }
 """The options' names, with what they limit."""
 
 
 @dataclass(slots=True)
 class Budget:
-    """What has been spent of limits.
+    """Budget: limits and what has been spent of them.
 
     Attributes:
         limits: The limits.
@@ -63,9 +63,11 @@ class Budget:
         spent: What has been spent, by the names of the limits.
     """
 
-    limits: Limits
+    limits: SpendingLimits
     of: str = "prompt"
-    spent: dict[str, float] = field(default_factory=lambda: dict.fromkeys((f.name for f in fields(Limits)), 0.0))
+    spent: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys((f.name for f in fields(SpendingLimits)), 0.0)
+    )
 
     def left(self, name: str) -> float:
         """Return how much is left; infinite without a limit."""

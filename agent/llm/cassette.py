@@ -44,7 +44,7 @@ _FAILURES: dict[str, type[httpx2.TransportError]] = {
 }
 
 
-class Recorder(httpx2.AsyncBaseTransport):
+class CassetteRecorder(httpx2.AsyncBaseTransport):
     """Appends each exchange to a file as it happens.
 
     Args:

@@ -10,9 +10,9 @@ from pydantic_ai.messages import ModelMessage, ModelRequest, ToolCallPart, UserC
 
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
-from robosandbox.agent.llm.endpoint import Asked, Endpoint, correction
-from robosandbox.agent.llm.forms import Call, MisuseError, Tool, find_answer
-from robosandbox.agent.llm.known import KnownEndpoints
+from robosandbox.agent.llm.endpoint import AnswerRequest, Endpoint, correction
+from robosandbox.agent.llm.endpoint_capabilities import EndpointCache
+from robosandbox.agent.llm.forms import AnswerTool, Call, MisuseError, find_answer
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
@@ -23,7 +23,7 @@ AnswerT = TypeVar("AnswerT")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Question(Generic[AnswerT]):
-    """What a model is asked.
+    """Question to a model.
 
     Attributes:
         instructions: What it is told of its part, by the mode in which it is to answer.
@@ -35,15 +35,15 @@ class Question(Generic[AnswerT]):
 
     instructions: Callable[[Mode], str]
     content: Sequence[UserContent]
-    tools: Sequence[Tool]
-    exact_tools: Sequence[Tool] = field(default=())
+    tools: Sequence[AnswerTool]
+    exact_tools: Sequence[AnswerTool] = field(default=())
     read: Callable[[Call], AnswerT]
 
 
 def converse(
     settings: LLMSettings,
     player: Player | None,
-    known: KnownEndpoints,
+    endpoints: EndpointCache,
     question: Question[AnswerT],
     *,
     budgets: Sequence[Budget],
@@ -53,7 +53,7 @@ def converse(
     Args:
         settings: Model, endpoint and limits.
         player: A cassette to answer from in place of the endpoint.
-        known: What is known of endpoints; what is learnt is added.
+        endpoints: Capabilities of endpoints; what is learnt is added.
         question: What to ask.
         budgets: What may be spent, and what has been.
 
@@ -62,17 +62,17 @@ def converse(
         PlannerAnswerError: It answers with nothing usable.
         InputError: The service does not know the model or the key.
     """
-    return run_apart(_turns(settings, player, known, question, budgets))
+    return run_apart(_turns(settings, player, endpoints, question, budgets))
 
 
 async def _turns(
     settings: LLMSettings,
     player: Player | None,
-    known: KnownEndpoints,
+    endpoints: EndpointCache,
     question: Question[AnswerT],
     budgets: Sequence[Budget],
 ) -> AnswerT:
-    asked = Asked(
+    asked = AnswerRequest(
         instructions=question.instructions,
         tools=question.tools,
         exact_tools=question.exact_tools or question.tools,
@@ -81,8 +81,8 @@ async def _turns(
     )
     said: list[ModelMessage] = [ModelRequest(parts=[UserPromptPart(content=list(question.content))])]
     reason = ""
-    async with Service(settings, player, budgets, known) as service:
-        endpoint = Endpoint(service, known, asked)
+    async with Service(settings, player, budgets, endpoints) as service:
+        endpoint = Endpoint(service, endpoints, asked)
         while True:
             response = await endpoint.calls(said, reason=reason)
             call = next(part for part in response.parts if isinstance(part, ToolCallPart))

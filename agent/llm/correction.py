@@ -1,4 +1,4 @@
-"""What a model is told about an answer that cannot be used: what is wrong with it, and an answer that would be valid.
+"""Correction sent to a model whose answer cannot be used: what is wrong with it, and an answer that would be valid.
 
 The example is never a motion that the model has not asked for, since small models copy what they are shown: it is their
 own plan with misspelt names and superfluous arguments put right, where that makes it valid, and else a refusal.

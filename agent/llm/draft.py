@@ -18,7 +18,7 @@ from robosandbox.types import SkillCall
 _PAUSE = 0.1
 
 
-class Draft:
+class AnswerStream:
     """Tells what is new in an answer that grows.
 
     Args:
@@ -33,7 +33,7 @@ class Draft:
 
     @property
     def due(self) -> bool:
-        """Whether it is time to look again."""
+        """True when it is time to look again."""
         return time.monotonic() - self._looked >= _PAUSE
 
     def show(self, response: ModelResponse, *, whole: bool) -> None:

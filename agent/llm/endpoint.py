@@ -28,8 +28,8 @@ from pydantic_ai.models import ModelRequestParameters
 from pydantic_ai.models.wrapper import WrapperModel
 from pydantic_ai.settings import ModelSettings
 
-from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, Tool
-from robosandbox.agent.llm.known import KnownEndpoints
+from robosandbox.agent.llm.endpoint_capabilities import EndpointCache
+from robosandbox.agent.llm.forms import AnswerTool, Call, MisuseError, NoAnswerError
 from robosandbox.agent.llm.modes import Mode, after_no_answer, after_refusal
 from robosandbox.agent.llm.prompt import data_text, untagged
 from robosandbox.agent.llm.service import ModeRefusedError, Service
@@ -39,8 +39,8 @@ from robosandbox.printable import printable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Asked:
-    """What a model is told besides the conversation.
+class AnswerRequest:
+    """Request to a model besides the conversation.
 
     Attributes:
         instructions: Of its part, by the mode in which it is to answer.
@@ -51,8 +51,8 @@ class Asked:
     """
 
     instructions: Callable[[Mode], str]
-    tools: Sequence[Tool]
-    exact_tools: Sequence[Tool]
+    tools: Sequence[AnswerTool]
+    exact_tools: Sequence[AnswerTool]
     find: Callable[[ModelResponse], Sequence[Call]]
     turns: int
 
@@ -62,14 +62,14 @@ class Endpoint(WrapperModel):
 
     Args:
         service: Where it is.
-        known: What is known of endpoints; what is learnt is added.
+        endpoints: Capabilities of endpoints; what is learnt is added.
         asked: What it is told and may call.
     """
 
-    def __init__(self, service: Service, known: KnownEndpoints, asked: Asked) -> None:
+    def __init__(self, service: Service, endpoints: EndpointCache, asked: AnswerRequest) -> None:
         super().__init__(service.model)
         self._service = service
-        self._known = known
+        self._endpoints = endpoints
         self._asked = asked
         self._turns = 0
 
@@ -95,8 +95,8 @@ class Endpoint(WrapperModel):
             PlannerError: The service does not answer, or with nothing that can be read.
             InputError: The service does not know the model or the key.
         """
-        where = self._service.where
-        mode = self._known.of(where).mode or Mode.SCHEMA
+        key = self._service.endpoint_key
+        mode = self._endpoints.of(key).mode or Mode.SCHEMA
         tried = {mode}
         said: list[ModelMessage] = []
         while self._turns < self._asked.turns:
@@ -104,7 +104,7 @@ class Endpoint(WrapperModel):
             try:
                 response = await self._service.ask(self._spoken([*messages, *said], mode), tools, mode)
             except ModeRefusedError as refusal:
-                self._known.forget_mode(where)
+                self._endpoints.forget_mode(key)
                 later = after_refusal(tried)
                 if later is None:
                     raise PlannerAnswerError(str(refusal)) from None
@@ -119,17 +119,17 @@ class Endpoint(WrapperModel):
                 count_sent_back(reason)
                 # A server that was to hold the model to a form, and did not, is asked in the next way.
                 is_loose = isinstance(misuse, NoAnswerError) and mode.binds
-                if not is_loose or self._known.of(where).mode is mode:
+                if not is_loose or self._endpoints.of(key).mode is mode:
                     said += [response, ModelRequest(parts=correction(response, reason))]
                 if is_loose:
-                    self._known.forget_mode(where)
+                    self._endpoints.forget_mode(key)
                     mode = after_no_answer(tried)
                     tried.add(mode)
                 continue
-            self._known.learn(where, mode=mode)
+            self._endpoints.learn(key, mode=mode)
             return _with_calls(response, calls, number=len(messages))
         raise PlannerAnswerError(
-            f"{where[2]}: no usable answer in {self._asked.turns} turns; the last one: {reason[:600]}"
+            f"{key[2]}: no usable answer in {self._asked.turns} turns; the last one: {reason[:600]}"
         )
 
     def _spoken(self, messages: Sequence[ModelMessage], mode: Mode) -> list[ModelMessage]:

@@ -1,4 +1,4 @@
-"""What asks a model: the planners `openai`, `responses`, `anthropic` and `auto`, and the perception `vlm`."""
+"""Entry points that ask a model: the planners `openai`, `responses`, `anthropic` and `auto`, and the perception `vlm`."""
 
 from __future__ import annotations
 

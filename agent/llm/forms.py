@@ -49,8 +49,8 @@ class NoAnswerError(MisuseError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Tool:
-    """What may be answered with.
+class AnswerTool:
+    """Form of an answer: a tool to call.
 
     Attributes:
         name: Its name.
@@ -78,7 +78,7 @@ class Call:
     arguments: Any
 
 
-def find_answer(response: ModelResponse, tools: Sequence[Tool]) -> Call:
+def find_answer(response: ModelResponse, tools: Sequence[AnswerTool]) -> Call:
     """Return the one tool that an answer calls, in whatever form, with its arguments unchecked.
 
     Raises:
@@ -103,7 +103,7 @@ def find_answer(response: ModelResponse, tools: Sequence[Tool]) -> Call:
     raise MisuseError(f"{_quoted(json.dumps(values[0]))} is neither {names}; answer with one of them exactly once.")
 
 
-def find_calls(response: ModelResponse, tools: Sequence[Tool]) -> list[Call]:
+def find_calls(response: ModelResponse, tools: Sequence[AnswerTool]) -> list[Call]:
     """Return the tools that a turn of a conversation calls, in order and in whatever form, with their arguments unchecked.
 
     A call has to name its tool: arguments alone, which are an answer to `find_answer`, fit several.
@@ -223,7 +223,7 @@ def json_values(text: str) -> list[Any]:
     return values
 
 
-def _called(parts: Sequence[ToolCallPart], tools: Sequence[Tool], names: str) -> Call:
+def _called(parts: Sequence[ToolCallPart], tools: Sequence[AnswerTool], names: str) -> Call:
     """Return what native tool calls amount to; several of which none is a tool are the steps of one."""
     known = {tool.name for tool in tools}
     calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in parts]
@@ -242,7 +242,7 @@ def _called(parts: Sequence[ToolCallPart], tools: Sequence[Tool], names: str) ->
     raise MisuseError(f"There is no tool {calls[0].name[:60]!r}; call {names}.")
 
 
-def _recognized(value: Any, tools: Sequence[Tool], wrappers: int = 0) -> Call | None:
+def _recognized(value: Any, tools: Sequence[AnswerTool], wrappers: int = 0) -> Call | None:
     """Return the tool that a JSON value calls, None where it calls none."""
     value = _unpacked(value)
     if wrappers > _MOST_WRAPPERS:
@@ -253,7 +253,7 @@ def _recognized(value: Any, tools: Sequence[Tool], wrappers: int = 0) -> Call | 
     return _in_object(value, tools, wrappers) if isinstance(value, dict) else None
 
 
-def _in_object(value: dict[str, Any], tools: Sequence[Tool], wrappers: int) -> Call | None:
+def _in_object(value: dict[str, Any], tools: Sequence[AnswerTool], wrappers: int) -> Call | None:
     """Return the tool that a JSON object calls: by its arguments alone, as its only key, within a wrapper, or by name."""
     known = {tool.name for tool in tools}
     said = {key: item for key, item in value.items() if key not in _REMARKS}
@@ -270,7 +270,7 @@ def _in_object(value: dict[str, Any], tools: Sequence[Tool], wrappers: int) -> C
             return _with_list(call, tools) if call is not None and call.name in known else None
 
 
-def _with_list(call: Call, tools: Sequence[Tool]) -> Call:
+def _with_list(call: Call, tools: Sequence[AnswerTool]) -> Call:
     """Return a call whose arguments are a bare list with the list where it belongs."""
     tool = next(tool for tool in tools if tool.name == call.name)
     arguments = call.arguments
@@ -281,7 +281,7 @@ def _with_list(call: Call, tools: Sequence[Tool]) -> Call:
     return Call(call.name, arguments)
 
 
-def _listed(values: Sequence[Any], tools: Sequence[Tool]) -> Call | None:
+def _listed(values: Sequence[Any], tools: Sequence[AnswerTool]) -> Call | None:
     """Return what a bare list of calls stands for."""
     tool = next((tool for tool in tools if tool.listed), None)
     if tool is None or tool.listed is None or not values or any(as_call(item) is None for item in values):

@@ -1,4 +1,4 @@
-"""What was done for one prompt: what it cost, what succeeded last, what is still due before it may be called done."""
+"""Ledger of a prompt: its cost, the last success, and what is still due before it may be called done."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from robosandbox.agent.course import Finished, Report
+from robosandbox.agent.course import PromptDone, Report
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.tools import FinishArguments, not_holding, relations
 from robosandbox.types import ObservedScene, Plan
@@ -14,7 +14,7 @@ from robosandbox.world.operators import Operator, bind
 from robosandbox.world.verifier import Constraints
 
 
-class Ledger:
+class PromptLedger:
     """The state of a prompt that is carried out call by call.
 
     Args:
@@ -38,7 +38,7 @@ class Ledger:
 
     @property
     def of_each_call(self) -> Constraints:
-        """What each call keeps to; what is to be moved in all cannot be asked of one."""
+        """Constraints that each call keeps; what is to be moved in all cannot be asked of one."""
         return replace(self.due, moved=frozenset(), fewest=0)
 
     def over_budget(self, plan: Plan) -> str:
@@ -57,7 +57,7 @@ class Ledger:
         self._succeeded += len(report.steps)
         self.failed = None if report.failure is None else str(report.failure.failed)
 
-    def finished(self, given: FinishArguments, scene: ObservedScene) -> Finished | dict[str, Any]:
+    def finished(self, given: FinishArguments, scene: ObservedScene) -> PromptDone | dict[str, Any]:
         """Return the end, unless what was asked or measured speaks against it.
 
         Raises:
@@ -78,4 +78,4 @@ class Ledger:
             due = ", ".join(left) or f"at least {self.due.fewest} things"
             error = f"the request asks to move {due}; do it, list what holds already, or refuse"
             return {"ok": False, "error": error}
-        return Finished(summary=given.summary)
+        return PromptDone(summary=given.summary)

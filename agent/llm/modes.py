@@ -11,12 +11,12 @@ from pydantic_ai.output import OutputObjectDefinition
 from pydantic_ai.tools import ToolDefinition
 
 from robosandbox.agent.flat_schema import flat
-from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.forms import AnswerTool
 from robosandbox.agent.llm.schema import decodable
 
 
 class Mode(StrEnum):
-    """How an answer is asked for, the most binding first."""
+    """Ways of asking for an answer, the most binding first."""
 
     SCHEMA = "schema"
     """The server writes JSON by a schema and nothing else (`response_format`, `output_config.format`)."""
@@ -29,15 +29,15 @@ class Mode(StrEnum):
 
     @property
     def binds(self) -> bool:
-        """Whether it is the server that holds the model to the form."""
+        """True where the server holds the model to the form."""
         return self in (Mode.SCHEMA, Mode.TOOLS)
 
     @property
     def has_tools(self) -> bool:
-        """Whether the server is sent tools and answers with calls of them."""
+        """True where the server is sent tools and answers with calls of them."""
         return self in (Mode.TOOLS, Mode.OFFERED)
 
-    def parameters(self, tools: Sequence[Tool]) -> ModelRequestParameters:
+    def parameters(self, tools: Sequence[AnswerTool]) -> ModelRequestParameters:
         """Return how a request holds a model to these tools."""
         match self:
             case Mode.SCHEMA:
@@ -70,7 +70,7 @@ def after_no_answer(tried: Container[Mode]) -> Mode:
     return next((mode for mode in Mode if mode not in tried and mode.binds), Mode.TEXT)
 
 
-def _answer_schema(tools: Sequence[Tool]) -> dict[str, Any]:
+def _answer_schema(tools: Sequence[AnswerTool]) -> dict[str, Any]:
     """Return the schema of an answer with one of the tools; its root is an object, as services ask."""
     schemas = [dict(tool.schema) for tool in tools]
     if len(schemas) == 1:

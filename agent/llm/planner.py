@@ -10,9 +10,9 @@ from pydantic_ai.messages import BinaryContent, UserContent
 
 from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.llm.answer import answer_tools, read_answer
-from robosandbox.agent.llm.budget import Budget, Limits
+from robosandbox.agent.llm.budget import Budget, SpendingLimits
 from robosandbox.agent.llm.converse import Question, converse
-from robosandbox.agent.llm.known import known_endpoints
+from robosandbox.agent.llm.endpoint_capabilities import endpoint_cache
 from robosandbox.agent.llm.pictures import png
 from robosandbox.agent.llm.prompt import instructions, question
 from robosandbox.agent.llm.service import open_cassette
@@ -48,9 +48,9 @@ class LLMPlanner:
         self._tools = answer_tools(self._skills, max_steps=settings.max_steps)
         self._settings = settings
         self._player = open_cassette(settings)
-        self._known = known_endpoints(settings)
+        self._endpoints = endpoint_cache(settings)
         self._prompt = prompt_budget(settings)
-        self._session = Budget(Limits(**settings.session), of="session")  # type: ignore[arg-type]
+        self._session = Budget(SpendingLimits(**settings.session), of="session")  # type: ignore[arg-type]
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the model's plan, or its refusal.
@@ -79,7 +79,7 @@ class LLMPlanner:
         return converse(
             self._settings,
             self._player,
-            self._known,
+            self._endpoints,
             Question(
                 instructions=lambda mode: instructions(self._skills, mode),
                 content=content,
@@ -103,7 +103,7 @@ def constraints_of(prompt: str, scene: ObservedScene, skills: Sequence[Operator]
 def prompt_budget(settings: LLMSettings) -> Budget:
     """Return what a prompt may cost; the answers of a plan are counted by whoever asks for it."""
     turns = settings.max_turns if settings.mode != "plan" else None
-    limits = Limits(
+    limits = SpendingLimits(
         turns=turns,
         tokens=settings.max_tokens,
         cost=settings.max_cost,

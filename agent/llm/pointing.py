@@ -11,17 +11,17 @@ import numpy as np
 from pydantic import Field, ValidationError
 from pydantic_ai.messages import BinaryContent
 
-from robosandbox.agent.llm.budget import Budget, Limits
+from robosandbox.agent.llm.budget import Budget, SpendingLimits
 from robosandbox.agent.llm.converse import Question, converse
-from robosandbox.agent.llm.forms import Call, MisuseError, Tool
-from robosandbox.agent.llm.known import known_endpoints
+from robosandbox.agent.llm.endpoint_capabilities import endpoint_cache
+from robosandbox.agent.llm.forms import AnswerTool, Call, MisuseError
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.pictures import png
 from robosandbox.agent.llm.service import open_cassette
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerError
 from robosandbox.perception.factory import Setup
-from robosandbox.perception.frame import Frame
+from robosandbox.perception.frame import PointCloudFrame
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.track import Track
 from robosandbox.types import Array, StrictModel
@@ -57,7 +57,7 @@ class Pointed(StrictModel):
 
 
 class PointAnswer(StrictModel):
-    """What `point` takes."""
+    """Arguments of `point`."""
 
     objects: Annotated[tuple[Pointed, ...], Field(max_length=_MOST)]
 
@@ -87,7 +87,7 @@ class PointingPerception(RgbdPerception):
         self._settings = settings
         self._camera = camera
         self._player = open_cassette(settings)
-        self._known = known_endpoints(settings)
+        self._endpoints = endpoint_cache(settings)
         self._named: set[str] = set()
 
     def assign_ids(self) -> None:
@@ -113,7 +113,7 @@ class PointingPerception(RgbdPerception):
             self._name(item, segmented.frame, new)
         self._named |= {track.id for track in new}
 
-    def _name(self, item: Pointed, frame: Frame, new: Sequence[Track]) -> None:
+    def _name(self, item: Pointed, frame: PointCloudFrame, new: Sequence[Track]) -> None:
         """Give what the model points at its name, where it is new; note it where nothing is measured."""
         place = point_at(frame, item.x, item.y)
         track = None if place is None else _nearest(self.tracks, place)
@@ -127,31 +127,31 @@ class PointingPerception(RgbdPerception):
                 self.rename(track.id, name)
             self._named.add(name)
 
-    def _ask(self, frame: Frame) -> Sequence[Pointed]:
+    def _ask(self, frame: PointCloudFrame) -> Sequence[Pointed]:
         height, width = frame.depth.shape
         text = f"The picture is {width} pixels wide and {height} pixels high. Point at every loose object."
         return converse(
             self._settings,
             self._player,
-            self._known,
+            self._endpoints,
             Question(
                 instructions=lambda mode: f"{_INSTRUCTIONS}\n\n{_HOW_TO_ANSWER[mode]}",
                 content=[text, BinaryContent(data=png(frame.rgb), media_type="image/png")],
                 tools=[TOOL],
                 read=lambda call: _read(call, width, height),
             ),
-            budgets=(Budget(Limits(tokens=self._settings.max_tokens, seconds=self._settings.time_limit)),),
+            budgets=(Budget(SpendingLimits(tokens=self._settings.max_tokens, seconds=self._settings.time_limit)),),
         )
 
 
-TOOL = Tool(
+TOOL = AnswerTool(
     name=_POINT,
     description="Name every loose object on the table and give one pixel on each.",
     schema=PointAnswer.model_json_schema(),
 )
 
 
-def point_at(frame: Frame, x: float, y: float) -> Array | None:
+def point_at(frame: PointCloudFrame, x: float, y: float) -> Array | None:
     """Return the point of the world (3,) at a pixel: of the nearest surface around it; None where depth is missing."""
     height, width = frame.depth.shape
     column, row = round(x), round(y)

@@ -37,7 +37,7 @@ _PLAIN = (str, int, float, bool)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ended:
+class ProgramEnd:
     """A program is over.
 
     Attributes:
@@ -69,11 +69,11 @@ class Program:
         self._left = _MOST_READS
         self._state = b""
 
-    def begin(self) -> SkillCall | Ended:
+    def begin(self) -> SkillCall | ProgramEnd:
         """Run to the first call of a skill, or to the end."""
         return self._drive(lambda session: session.feed_start(self._code, print_callback=self._print))
 
-    def go_on(self, answer: Any) -> SkillCall | Ended:
+    def go_on(self, answer: Any) -> SkillCall | ProgramEnd:
         """Run on from the last call, which comes to `answer`, to the next one or to the end."""
 
         def start(session: monty.MontySession) -> Any:
@@ -83,7 +83,7 @@ class Program:
 
         return self._drive(start)
 
-    def _drive(self, start: Callable[[monty.MontySession], Any]) -> SkillCall | Ended:
+    def _drive(self, start: Callable[[monty.MontySession], Any]) -> SkillCall | ProgramEnd:
         try:
             with (
                 monty.Monty(min_processes=0, max_processes=1, request_timeout=_GRACE) as pool,
@@ -100,10 +100,12 @@ class Program:
                             return call
                         at = at.resume(call)
                     else:
-                        return Ended(error="a program cannot wait for several things at once; call one after another")
-                return Ended(value=at.output if type(at.output) in (*_PLAIN, list, dict) else None)
+                        return ProgramEnd(
+                            error="a program cannot wait for several things at once; call one after another"
+                        )
+                return ProgramEnd(value=at.output if type(at.output) in (*_PLAIN, list, dict) else None)
         except monty.MontyError as error:
-            return Ended(error=_told(error))
+            return ProgramEnd(error=_told(error))
 
     def _call(self, at: monty.FunctionSnapshot) -> SkillCall | monty.ExternalResult:
         """Return the skill's call at which a program has paused, or what else it called comes to."""

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from robosandbox.agent.goal import GoalContext
-from robosandbox.agent.llm.program import Ended, Program
+from robosandbox.agent.llm.program import Program, ProgramEnd
 from robosandbox.agent.tools import not_holding, relations
 from robosandbox.errors import InputError
 from robosandbox.types import Plan, SkillCall
-from robosandbox.world.described import describe_scene
 from robosandbox.world.operators import Operator
+from robosandbox.world.scene_json import describe_scene
 
 _LONGEST_VALUE = 2_000  # Characters of a program's value as JSON. Chosen: a page.
 
@@ -47,7 +47,7 @@ class RunningProgram:
         """Return what the program came to, now that its next call is turned down."""
         return self._came_to(why)
 
-    def _next(self, answer: SkillCall | Ended) -> Plan | dict[str, Any]:
+    def _next(self, answer: SkillCall | ProgramEnd) -> Plan | dict[str, Any]:
         if isinstance(answer, SkillCall):
             return Plan(steps=(answer,))
         if answer.error:

@@ -1,4 +1,4 @@
-"""What a model is told: how to answer, the request, the scene, and what has failed so far.
+"""Prompt of a model: how to answer, the request, the scene, and what has failed so far.
 
 Everything that was perceived or measured goes in as JSON between tags, with `<` and `>` escaped so that no text in it can
 close its tag; the instructions say that it is data. What comes back is checked all the same.
@@ -10,13 +10,13 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.forms import AnswerTool
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.protocols import Attempt
 from robosandbox.agent.signatures import form, signature
 from robosandbox.types import ObservedScene
-from robosandbox.world.described import describe_scene
 from robosandbox.world.operators import Operator
+from robosandbox.world.scene_json import describe_scene
 from robosandbox.world.verifier import Constraints
 
 _CONVENTIONS = """\
@@ -92,13 +92,13 @@ def instructions(skills: Sequence[Operator], mode: Mode) -> str:
     return f"{_RULES}\nSkills:\n{listing}\n\n{_HOW_TO_ANSWER[mode]}\n"
 
 
-def act_instructions(tools: Sequence[Tool], mode: Mode) -> str:
+def act_instructions(tools: Sequence[AnswerTool], mode: Mode) -> str:
     """Return what a model that acts is told of its part; a server that takes tools lists them itself."""
     listing = "" if mode.has_tools else "\nTools:\n" + "\n".join(map(_listed, tools)) + "\n"
     return f"{_ACT_RULES}{listing}\n{_HOW_TO_ACT[mode]}\n"
 
 
-def _listed(tool: Tool) -> str:
+def _listed(tool: AnswerTool) -> str:
     return f"- {form(tool.name, tool.schema)}: {tool.description}"
 
 

@@ -23,7 +23,7 @@ _SILENT = frozenset({"$ref", "$defs", "$schema", "$id", "title", "examples", "di
 
 
 class _Carried(NamedTuple):
-    """How a keyword is carried over: under which name, and its value by way of what reduces a schema within it."""
+    """Reduction of a schema keyword: its new name, and the function that reduces the schema in its value."""
 
     name: str
     carry: Callable[[Callable[[Any], Any], Any], Any]

@@ -20,10 +20,10 @@ from pydantic_ai.models import Model, ModelRequestParameters
 from pydantic_ai.settings import ModelSettings
 
 from robosandbox.agent.llm.budget import Budget, price
-from robosandbox.agent.llm.cassette import Player, Recorder
-from robosandbox.agent.llm.draft import Draft
-from robosandbox.agent.llm.forms import Tool
-from robosandbox.agent.llm.known import KnownEndpoints, Where
+from robosandbox.agent.llm.cassette import CassetteRecorder, Player
+from robosandbox.agent.llm.draft import AnswerStream
+from robosandbox.agent.llm.endpoint_capabilities import EndpointCache, EndpointKey
+from robosandbox.agent.llm.forms import AnswerTool
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.settings import KEY_VARIABLES, LLMSettings
 from robosandbox.agent.llm.transcript import answered, asked
@@ -61,7 +61,7 @@ class Service:
         settings: Model and endpoint.
         player: A cassette to answer from in place of the endpoint.
         budgets: What may be spent, and what has been.
-        known: What is known of endpoints; whether this one streams is added.
+        endpoints: Capabilities of endpoints; whether this one streams is added.
 
     Raises:
         InputError: A key is missing.
@@ -69,11 +69,11 @@ class Service:
     """
 
     def __init__(
-        self, settings: LLMSettings, player: Player | None, budgets: Sequence[Budget], known: KnownEndpoints
+        self, settings: LLMSettings, player: Player | None, budgets: Sequence[Budget], endpoints: EndpointCache
     ) -> None:
         self._settings = settings
         self._budgets = tuple(budgets)
-        self._known = known
+        self._endpoints = endpoints
         self._replayed = player is not None
         self._url = (
             settings.base_url or os.environ.get("" if settings.service == "anthropic" else "OPENAI_BASE_URL") or ""
@@ -92,7 +92,7 @@ class Service:
         else:
             transport = live_transport(self._url or OFFICIAL[settings.service], settings.max_answer_bytes)
             if settings.cassette is not None:
-                transport = Recorder(transport, settings.cassette, [self._key] if self._key else [])
+                transport = CassetteRecorder(transport, settings.cassette, [self._key] if self._key else [])
         timeout = httpx2.Timeout(self._time, connect=min(_CONNECT_SECONDS, self._time))
         self._client = httpx2.AsyncClient(transport=transport, timeout=timeout)
         self._model = speaking_model(settings, self._url, self._key or "no-key", self._client)
@@ -114,11 +114,11 @@ class Service:
         return self._model
 
     @property
-    def where(self) -> Where:
+    def endpoint_key(self) -> EndpointKey:
         """The model and its endpoint."""
         return self._settings.service, self._url or OFFICIAL[self._settings.service], self._settings.model
 
-    async def ask(self, messages: Sequence[ModelMessage], tools: Sequence[Tool], mode: Mode) -> ModelResponse:
+    async def ask(self, messages: Sequence[ModelMessage], tools: Sequence[AnswerTool], mode: Mode) -> ModelResponse:
         """Return the model's answer.
 
         Args:
@@ -227,9 +227,9 @@ class Service:
         self, messages: list[ModelMessage], settings: ModelSettings, parameters: ModelRequestParameters
     ) -> ModelResponse:
         """Return the answer to one request; it comes piece by piece where somebody listens and the server can do that."""
-        listens, streams = hearer(), self._known.of(self.where).streams
+        listens, streams = hearer(), self._endpoints.of(self.endpoint_key).streams
         if listens is not None and streams is not False and self._settings.cassette is None:
-            draft = Draft(listens)
+            draft = AnswerStream(listens)
             try:
                 async with model_request_stream(
                     self._model, messages, model_settings=settings, model_request_parameters=parameters
@@ -243,14 +243,14 @@ class Service:
                 if not _is_refused(error) or streams:
                     raise
             else:
-                self._known.learn(self.where, streams=True)
+                self._endpoints.learn(self.endpoint_key, streams=True)
                 draft.show(response, whole=True)
                 return response
         response = await model_request(
             self._model, messages, model_settings=settings, model_request_parameters=parameters
         )
         if listens is not None and streams is None and self._settings.cassette is None:
-            self._known.learn(self.where, streams=False)
+            self._endpoints.learn(self.endpoint_key, streams=False)
         return response
 
     def _raise_if_final(self, error: failures.ModelAPIError) -> None:

@@ -1,4 +1,4 @@
-"""What a model-backed planner is told by the person who starts it."""
+"""Settings of a model-backed planner, given by the person who starts it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model thinks aloud before it answers: left out of the answer, and told to whoever watches."""
+"""Thoughts of a model before its answer: left out of the answer, and told to whoever watches."""
 
 from __future__ import annotations
 

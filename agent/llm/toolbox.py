@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from robosandbox.agent.llm.answer import skill_arguments
-from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.forms import AnswerTool
 from robosandbox.agent.tools import (
     AchieveArguments,
     AskArguments,
@@ -32,14 +32,14 @@ _CALL = "call"
 LOOK, ASK, PROGRAM = "look", "ask_person", "program"
 
 
-class LookArguments(StrictModel):
+class SceneLookArguments(StrictModel):
     """See the scene as it is now, and where a camera is named its picture with the ids drawn on it; nothing moves."""
 
     camera: Annotated[str, Field(max_length=60, description="Name of a camera; none where left out.")] = ""
 
 
 OWN: dict[str, type[StrictModel]] = {
-    LOOK: LookArguments,
+    LOOK: SceneLookArguments,
     "check": CheckArguments,
     "simulate": SimulateArguments,
     "achieve": AchieveArguments,
@@ -52,7 +52,7 @@ OWN: dict[str, type[StrictModel]] = {
 
 def acting_tools(
     skills: Sequence[Operator], scene: ObservedScene | None = None, *, can_ask: bool, can_program: bool = False
-) -> list[Tool]:
+) -> list[AnswerTool]:
     """Return the tools.
 
     Args:
@@ -69,19 +69,19 @@ def acting_tools(
         raise InputError(f"the skill {taken!r} has the name of a tool that models are offered; rename it")
     left_out = {name for name, is_there in ((ASK, can_ask), (PROGRAM, can_program)) if not is_there}
     moving = [
-        Tool(name=skill.name, description=f"{skill.description} {terms(skill)}".strip(), schema=arguments)
+        AnswerTool(name=skill.name, description=f"{skill.description} {terms(skill)}".strip(), schema=arguments)
         for skill in skills
         if (arguments := skill_arguments(skill, scene)) is not None
     ]
     still = [
-        Tool(name=name, description=description(model), schema=schema_of(model, skills))
+        AnswerTool(name=name, description=description(model), schema=schema_of(model, skills))
         for name, model in OWN.items()
         if name not in left_out
     ]
     return [*moving, *still]
 
 
-def one_call(tools: Sequence[Tool]) -> Tool:
+def one_call(tools: Sequence[AnswerTool]) -> AnswerTool:
     """Return what a server that writes by a schema answers with: a thought, and a call of one of the tools."""
     calls = [
         {
@@ -99,4 +99,4 @@ def one_call(tools: Sequence[Tool]) -> Tool:
         "required": ["thought", _CALL],
         "additionalProperties": False,
     }
-    return Tool(name=_CALL, description="What to do next.", schema=schema)
+    return AnswerTool(name=_CALL, description="What to do next.", schema=schema)

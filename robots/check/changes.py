@@ -1,4 +1,4 @@
-"""Which values of a model's file are others once it is loaded: every number of the two compiled models, side by side."""
+"""Values of a model's file that loading changes: every number of the two compiled models, side by side."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Change:
 
     @property
     def is_derived(self) -> bool:
-        """Whether the compiler works it out of other values."""
+        """True where the compiler works it out of other values."""
         return self.field in _DERIVED
 
 

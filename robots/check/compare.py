@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.chains import Tool
-from robosandbox.robots.check.finding import Check
+from robosandbox.robots.check.finding import CheckResult
 from robosandbox.robots.importers.imported import compile_spec
 from robosandbox.robots.infer.kinematic_tree import actuator_joints
 from robosandbox.robots.infer.placement import find_workspace
@@ -43,7 +43,7 @@ _GRID = 0.1  # Spacing in metres of the points of the table that are tried. Chos
 _LEAST_REACHED = 3  # Number of them to be reached. Chosen: with three of them an arm can be given a task.
 
 
-def compare(found: Inference, given: Sidecar, *, table_height: float = TABLE_HEIGHT) -> list[Check]:
+def compare(found: Inference, given: Sidecar, *, table_height: float = TABLE_HEIGHT) -> list[CheckResult]:
     """Return the checks that need no simulation.
 
     Args:
@@ -65,17 +65,17 @@ def _has(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> bool:
     return bool(mujoco.mj_name2id(model, kind.value, name) >= 0)
 
 
-def _joints(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
+def _joints(model: mujoco.MjModel, found: Inference, given: Sidecar) -> CheckResult:
     listed, chain = given.arm.joints, found.sidecar.arm.joints
     missing = [name for name in chain if name not in listed]
     unknown = [name for name in listed if not _has(model, mujoco.mjtObj.mjOBJ_JOINT, name)]
     if unknown:
-        return Check(
+        return CheckResult(
             "joints", False, f"{unknown[0]!r} is not a joint of the model", f"arm.joints[{listed.index(unknown[0])}]"
         )
     if missing:
         shown = ", ".join(repr(name) for name in missing)
-        return Check(
+        return CheckResult(
             "joints",
             False,
             f"the list skips {shown}: the arm has {len(chain)} joints, so IK solves for another arm",
@@ -83,24 +83,26 @@ def _joints(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
         )
     places = [listed.index(name) for name in chain]
     if places != sorted(places):
-        return Check("joints", False, f"not from base to wrist; the order is {', '.join(chain)}", "arm.joints")
+        return CheckResult("joints", False, f"not from base to wrist; the order is {', '.join(chain)}", "arm.joints")
     grip = set(found.sidecar.fingers.joints) if found.sidecar.fingers else set()
     if given.gripper is not None and grip & set(listed):
-        return Check("joints", False, f"{sorted(grip & set(listed))[0]!r} moves the gripper, not the arm", "arm.joints")
-    return Check("joints", True, f"all {len(listed)} joints from the base to the tool, in order")
+        return CheckResult(
+            "joints", False, f"{sorted(grip & set(listed))[0]!r} moves the gripper, not the arm", "arm.joints"
+        )
+    return CheckResult("joints", True, f"all {len(listed)} joints from the base to the tool, in order")
 
 
-def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Check]:
+def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[CheckResult]:
     if given.suction is not None:
         return [_cup(found, given.suction)]
     roles, measured = given.fingers, found.sidecar.fingers
     if roles is None or measured is None:
         why = found.findings["gripper"].evidence
-        return [Check("gripper", False, f"the model has no gripper that could be measured: {why}", "gripper")]
+        return [CheckResult("gripper", False, f"the model has no gripper that could be measured: {why}", "gripper")]
     strangers = _of_the_arm(model, found, roles)
     if strangers:
         detail = f"{strangers[0]!r} drives {strangers[1]!r} of the arm, not the fingers"
-        return [Check("gripper_actuator", False, detail, "gripper.actuator")]
+        return [CheckResult("gripper_actuator", False, detail, "gripper.actuator")]
     checks = []
     if _has(model, mujoco.mjtObj.mjOBJ_JOINT, roles.primary_joint):
         checks.append(_primary(model, roles, measured))
@@ -109,18 +111,18 @@ def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Ch
     return [*checks, _open_closed(roles, found, measured)] if roles.primary_joint == measured.primary_joint else checks
 
 
-def _cup(found: Inference, roles: SuctionRoles) -> Check:
+def _cup(found: Inference, roles: SuctionRoles) -> CheckResult:
     """Check that the model has the cup, and no other one at the arm's end."""
     there, why = found.sidecar.suction, found.findings["gripper"].evidence
     if there is None:
-        return Check("gripper", False, f"nothing at the arm's end sucks; {why}", "gripper.kind")
+        return CheckResult("gripper", False, f"nothing at the arm's end sucks; {why}", "gripper.kind")
     if roles.actuator not in (None, there.actuator):
         detail = f"{roles.actuator!r} is not what sucks at the arm's end; that is {there.actuator!r}"
-        return Check("gripper_actuator", False, detail, "gripper.actuator")
-    return Check("gripper", True, why)
+        return CheckResult("gripper_actuator", False, detail, "gripper.actuator")
+    return CheckResult("gripper", True, why)
 
 
-def _primary(model: mujoco.MjModel, roles: GripperRoles, measured: GripperRoles) -> Check:
+def _primary(model: mujoco.MjModel, roles: GripperRoles, measured: GripperRoles) -> CheckResult:
     """Check that the primary joint, which is in the model, is one of the fingers' that an actuator drives."""
     name = roles.primary_joint
     joint = model.joint(name).id
@@ -128,17 +130,17 @@ def _primary(model: mujoco.MjModel, roles: GripperRoles, measured: GripperRoles)
     if not ours or not any(joint in actuator_joints(model, a) for a in range(model.nu)):
         lacks = "has no actuator" if ours else "does not move the fingers"
         detail = f"{name!r} {lacks}; the one that has is {measured.primary_joint!r}"
-        return Check("primary_joint", False, detail, "gripper.primary_joint")
+        return CheckResult("primary_joint", False, detail, "gripper.primary_joint")
     if name != measured.primary_joint and _fit_the_other(model, roles, measured):
         detail = (
             f"open_qpos {roles.open_qpos:g} and closed_qpos {roles.closed_qpos:g} are values of "
             f"{measured.primary_joint!r}, not of {name!r}"
         )
-        return Check("primary_joint", False, detail, "gripper.primary_joint")
-    return Check("primary_joint", True, f"{name!r} has an actuator")
+        return CheckResult("primary_joint", False, detail, "gripper.primary_joint")
+    return CheckResult("primary_joint", True, f"{name!r} has an actuator")
 
 
-def _open_closed(roles: GripperRoles, found: Inference, measured: GripperRoles) -> Check:
+def _open_closed(roles: GripperRoles, found: Inference, measured: GripperRoles) -> CheckResult:
     """Check open and closed of the joint that was measured as well; what was measured there is said."""
     saw = {name: found.findings[f"gripper.{name}"].evidence for name in ("open_qpos", "closed_qpos")}
     low, high = sorted((measured.open_qpos, measured.closed_qpos))
@@ -147,7 +149,7 @@ def _open_closed(roles: GripperRoles, found: Inference, measured: GripperRoles) 
         if not low - _OUTSIDE * travel <= value <= high + _OUTSIDE * travel:
             reached = f"is outside what the joint reaches ({low:g}..{high:g}); give a joint value"
             detail = f"{name} {value:g} {reached}: at {getattr(measured, name):g}, {saw[name]}"
-            return Check("open_closed", False, detail, f"gripper.{name}")
+            return CheckResult("open_closed", False, detail, f"gripper.{name}")
     fault, field = "", "gripper.open_qpos"
     if (roles.open_qpos - roles.closed_qpos) * (measured.open_qpos - measured.closed_qpos) < 0.0:
         fault = f"the wrong way round: the fingers are apart at {measured.open_qpos:g} and together at {measured.closed_qpos:g}"
@@ -159,8 +161,8 @@ def _open_closed(roles: GripperRoles, found: Inference, measured: GripperRoles) 
     elif abs(roles.open_qpos - measured.open_qpos) > _NOT_OPEN * travel:
         fault = f"hardly opens; it would to {measured.open_qpos:g} ({saw['open_qpos']})"
     if fault:
-        return Check("open_closed", False, fault, field)
-    return Check("open_closed", True, f"apart at {roles.open_qpos:g}, together at {roles.closed_qpos:g}")
+        return CheckResult("open_closed", False, fault, field)
+    return CheckResult("open_closed", True, f"apart at {roles.open_qpos:g}, together at {roles.closed_qpos:g}")
 
 
 def _of_the_arm(model: mujoco.MjModel, found: Inference, roles: GripperRoles) -> tuple[str, str] | None:
@@ -197,24 +199,24 @@ class _GivenTcp:
     field: str
 
 
-def _given_tcp(model: mujoco.MjModel, data: mujoco.MjData, site: EeSite, palm: str) -> _GivenTcp | Check:
+def _given_tcp(model: mujoco.MjModel, data: mujoco.MjData, site: EeSite, palm: str) -> _GivenTcp | CheckResult:
     """Return the TCP that a sidecar gives, or what is wrong with its names."""
     inject = site.inject
     if inject is None:
         name = str(site.name)
         if not _has(model, mujoco.mjtObj.mjOBJ_SITE, name):
-            return Check("tcp", False, f"{site.name!r} is not a site of the model", "ee_site.name")
+            return CheckResult("tcp", False, f"{site.name!r} is not a site of the model", "ee_site.name")
         return _GivenTcp(data.site_xpos[model.site(name).id].copy(), None, "ee_site.name")
     body, field = inject.attach_body, "ee_site.inject.attach_body"
     if not _has(model, mujoco.mjtObj.mjOBJ_BODY, body):
-        return Check("tcp", False, f"{body!r} is not a body of the model", field)
+        return CheckResult("tcp", False, f"{body!r} is not a body of the model", field)
     if model.body_weldid[model.body(body).id] != model.body_weldid[model.body(palm).id]:
-        return Check("tcp", False, f"{body!r} does not move with the palm, {palm!r}", field)
+        return CheckResult("tcp", False, f"{body!r} does not move with the palm, {palm!r}", field)
     point, rotation = _world(model, data, body, inject.xyz, inject.quat_xyzw or (0.0, 0.0, 0.0, 1.0))
     return _GivenTcp(point, rotation if inject.quat_xyzw else None, "ee_site.inject.xyz")
 
 
-def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
+def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> CheckResult:
     """Hold the TCP against where the pads meet, in the frame of the inferred one."""
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
@@ -222,7 +224,7 @@ def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
     assert truth is not None and truth.quat_xyzw is not None
     origin, R = _world(model, data, truth.attach_body, truth.xyz, truth.quat_xyzw)
     tcp = _given_tcp(model, data, given.ee_site, truth.attach_body)
-    if isinstance(tcp, Check):
+    if isinstance(tcp, CheckResult):
         return tcp
     x, y, along = R.T @ (tcp.point - origin)
     aside = float(np.hypot(x, y))
@@ -231,17 +233,19 @@ def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
     what = "the cup's lip" if cup else "where the pads meet" if given.gripper else "the end of the last link"
     if given.gripper is None or found.sidecar.gripper is None:
         far = float(np.linalg.norm(tcp.point - origin)) > _TCP_OF_LINK
-        return Check("tcp", not far, f"{where} {what}", tcp.field if far else None)
+        return CheckResult("tcp", not far, f"{where} {what}", tcp.field if far else None)
     # Long pads hold things all the way to their tips, which is where some makers put the TCP.
     behind, beyond = (_TCP_OF_LIP, _TCP_OF_LIP) if cup else (_TCP_BEHIND, max(_TCP_BEYOND, found.tip + _TIP_SLACK))
     if aside > _TCP_ASIDE or not -behind <= along <= beyond:
         aims = "beside the cup" if cup else "beside the fingers, not between them"
-        return Check("tcp", False, f"{where} {what}: IK aims {aims}", tcp.field)
+        return CheckResult("tcp", False, f"{where} {what}: IK aims {aims}", tcp.field)
     if tcp.rotation is not None:
         angle = float(np.degrees(np.arccos(np.clip(tcp.rotation[:, 2] @ R[:, 2], -1.0, 1.0))))
         if angle > _APPROACH_DEG:
-            return Check("tcp", False, f"its z points {angle:.0f} deg off the approach", "ee_site.inject.quat_xyzw")
-    return Check("tcp", True, f"{where} {what}", tcp.field if along < -_TCP_DOUBTED else None)
+            return CheckResult(
+                "tcp", False, f"its z points {angle:.0f} deg off the approach", "ee_site.inject.quat_xyzw"
+            )
+    return CheckResult("tcp", True, f"{where} {what}", tcp.field if along < -_TCP_DOUBTED else None)
 
 
 def _world(
@@ -256,7 +260,7 @@ def _world(
     return data.xpos[b] + R @ np.array(xyz), R @ matrix_from_quat_xyzw(quat)
 
 
-def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar, table_height: float) -> list[Check]:
+def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar, table_height: float) -> list[CheckResult]:
     """Check home and base with the inferred TCP, so that a wrong one is not blamed twice."""
     truth = found.sidecar.ee_site.inject
     assert truth is not None and truth.quat_xyzw is not None
@@ -272,14 +276,14 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar, table_he
     natural = max(found.workspace.floor, 0.0) if found.workspace.floor > -0.15 else found.workspace.floor
     sunk = table - natural
     checks = [
-        Check(
+        CheckResult(
             "base_height",
             False,
             f"the mounting plane is {sunk * 1000:.0f} mm below the table: the arm goes through it",
             "base_pose.xyz",
         )
         if sunk > _SUNK
-        else Check("base_height", True, f"the mounting plane is {round(-sunk * 1000):+d} mm from the table top")
+        else CheckResult("base_height", True, f"the mounting plane is {round(-sunk * 1000):+d} mm from the table top")
     ]
     outside = [
         name
@@ -287,7 +291,7 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar, table_he
         if not low - 1e-6 <= value <= high + 1e-6
     ]
     if outside:
-        checks.append(Check("home", False, f"{outside[0]!r} is outside its limits there", "arm.home_qpos"))
+        checks.append(CheckResult("home", False, f"{outside[0]!r} is outside its limits there", "arm.home_qpos"))
     else:
         checks.append(_home(found, kinematics, q, table, sunk > _SUNK))
     if sunk <= _SUNK:
@@ -295,23 +299,23 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar, table_he
     return checks
 
 
-def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk: bool) -> Check:
+def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk: bool) -> CheckResult:
     itself = collision_test(kinematics.model, kinematics)(q)
     if itself is not None:
-        return Check("home", False, f"touches itself: {itself}", "arm.home_qpos")
+        return CheckResult("home", False, f"touches itself: {itself}", "arm.home_qpos")
     singular = singularity(kinematics, q, found.workspace.far)
     if singular is not None:
-        return Check("home", False, f"singular: {singular}; bend the elbow", "arm.home_qpos")
+        return CheckResult("home", False, f"singular: {singular}; bend the elbow", "arm.home_qpos")
     position, _ = kinematics.forward(q)
     if position[2] < table - 0.002 and not sunk:
-        return Check(
+        return CheckResult(
             "home", False, f"has the tool {1000 * (table - position[2]):.0f} mm under the table", "arm.home_qpos"
         )
     ratio = conditioning(kinematics, q) / max(found.workspace.far, 1e-6)
-    return Check("home", True, f"clear of itself, {ratio:.2f} m/rad per metre from a singularity")
+    return CheckResult("home", True, f"clear of itself, {ratio:.2f} m/rad per metre from a singularity")
 
 
-def _reach(kinematics: Kinematics, given: Sidecar, table_height: float) -> Check:
+def _reach(kinematics: Kinematics, given: Sidecar, table_height: float) -> CheckResult:
     """Count points of the table at which the tool can be held down."""
     R = matrix_from_quat_xyzw(given.base_pose.quat_xyzw)
     base = np.array(given.base_pose.xyz)
@@ -329,11 +333,11 @@ def _reach(kinematics: Kinematics, given: Sidecar, table_height: float) -> Check
                 reached += 1
     share = reached / len(steps) ** 2
     if (reached < _LEAST_REACHED and space.far - space.near > 2 * _GRID) or reached == 0:
-        return Check(
+        return CheckResult(
             "reach",
             False,
             f"reaches {reached} of {len(steps) ** 2} points of the table; move the base so that its workspace "
             f"({space.near:.2f}..{space.far:.2f} m from its axis) overlaps it",
             "base_pose.xyz",
         )
-    return Check("reach", True, f"points the tool down over {share * 100:.0f}% of the table")
+    return CheckResult("reach", True, f"points the tool down over {share * 100:.0f}% of the table")

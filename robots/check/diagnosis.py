@@ -1,4 +1,4 @@
-"""What is wrong with a robot's own sidecar, found without simulation, as the end of an error message."""
+"""Diagnosis of a robot's own sidecar without simulation, as the end of an error message."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from robosandbox.errors import InputError
 from robosandbox.robots.check.compare import compare
-from robosandbox.robots.check.finding import Check
+from robosandbox.robots.check.finding import CheckResult
 from robosandbox.robots.importers.imported import ImportedModel
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.mount import mount
@@ -97,13 +97,13 @@ def refuse_unsound(found: Inference) -> None:
         )
 
 
-def static_checks(files: RobotFiles) -> tuple[Check, ...]:
+def static_checks(files: RobotFiles) -> tuple[CheckResult, ...]:
     """Return the checks of a sidecar that need no simulation; made once as long as the files stay the same."""
     return _static_checks(files, files.model.stat().st_mtime_ns, files.sidecar.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=16)
-def _static_checks(files: RobotFiles, model_stamp: int, sidecar_stamp: int) -> tuple[Check, ...]:
+def _static_checks(files: RobotFiles, model_stamp: int, sidecar_stamp: int) -> tuple[CheckResult, ...]:
     del model_stamp, sidecar_stamp  # part of the cache key: edited files are read again
     try:
         given = load_yaml_model(files.sidecar, Sidecar)
@@ -113,7 +113,7 @@ def _static_checks(files: RobotFiles, model_stamp: int, sidecar_stamp: int) -> t
         return tuple(compare(found, given, table_height=height))
     except InputError as error:
         field = blamed_field(files.sidecar, str(error))
-        return (Check("load", False, _SKIPS if field == _JOINTS else str(error), field),)
+        return (CheckResult("load", False, _SKIPS if field == _JOINTS else str(error), field),)
 
 
 def blamed_field(sidecar: Path | None, message: str) -> str | None:

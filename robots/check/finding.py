@@ -1,4 +1,4 @@
-"""What was found out about a robot: why a field has its value, and whether one is right."""
+"""Findings about a robot: why a field has its value, and whether one is right."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class CheckResult:
     """The outcome of one check.
 
     Attributes:
@@ -26,8 +26,8 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """Why a field has its value: how sure (0..1), and the evidence in words."""
+class FieldEvidence:
+    """Reason for a field's value: how sure (0..1), and the evidence in words."""
 
     confidence: float
     evidence: str

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from robosandbox.robots.gripper.calibrate import moving_groups, palm_of
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.meshes import add_mesh
-from robosandbox.shapes.triangles import Mesh, convex_parts
+from robosandbox.shapes.triangles import TriangleMesh, convex_parts
 from robosandbox.types import Array
 
 _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
@@ -36,7 +36,7 @@ _STIFF = (0.97, 0.995, 0.001, 0.5, 2.0)
 
 
 @dataclass(frozen=True, slots=True)
-class _Hand:
+class _HandBodies:
     """A gripper's bodies.
 
     Attributes:
@@ -69,7 +69,7 @@ def refine_fingers(imported: ImportedModel, gripper_joints: Iterable[str]) -> No
     """
     spec = imported.spec
     model = compile_spec(spec, imported.path.name)
-    hand = _Hand.of(model, [model.joint(name).id for name in gripper_joints])
+    hand = _HandBodies.of(model, [model.joint(name).id for name in gripper_joints])
     geoms = {geom.id: geom for geom in spec.geoms}
     padded = {int(model.geom_bodyid[g]) for g, geom in geoms.items() if _is_pad(model, g, geom)}
     for group in hand.groups:
@@ -196,14 +196,14 @@ def _cut(imported: ImportedModel, model: mujoco.MjModel, g: int, geom: mujoco.Mj
     imported.notes.append(f"link {body.name!r}: a hollow collision mesh is cut into {len(parts)} convex pieces")
 
 
-def _mesh_of(model: mujoco.MjModel, mesh: int) -> Mesh:
+def _mesh_of(model: mujoco.MjModel, mesh: int) -> TriangleMesh:
     start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     first, number = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
     vertices = model.mesh_vert[start : start + count].astype(float)
-    return Mesh(vertices, model.mesh_face[first : first + number].copy())
+    return TriangleMesh(vertices, model.mesh_face[first : first + number].copy())
 
 
-def is_concave(mesh: Mesh) -> bool:
+def is_concave(mesh: TriangleMesh) -> bool:
     """Tell whether a mesh's hull is a good deal larger than the mesh, or may be: an open one encloses nothing."""
     from scipy.spatial import ConvexHull, QhullError
 
@@ -214,7 +214,7 @@ def is_concave(mesh: Mesh) -> bool:
     return not _is_closed(mesh) or hull > _CONCAVE * _volume(mesh.vertices, mesh.faces)
 
 
-def _is_closed(mesh: Mesh) -> bool:
+def _is_closed(mesh: TriangleMesh) -> bool:
     """Tell whether every edge has a face on either side, so that the mesh encloses a volume."""
     _, welded = np.unique(mesh.vertices.round(6), axis=0, return_inverse=True)
     corners = welded.reshape(-1)[mesh.faces]

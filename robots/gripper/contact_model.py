@@ -1,4 +1,4 @@
-"""How hard a gripper presses: as a hand does, whatever its model's servos say."""
+"""Contact and force model of a gripper, that of a hand whatever its model's servos say."""
 
 from __future__ import annotations
 

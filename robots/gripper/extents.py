@@ -1,4 +1,4 @@
-"""How far the fingers of a gripper extend around its TCP: depth, width and thickness."""
+"""Extents of a gripper's fingers around its TCP: depth, width and thickness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sidecar does not say, measured on the model once: the gripper's travel, pads, closing and approach axes.
+"""Gripper geometry measured on the model once: travel, pads, closing and approach axes.
 
 The gripper is driven over its control range in a copy of the robot alone, without gravity, and its joints,
 actuator lengths and pad distance are sampled on the way. That holds for a pair of slides, for a linkage closed by

@@ -1,4 +1,4 @@
-"""Where a gripper holds things: the middle of where its closed pads meet, with closing and approach axes."""
+"""Grasp frame of a gripper: the middle of where its closed pads meet, with closing and approach axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which fingers of a hand oppose each other, found by closing it on a probe: the way each closes, and what only spreads them."""
+"""Opposing fingers of a hand, found by closing it on a probe: how each closes, and which joints only spread them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class Closing:
-    """How one finger closes: its actuator and the joint it drives, by ids, and the joint's values.
+    """Closing motion of one finger: its actuator and the joint it drives, by ids, and the joint's values.
 
     Attributes:
         actuator: What closes it.

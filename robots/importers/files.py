@@ -1,4 +1,4 @@
-"""Which files a model may read: its own folder, its package, and the search paths; nothing else through `..`."""
+"""Files that a model may read: its own folder, its package, and the search paths; nothing else through `..`."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.shapes.triangles import Mesh
+from robosandbox.shapes.triangles import TriangleMesh
 from robosandbox.types import Array
 
 MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
@@ -18,7 +18,7 @@ _MAX_FACES = 500_000  # Number of triangles of a mesh. Chosen so that a model co
 _SHELL = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
 
 
-def read_mesh(path: Path, element: str) -> Mesh:
+def read_mesh(path: Path, element: str) -> TriangleMesh:
     """Read a mesh file.
 
     Args:
@@ -32,7 +32,7 @@ def read_mesh(path: Path, element: str) -> Mesh:
 
 
 @lru_cache(maxsize=256)
-def _read(path: Path, stamp: int, element: str) -> Mesh:
+def _read(path: Path, stamp: int, element: str) -> TriangleMesh:
     del stamp  # part of the cache key
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
@@ -52,7 +52,7 @@ def _read(path: Path, stamp: int, element: str) -> Mesh:
     return mesh
 
 
-def _read_binary_stl(path: Path) -> Mesh | None:
+def _read_binary_stl(path: Path) -> TriangleMesh | None:
     """Return the mesh of a binary STL; None for one in text."""
     content = path.read_bytes()
     if len(content) < 84:
@@ -63,10 +63,10 @@ def _read_binary_stl(path: Path) -> Mesh | None:
     record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     triangles = np.frombuffer(content, record, count, 84)["corners"].astype(np.float64)
     vertices, inverse = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
-    return Mesh(vertices, inverse.reshape(-1, 3).astype(np.int32))
+    return TriangleMesh(vertices, inverse.reshape(-1, 3).astype(np.int32))
 
 
-def _read_with_trimesh(path: Path) -> Mesh:
+def _read_with_trimesh(path: Path) -> TriangleMesh:
     import trimesh
 
     loaded: Any = trimesh.load(path, force="mesh", process=False)
@@ -84,10 +84,10 @@ def _read_with_trimesh(path: Path) -> Mesh:
                 rgba = (float(red), float(green), float(blue), float(alpha))
         except Exception:  # colour is decoration; a file whose texture is missing still has its shape
             rgba = None
-    return Mesh(vertices, np.asarray(loaded.faces, dtype=np.int32), rgba)
+    return TriangleMesh(vertices, np.asarray(loaded.faces, dtype=np.int32), rgba)
 
 
-def volumes(mesh: Mesh) -> tuple[float, float]:
+def volumes(mesh: TriangleMesh) -> tuple[float, float]:
     """Return the enclosed volume and the convex hull's, cubic metres."""
     import trimesh
 

@@ -1,4 +1,4 @@
-"""What an MJCF is made of, looked at before MuJoCo reads any of it: includes, attached models, assets, and what they reserve."""
+"""Files of an MJCF, listed before MuJoCo reads any of it: includes, attached models, assets, and what they reserve."""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ def get_armature(joint: mujoco.MjsJoint) -> float:
 
 
 class _Load:
-    """What each joint has to move: the largest inertia and gravity torque over sampled postures."""
+    """Load on each joint: the largest inertia and gravity torque over sampled postures."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         data = mujoco.MjData(model)

@@ -1,4 +1,4 @@
-"""What an SRDF beside a URDF adds: named postures, and links that may touch."""
+"""SRDF beside a URDF: named postures, and links that may touch."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from robosandbox.robots.importers.imported import ImportedModel, put_scalar
 from robosandbox.robots.importers.meshes import add_mesh, read_mesh
 from robosandbox.robots.importers.srdf import read_srdf
 from robosandbox.robots.importers.urdf_lint import check_urdf, numbers
-from robosandbox.shapes.triangles import Mesh
+from robosandbox.shapes.triangles import TriangleMesh
 from robosandbox.types import Array
 
 # Channels, 0 to 1 (a fraction each), of links without a colour. Chosen.
@@ -59,7 +59,7 @@ def import_urdf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel
         model.notes.append(f"{empty} shapes of no size are left out")
     if capsules:
         model.notes.append(f"{capsules} capsules, which a URDF does not have, are taken as cylinders")
-    _Builder(model, robot, files).build()
+    _SpecBuilder(model, robot, files).build()
     read_srdf(model)
     return model
 
@@ -117,7 +117,7 @@ def _number(value: Any) -> float:
     return float(value or 0.0)
 
 
-class _Builder:
+class _SpecBuilder:
     def __init__(self, model: ImportedModel, robot: Any, files: ModelFiles) -> None:
         self.model, self.spec, self.robot, self.files = model, model.spec, robot, files
         self.spec.modelname = model.name
@@ -323,7 +323,7 @@ class _Builder:
         placed: Array = corners @ origin[:3, :3].T + origin[:3, 3]
         return placed
 
-    def _mesh(self, path: str, scale: tuple[float, ...], mesh: Mesh) -> str:
+    def _mesh(self, path: str, scale: tuple[float, ...], mesh: TriangleMesh) -> str:
         key = (path, scale)
         if key not in self.meshes:
             name = f"{Path(path).stem}_{len(self.meshes)}"

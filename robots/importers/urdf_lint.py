@@ -1,4 +1,4 @@
-"""What is wrong with a URDF, said with file, element and value before anything is built from it."""
+"""Lint of a URDF: mistakes with file, element and value, told before anything is built from it."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.check.finding import FieldEvidence
 from robosandbox.robots.gripper.cup import lip, suctions
 from robosandbox.robots.infer.tcp import flange_tool
 from robosandbox.robots.sidecar import SuctionRoles
@@ -19,13 +19,13 @@ _ALONG = 0.7
 
 @dataclass(frozen=True, slots=True)
 class InferredCup:
-    """What was found of a cup, by names: TCP position (3,) and rotation (3, 3) are in its body's frame."""
+    """Suction cup found by names: TCP position (3,) and rotation (3, 3) are in its body's frame."""
 
     roles: SuctionRoles
     body: str
     tool: Array
     rotation: Array
-    findings: dict[str, Finding]
+    findings: dict[str, FieldEvidence]
 
 
 def infer_cup(model: mujoco.MjModel, joints: tuple[int, ...]) -> InferredCup | None:
@@ -61,10 +61,10 @@ def infer_cup(model: mujoco.MjModel, joints: tuple[int, ...]) -> InferredCup | N
             tool=R_body.T @ (middle - data.xpos[body]),
             rotation=R_body.T @ rotation,
             findings={
-                "gripper": Finding(0.95, said),
-                "gripper.actuator": Finding(0.95, f"adhesion on {model.body(body).name!r}"),
-                "ee_site.inject.xyz": Finding(0.95, "the middle of the cup's lip"),
-                "ee_site.inject.quat_xyzw": Finding(0.9, "z out of the cup"),
+                "gripper": FieldEvidence(0.95, said),
+                "gripper.actuator": FieldEvidence(0.95, f"adhesion on {model.body(body).name!r}"),
+                "ee_site.inject.xyz": FieldEvidence(0.95, "the middle of the cup's lip"),
+                "ee_site.inject.quat_xyzw": FieldEvidence(0.9, "z out of the cup"),
             },
         )
     return None

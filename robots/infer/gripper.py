@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.check.finding import FieldEvidence
 from robosandbox.robots.fitting import fit_roles
 from robosandbox.robots.gripper.calibrate import JAWS, moving_groups, palm_of, place, sweep_gripper
 from robosandbox.robots.gripper.collision import refine_fingers
@@ -17,7 +17,7 @@ from robosandbox.robots.gripper.grasp_frame import grasp_sample, mean_frame, mea
 from robosandbox.robots.gripper.pads import Pads, find_pads, openness, opposed_pads
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints
-from robosandbox.robots.infer.placement import Workspace
+from robosandbox.robots.infer.placement import TableWorkspace
 from robosandbox.robots.infer.tcp import is_tool
 from robosandbox.robots.measurements import home_by_address, measurements
 from robosandbox.robots.sidecar import GripperRoles, Sidecar
@@ -32,7 +32,7 @@ _SNAP_BEYOND = 0.01
 
 @dataclass(slots=True)
 class InferredGripper:
-    """What was measured of a gripper, by names: TCP position and rotation are in the palm's frame.
+    """Gripper measured, by names: TCP position and rotation are in the palm's frame.
 
     `tip` is how far the closed fingers go on beyond the TCP, metres.
     """
@@ -43,7 +43,7 @@ class InferredGripper:
     rotation: Array
     open_qpos: Array
     tip: float
-    findings: dict[str, Finding]
+    findings: dict[str, FieldEvidence]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def _travel(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], actua
 
 def infer_gripper(
     imported: ImportedModel, gripper: tuple[str, ...], arm: tuple[str, ...], chain: Chain
-) -> tuple[InferredGripper | None, Finding]:
+) -> tuple[InferredGripper | None, FieldEvidence]:
     """Return what a gripper is, or None, and why.
 
     Args:
@@ -95,7 +95,7 @@ def infer_gripper(
     try:
         travel = _travel(model, data, joints, actuators)
     except (ValueError, InputError) as error:
-        return None, Finding(0.5, f"{', '.join(gripper)} is no gripper that could be measured: {error}")
+        return None, FieldEvidence(0.5, f"{', '.join(gripper)} is no gripper that could be measured: {error}")
     place(model, data, travel.closed)
     palm = palm_of(model, joints)
     axes = np.vstack([data.xmat[palm].reshape(3, 3).T, data.xaxis[model.joint(arm[-1]).id][None]])
@@ -110,21 +110,21 @@ def infer_gripper(
     local = R_palm.T @ (position - data.xpos[palm])
     roles = _roles(model, gripper, _primary(model, joints, actuators), actuators, travel)
     if abs(roles.open_qpos - roles.closed_qpos) < 1e-4:
-        return None, Finding(0.5, f"{roles.primary_joint} does not move under its actuator")
+        return None, FieldEvidence(0.5, f"{roles.primary_joint} does not move under its actuator")
     findings = {
-        "gripper.joints": Finding(chain.confidence, chain.evidence),
-        "gripper.primary_joint": Finding(0.95, f"driven by {', '.join(map(repr, roles.actuator_names))}"),
-        "ee_site.inject.xyz": Finding(sure, why),
-        "ee_site.inject.quat_xyzw": Finding(0.9, "z out of the gripper, y along the closing of its pads"),
+        "gripper.joints": FieldEvidence(chain.confidence, chain.evidence),
+        "gripper.primary_joint": FieldEvidence(0.95, f"driven by {', '.join(map(repr, roles.actuator_names))}"),
+        "ee_site.inject.xyz": FieldEvidence(sure, why),
+        "ee_site.inject.quat_xyzw": FieldEvidence(0.9, "z out of the gripper, y along the closing of its pads"),
     }
     tip = max(0.0, frame.tip - float((position - frame.position) @ frame.approach))
     hand = InferredGripper(roles, str(model.body(palm).name), local, rotation, travel.opened.copy(), tip, findings)
-    return hand, Finding(0.95, f"{len(joints)} joints")
+    return hand, FieldEvidence(0.95, f"{len(joints)} joints")
 
 
 def measured_as_loaded(
-    imported: ImportedModel, sidecar: Sidecar, table_height: float, workspace: Workspace
-) -> tuple[Sidecar, dict[str, Finding]]:
+    imported: ImportedModel, sidecar: Sidecar, table_height: float, workspace: TableWorkspace
+) -> tuple[Sidecar, dict[str, FieldEvidence]]:
     """Return a sidecar whose gripper opens and closes as it will when it is loaded, and how far.
 
     It is the measurement that loading makes, at the arm's home and with the servos that loading gives it; before, the grip
@@ -157,9 +157,9 @@ def measured_as_loaded(
     widest, narrowest = 1000 * found.geometry.max_aperture, 1000 * found.geometry.min_aperture
     kind = "one jaw moves" if len(roles.joints) == 1 else f"{len(roles.joints)} joints"
     return sidecar, {
-        "gripper": Finding(0.95, f"{kind}; opens to {widest:.0f} mm"),
-        "gripper.open_qpos": Finding(0.95, f"driven over its range, its pads are {widest:.0f} mm apart there"),
-        "gripper.closed_qpos": Finding(0.95, f"its pads are {narrowest:.1f} mm apart there"),
+        "gripper": FieldEvidence(0.95, f"{kind}; opens to {widest:.0f} mm"),
+        "gripper.open_qpos": FieldEvidence(0.95, f"driven over its range, its pads are {widest:.0f} mm apart there"),
+        "gripper.closed_qpos": FieldEvidence(0.95, f"its pads are {narrowest:.1f} mm apart there"),
     }
 
 

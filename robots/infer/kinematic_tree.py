@@ -1,4 +1,4 @@
-"""Which joints of a tree are an arm, and which are the gripper at its end."""
+"""Kinematic tree of a robot, split into an arm and the gripper at its end."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Chain:
 
 def find_chains(model: mujoco.MjModel) -> list[Chain]:
     """Return the arms of a model, the likeliest first; empty when nothing has three joints in a row."""
-    tree = _Tree(model)
+    tree = _KinematicTree(model)
     chains = []
     for end in tree.ends():
         chain = _chain_to(model, tree, end)
@@ -77,7 +77,7 @@ def find_chains(model: mujoco.MjModel) -> list[Chain]:
     return sorted(alone, key=lambda chain: (not chain.gripper_joints, -min(len(chain.joints), 7)))
 
 
-class _Tree:
+class _KinematicTree:
     """Bodies welded together as one node, joined by hinges and slides."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -174,7 +174,7 @@ def tendon_joints(model: mujoco.MjModel, tendon: int) -> list[int]:
 
 @dataclass(frozen=True, slots=True)
 class _Ending:
-    """How a way from the base ends: the nodes of the arm, the palm, the nodes of the hand, and why these."""
+    """End of a chain from the base: the nodes of the arm, the palm, the nodes of the hand, and why these."""
 
     path: list[int]
     palm: int
@@ -183,7 +183,7 @@ class _Ending:
     confidence: float
 
 
-def _ending(model: mujoco.MjModel, tree: _Tree, end: int) -> _Ending:
+def _ending(model: mujoco.MjModel, tree: _KinematicTree, end: int) -> _Ending:
     path = [end]
     while tree.parent.get(path[-1], 0):
         path.append(tree.parent[path[-1]])
@@ -199,7 +199,7 @@ def _ending(model: mujoco.MjModel, tree: _Tree, end: int) -> _Ending:
     return _Ending(path, end, [], "no joint beyond the last link closes on anything: no gripper", 0.9)
 
 
-def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
+def _chain_to(model: mujoco.MjModel, tree: _KinematicTree, end: int) -> Chain | None:
     ending = _ending(model, tree, end)
     driving = _driving_base(model, tree, ending.path)
     arm = [j for node in ending.path for j in tree.joints_of(node) if j in tree.driven and j not in driving]
@@ -214,7 +214,7 @@ def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
     return Chain(tuple(arm), palm, joints, actuators, evidence, ending.confidence)
 
 
-def _without_torso(tree: _Tree, path: list[int], arm: list[int]) -> list[int]:
+def _without_torso(tree: _KinematicTree, path: list[int], arm: list[int]) -> list[int]:
     """Return the joints that carry nothing but this arm: a torso with a head and a base with wheels are held."""
     for k, node in enumerate(path):
         above = tree.parent.get(node, 0)
@@ -228,7 +228,7 @@ def _without_torso(tree: _Tree, path: list[int], arm: list[int]) -> list[int]:
     return arm
 
 
-def _driving_base(model: mujoco.MjModel, tree: _Tree, path: list[int]) -> set[int]:
+def _driving_base(model: mujoco.MjModel, tree: _KinematicTree, path: list[int]) -> set[int]:
     """Return the joints at the root that stand for wheels: slides over the floor farther than any rail, and the turn on them."""
     joints = [j for node in path for j in tree.joints_of(node)]
     slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE.value
@@ -254,7 +254,7 @@ def _palm_body(model: mujoco.MjModel, palm: int, hand: list[int]) -> int:
     return with_shape[-1] if with_shape else palm
 
 
-def _why_jaw(model: mujoco.MjModel, tree: _Tree, node: int) -> str | None:
+def _why_jaw(model: mujoco.MjModel, tree: _KinematicTree, node: int) -> str | None:
     """Say why a last joint closes its link against the one before it, as a jaw does; None where it does not."""
     joints = tree.joints_of(node)
     if len(joints) != 1:
@@ -302,7 +302,7 @@ def _swept_gaps(model: mujoco.MjModel, joint: int, mine: list[int], other: list[
     return gaps
 
 
-def _geoms(model: mujoco.MjModel, tree: _Tree, node: int) -> list[int]:
+def _geoms(model: mujoco.MjModel, tree: _KinematicTree, node: int) -> list[int]:
     all_of = [g for g in range(model.ngeom) if int(tree.weld[model.geom_bodyid[g]]) == node]
     solid = [g for g in all_of if model.geom_contype[g] or model.geom_conaffinity[g]]
     return solid or all_of
@@ -323,7 +323,7 @@ def _far_gap(model: mujoco.MjModel, data: mujoco.MjData, joint: int, mine: list[
     return float(np.linalg.norm(far[:, None] - fixed[None], axis=2).min())
 
 
-def _stands_beside(model: mujoco.MjModel, tree: _Tree, node: int, joint: int) -> bool:
+def _stands_beside(model: mujoco.MjModel, tree: _KinematicTree, node: int, joint: int) -> bool:
     """Tell whether the fixed link reaches about as far beyond the joint as the moving one."""
     data = tree.data
     anchor = data.xanchor[joint]

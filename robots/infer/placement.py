@@ -1,4 +1,4 @@
-"""Where an arm stands so that its workspace covers the table, and a home from which it starts well."""
+"""Placement of an arm whose workspace covers the table, and a home from which it starts well."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ _HOME_HEIGHTS, _LEAST_HOME_HEIGHT, _GOOD_HOME = (0.55, 0.4, 0.7, 0.3), 0.08, 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Workspace:
-    """What an arm reaches over a table on which it stands; lengths in metres, in the robot's frame.
+class TableWorkspace:
+    """Workspace of an arm over a table on which it stands; lengths in metres, in the robot's frame.
 
     Attributes:
         floor: Height of the table top that its base stands on.
@@ -108,7 +108,7 @@ def base_bottom(model: mujoco.MjModel, joints: tuple[int, ...]) -> float:
 
 def find_workspace(
     kinematics: Kinematics, floor: float, collides: Callable[[Array], str | None] = lambda q: None
-) -> Workspace:
+) -> TableWorkspace:
     """Return where the tool can point down at a table at height `floor`."""
     model, data = kinematics.model, kinematics.data
     _, positions, rotations = kinematics.samples()
@@ -121,9 +121,9 @@ def find_workspace(
     lowest = world_points(model, data, first, 0.01)[:, 2].min(initial=shoulder)
     # An arm on a pedestal as high as it is long reaches nothing at the level of its foot: the table comes up to the arm.
     for level in (floor, min(shoulder - 0.35 * reach, float(lowest))):
-        best: tuple[float, Workspace] | None = None
+        best: tuple[float, TableWorkspace] | None = None
         for tilt in _TILTS:
-            found = _band(kinematics, Workspace(level, axis, forward, 0.0, reach, tilt), reach, collides)
+            found = _band(kinematics, TableWorkspace(level, axis, forward, 0.0, reach, tilt), reach, collides)
             if found is not None and (best is None or found.far - found.near > best[0]):
                 best = (found.far - found.near, found)
             if best is not None and best[0] >= _LEAST_BAND:
@@ -132,7 +132,7 @@ def find_workspace(
             return best[1]
         if shoulder - floor < 0.5 * reach:
             break
-    return Workspace(floor, axis, forward, 0.3 * reach, 0.7 * reach, np.pi)
+    return TableWorkspace(floor, axis, forward, 0.3 * reach, 0.7 * reach, np.pi)
 
 
 def _forward(offsets: Array, approaches: Array) -> float:
@@ -152,8 +152,8 @@ def _forward(offsets: Array, approaches: Array) -> float:
 
 
 def _band(
-    kinematics: Kinematics, space: Workspace, reach: float, collides: Callable[[Array], str | None]
-) -> Workspace | None:
+    kinematics: Kinematics, space: TableWorkspace, reach: float, collides: Callable[[Array], str | None]
+) -> TableWorkspace | None:
     """Return the longest run of distances at which the tool points down, both at the table and above it."""
     radii = np.linspace(0.04 * reach, reach, _RADII)
     fine = []
@@ -177,10 +177,10 @@ def _band(
     if not runs:
         return None
     first, last = max(runs, key=lambda run: run[1] - run[0])
-    return Workspace(space.floor, space.axis, space.forward, float(radii[first]), float(radii[last]), space.tilt)
+    return TableWorkspace(space.floor, space.axis, space.forward, float(radii[first]), float(radii[last]), space.tilt)
 
 
-def base_pose(space: Workspace, table_height: float) -> tuple[tuple[float, float, float], float]:
+def base_pose(space: TableWorkspace, table_height: float) -> tuple[tuple[float, float, float], float]:
     """Return the base's position in the world and its yaw, so that the workspace's middle lies on the table."""
     yaw = -space.forward
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
@@ -191,7 +191,7 @@ def base_pose(space: Workspace, table_height: float) -> tuple[tuple[float, float
 
 
 @dataclass(frozen=True, slots=True)
-class Home:
+class HomePosture:
     """A start configuration and where it comes from."""
 
     q: Array
@@ -201,11 +201,11 @@ class Home:
 
 def find_home(
     kinematics: Kinematics,
-    space: Workspace,
+    space: TableWorkspace,
     names: tuple[str, ...],
     keyframes: Mapping[str, Mapping[str, float]],
     collides: Callable[[Array], str | None],
-) -> Home:
+) -> HomePosture:
     """Return a keyframe that holds the tool down clear of everything, or an optimized posture.
 
     Args:
@@ -223,22 +223,22 @@ def find_home(
         q = np.array([values[name] for name in names])
         fault = _fault(kinematics, space, q, collides)
         if fault is None:
-            return Home(q, f"keyframe {title!r} of the model: tool down, clear of itself and the table", 0.95)
+            return HomePosture(q, f"keyframe {title!r} of the model: tool down, clear of itself and the table", 0.95)
         rejected.append(f"{title!r} {fault}")
     note = f"; not its keyframes: {', '.join(rejected[:2])}" if rejected else ""
     best = _optimized(kinematics, space, collides)
     if best is not None:
         how = f"optimized: tool down over the table, far from limits and singularities{note}"
-        return Home(_rounded(kinematics, best), how, 0.85)
+        return HomePosture(_rounded(kinematics, best), how, 0.85)
     q, positions, rotations = kinematics.samples()
     order = np.argsort(rotations[:, 2, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
     usable = (k for k in order if singularity(kinematics, q[k], space.far) is None)
     free = next((k for k in usable if collides(q[k]) is None), order[0])
     how = f"the sampled posture that points down best; check it on the picture{note}"
-    return Home(_rounded(kinematics, q[free]), how, 0.3)
+    return HomePosture(_rounded(kinematics, q[free]), how, 0.3)
 
 
-def _optimized(kinematics: Kinematics, space: Workspace, collides: Callable[[Array], str | None]) -> Array | None:
+def _optimized(kinematics: Kinematics, space: TableWorkspace, collides: Callable[[Array], str | None]) -> Array | None:
     """Return the best posture, shape (n,), with the tool down over the middle of the workspace, at the first height that has a good one."""
     best: tuple[float, Array] | None = None
     for height in _HOME_HEIGHTS:
@@ -254,7 +254,7 @@ def _optimized(kinematics: Kinematics, space: Workspace, collides: Callable[[Arr
     return None if best is None else best[1]
 
 
-def _postures(kinematics: Kinematics, space: Workspace, point: Array) -> Iterator[Array]:
+def _postures(kinematics: Kinematics, space: TableWorkspace, point: Array) -> Iterator[Array]:
     """Yield configurations (n,) that hold the tool down at a point (3,)."""
     for start in kinematics.starts(point, _DOWN, _HOME_STARTS):
         solution = kinematics.descend(point, _DOWN, start, tilt=max(_TILTS[0], space.tilt))
@@ -270,7 +270,9 @@ def _rounded(kinematics: Kinematics, q: Array) -> Array:
     return inside
 
 
-def _fault(kinematics: Kinematics, space: Workspace, q: Array, collides: Callable[[Array], str | None]) -> str | None:
+def _fault(
+    kinematics: Kinematics, space: TableWorkspace, q: Array, collides: Callable[[Array], str | None]
+) -> str | None:
     if (q < kinematics.lower - 1e-6).any() or (q > kinematics.upper + 1e-6).any():
         return "is outside the joint limits"
     position, rotation = kinematics.forward(q)
@@ -290,7 +292,7 @@ def _fault(kinematics: Kinematics, space: Workspace, q: Array, collides: Callabl
     return f"has {touching}" if touching else None
 
 
-def _score(kinematics: Kinematics, space: Workspace, q: Array) -> float:
+def _score(kinematics: Kinematics, space: TableWorkspace, q: Array) -> float:
     """Return how well a posture suits as a home; near 1 is best."""
     moving = min(1.0, conditioning(kinematics, q) / (0.3 * space.far))
     central = min(1.0, centring(kinematics, q) / 0.4)

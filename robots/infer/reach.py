@@ -1,4 +1,4 @@
-"""What a robot reaches over its table without touching itself."""
+"""Reach of a robot over its table, free of self-collision."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import mujoco
 from robosandbox.robots.chains import Tool
 from robosandbox.robots.gripper.geometry import DerivedGripper
 from robosandbox.robots.importers.imported import compile_spec
-from robosandbox.robots.infer.placement import Workspace, find_workspace
+from robosandbox.robots.infer.placement import TableWorkspace, find_workspace
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.types import Array
@@ -22,7 +22,7 @@ def measured_workspace(
     R_site_tcp: Array,
     gripper: DerivedGripper | None,
     table_height: float,
-) -> Workspace:
+) -> TableWorkspace:
     """Return what a robot reaches with its gripper open.
 
     Args:

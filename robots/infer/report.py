@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.check.finding import FieldEvidence
 from robosandbox.robots.infer.sidecar import Inference
 from robosandbox.robots.sidecar import SuctionRoles
 
@@ -98,7 +98,7 @@ def document(inference: Inference) -> dict[str, Any]:
     }
 
 
-def _said(finding: Finding | None, indent: int) -> list[str]:
+def _said(finding: FieldEvidence | None, indent: int) -> list[str]:
     """Return a comment of a finding, wrapped."""
     if finding is None:
         return []

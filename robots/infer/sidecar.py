@@ -12,7 +12,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
 from robosandbox.robots.chains import Tool
-from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.check.finding import FieldEvidence
 from robosandbox.robots.gripper.collision import ensure_solid_tool
 from robosandbox.robots.gripper.hand import settle_hand, why_no_gripper
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
@@ -22,7 +22,7 @@ from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.cup import InferredCup, infer_cup
 from robosandbox.robots.infer.gripper import InferredGripper, infer_gripper, measured_as_loaded
 from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints, find_chains
-from robosandbox.robots.infer.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
+from robosandbox.robots.infer.placement import TableWorkspace, base_bottom, base_pose, find_home, find_workspace
 from robosandbox.robots.infer.reach import collision_test, with_table
 from robosandbox.robots.infer.tcp import flange_tool, is_tool
 from robosandbox.robots.kinematics import Kinematics
@@ -46,7 +46,7 @@ _ALONG = 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inference:
-    """What was found out about a robot.
+    """Inferred sidecar of a robot, with the evidence.
 
     Attributes:
         model: The model as imported, gripper mounted.
@@ -61,9 +61,9 @@ class Inference:
 
     model: ImportedModel
     sidecar: Sidecar
-    findings: dict[str, Finding] = field(default_factory=dict)
+    findings: dict[str, FieldEvidence] = field(default_factory=dict)
     choices: tuple[str, ...] = ()
-    workspace: Workspace
+    workspace: TableWorkspace
     open_joints: dict[str, float] = field(default_factory=dict)
     tip: float = 0.0
     notes: tuple[str, ...] = ()
@@ -125,7 +125,7 @@ def infer_imported(
     model = compile_spec(imported.spec, imported.path.name)
     chain, choices = choose_chain(model, imported.path.name, arm)
     names, gripper_names = (tuple(str(model.joint(j).name) for j in js) for js in (chain.joints, chain.gripper_joints))
-    findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
+    findings = {"arm.joints": FieldEvidence(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = chain.name(model)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
     why_not = why_no_gripper(imported, gripper_names) if gripper_names else chain.evidence
@@ -162,7 +162,7 @@ def infer_imported(
 
 def _hand(
     imported: ImportedModel, chain: Chain, names: tuple[str, ...], gripper_names: tuple[str, ...], why_not: str
-) -> tuple[InferredGripper | InferredCup | None, Finding]:
+) -> tuple[InferredGripper | InferredCup | None, FieldEvidence]:
     """Return the gripper or the cup at an arm's end, and the evidence; without either the end is made solid.
 
     Args:
@@ -172,7 +172,7 @@ def _hand(
         gripper_names: The gripper's, settled.
         why_not: Why there is no gripper; "" where there may be one.
     """
-    finding = Finding(chain.confidence, why_not)
+    finding = FieldEvidence(chain.confidence, why_not)
     if not why_not:
         gripper, finding = infer_gripper(imported, gripper_names, names, chain)
         if gripper is not None:
@@ -189,7 +189,7 @@ def _tool(
     model: mujoco.MjModel,
     joints: tuple[int, ...],
     palm: str,
-    findings: dict[str, Finding],
+    findings: dict[str, FieldEvidence],
 ) -> tuple[str, Array, Array, Array]:
     """Return the TCP's body, its place and rotation there, and the configuration in which the hand is open; add what tells them."""
     if isinstance(hand, InferredCup):
@@ -202,9 +202,9 @@ def _tool(
     return palm, position, rotation, model.qpos0.copy()
 
 
-def _driven(imported: ImportedModel, actuators: Iterable[str]) -> Finding:
+def _driven(imported: ImportedModel, actuators: Iterable[str]) -> FieldEvidence:
     made = set(actuators) <= imported.made_actuators
-    return Finding(1.0, "made by the import, one per joint" if made else "drive these joints")
+    return FieldEvidence(1.0, "made by the import, one per joint" if made else "drive these joints")
 
 
 def _site(palm: str, position: Array, rotation: Array) -> EeSite:
@@ -217,12 +217,12 @@ def _site(palm: str, position: Array, rotation: Array) -> EeSite:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Where an arm stands and starts: what it reaches, its home (n,), its base, and the evidence."""
+    """Placement and start of an arm: what it reaches, its home (n,), its base, and the evidence."""
 
-    space: Workspace
+    space: TableWorkspace
     home: Array
     base: BasePose
-    findings: dict[str, Finding]
+    findings: dict[str, FieldEvidence]
 
 
 def _place(
@@ -238,9 +238,9 @@ def _place(
     turned = f", turned by {np.degrees(yaw):.0f} deg so that its workspace lies ahead" if abs(yaw) > 1e-3 else ""
     ahead = f"the middle of its reach, {space.middle:.2f} m ahead, comes to x = {xyz[0] + space.middle:.2f}{turned}"
     findings = {
-        "reach": Finding(0.9, f"the tool points {down} at the table {space.near:.2f}..{space.far:.2f} m ahead"),
-        "arm.home_qpos": Finding(home.confidence, home.evidence),
-        "base_pose.xyz": Finding(0.9 if space.tilt < 0.5 else 0.5, f"stands on the table; {ahead}"),
+        "reach": FieldEvidence(0.9, f"the tool points {down} at the table {space.near:.2f}..{space.far:.2f} m ahead"),
+        "arm.home_qpos": FieldEvidence(home.confidence, home.evidence),
+        "base_pose.xyz": FieldEvidence(0.9 if space.tilt < 0.5 else 0.5, f"stands on the table; {ahead}"),
     }
     turn = (0.0, 0.0, float(np.sin(yaw / 2.0)), float(np.cos(yaw / 2.0)))
     return _Place(space, home.q, BasePose(xyz=xyz, quat_xyzw=_rounded(turn)), findings)

@@ -1,4 +1,4 @@
-"""Where the tool of an arm without a gripper is: the end of its last link, and which way that points."""
+"""TCP of an arm without a gripper: the end of its last link, and the direction in which that points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 import mujoco
 import numpy as np
 
-from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.check.finding import FieldEvidence
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
@@ -19,7 +19,7 @@ _BENT = 1.5  # Ratio of a link's reach aside to that along its joint from which 
 _NAMED = 0.002  # Metres below which a named frame says nothing of the direction. Chosen.
 
 
-def flange_tool(model: mujoco.MjModel, joints: tuple[int, ...], palm: str) -> tuple[str, Array, Array, Finding]:
+def flange_tool(model: mujoco.MjModel, joints: tuple[int, ...], palm: str) -> tuple[str, Array, Array, FieldEvidence]:
     """Return body, position and rotation of the tool of an arm without a gripper: the end of its last link."""
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
@@ -46,7 +46,7 @@ def flange_tool(model: mujoco.MjModel, joints: tuple[int, ...], palm: str) -> tu
     closing /= np.linalg.norm(closing)
     rotation = R_body.T @ np.column_stack([np.cross(closing, axis), closing, axis])
     position = R_body.T @ (tip - data.xpos[body])
-    return str(model.body(body).name), position, rotation, Finding(0.8, f"the end of the last link, {why}")
+    return str(model.body(body).name), position, rotation, FieldEvidence(0.8, f"the end of the last link, {why}")
 
 
 def _outward(

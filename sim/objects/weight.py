@@ -1,4 +1,4 @@
-"""What mesh objects weigh of which the scene gives no mass."""
+"""Weight of mesh objects of which the scene gives no mass."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What verbs are made of: hands, grasps, ways, places, drawers, what the arm feels."""
+"""Primitives that verbs are made of: hands, grasps, strokes, places, drawers, sensing."""

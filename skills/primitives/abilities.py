@@ -1,4 +1,4 @@
-"""What the robot of a context can do, asked of its own kinematics and grasp planner: for checking plans without moving."""
+"""Abilities of a context's robot, from its own kinematics and grasp planner, to check plans without moving."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from robosandbox.skills.primitives.strokes import plan_stroke
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Grasp, Limits, Observation, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities, Obstruction
-from robosandbox.world.imagine import taken
-from robosandbox.world.spots import Spot, about_z, levelled, resting_pose, with_pose
+from robosandbox.world.effects import taken
+from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose, with_pose
 
 # Height over the table up to which what is in easy reach needs no inverse kinematics, metres: reach is measured there.
 _LOW = 0.25
@@ -42,7 +42,7 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 
 
 class GripperAbilities(Abilities):
-    """What a skill knows of its robot before it plans: reach and grasps are then found out by planning itself.
+    """Abilities that a skill knows before it plans: reach and grasps are then found out by planning itself.
 
     Args:
         ctx: The robot.
@@ -64,7 +64,7 @@ class GripperAbilities(Abilities):
 
 
 class RobotAbilities(GripperAbilities):
-    """What is known of a robot from its model.
+    """Abilities of a robot from its model.
 
     Args:
         ctx: The robot, its motion planner and its grasp planner.
@@ -189,7 +189,7 @@ class RobotAbilities(GripperAbilities):
         return rehearse(self._ctx, self._hand, scene, self._ctx.sim.state(), lambda arm: _take(arm, item, scene))
 
     def unplaceable(
-        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+        self, item: DetectedObject, spots: Sequence[Placement], allowed: Sequence[str], scene: ObservedScene
     ) -> Obstruction | None:
         """Return what the hand meets on each of some spots however it holds an object; None where it has room on one."""
         gripper = self._ctx.sim.spec.gripper
@@ -254,7 +254,7 @@ def _take(arm: Manipulator, item: DetectedObject, scene: ObservedScene) -> None:
 
 
 def _put(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Spot], allowed: Sequence[str]
+    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Placement], allowed: Sequence[str]
 ) -> None:
     """Plan how an object is put down, as what places it does."""
     arm.use(scene, held=held.id)

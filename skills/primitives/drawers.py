@@ -1,4 +1,4 @@
-"""What opening and closing a drawer share: its grip, the way that it slides, and what the hand feels on it."""
+"""Opening and closing of drawers: grip, sliding direction, and the forces that the hand feels."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from robosandbox.errors import (
 )
 from robosandbox.evidence import DrawerEvidence, GraspEvidence
 from robosandbox.shapes.drawer import DrawerParts
+from robosandbox.skills.primitives.gripping import empty_aperture
 from robosandbox.skills.primitives.guarded import follow_free, follow_until
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
@@ -56,7 +57,6 @@ _PITCHES = tuple(np.radians([0.0, 25.0, 50.0, 75.0, 90.0]))
 # Metres between each finger and the grip before they close; chosen as ten times perception's error (halved or doubled,
 # 2 % of an episode's time).
 _PRESHAPE = 0.012
-_CLOSED_ON_NOTHING = 0.5
 _HOVERS = (HOVER_HEIGHT, 0.05, 0.035)
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -172,7 +172,7 @@ def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
     follow_free(arm, way.descent, Phase.DESCEND)
     arm.ctx.enter(Phase.GRASP)
     closed = arm.close_on(width)
-    if closed < geometry.min_aperture + _CLOSED_ON_NOTHING * (width - geometry.min_aperture):
+    if closed < empty_aperture(geometry, width):
         raise _missed(arm, drawer, "missed", closed, Phase.GRASP)
 
 

@@ -42,7 +42,7 @@ class Fingers:
 
     @property
     def state(self) -> Observation:
-        """How the robot stands."""
+        """State of the robot."""
         return self.sim.state()
 
     @property
@@ -105,7 +105,7 @@ class Fingers:
 
     @property
     def feels_grip(self) -> bool:
-        """Whether the fingers' force is measured, with what it carries, and can be limited."""
+        """True where the fingers' force is measured, with what it carries, and can be limited."""
         has = self.sim.capabilities
         return has.gripper_force and has.wrist_wrench and has.grip_limit and self.geometry.cup is None
 

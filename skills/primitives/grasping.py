@@ -101,7 +101,7 @@ def plan_grasp(
     pieces = () if target.shape.size_fields else arm.planning.pieces(target.id)
     hand = arm.state.tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.sim.spec, pieces=pieces, hand=hand)
-    search = _Search(arm, target, least_aperture)
+    search = _GraspSearch(arm, target, least_aperture)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     # A cup is to touch what it is to hold.
     touched = () if arm.geometry.cup is None else (target.id,)
@@ -130,7 +130,7 @@ def in_frame(grasp: Grasp, target: DetectedObject) -> Grasp:
     return Grasp(object=grasp.object, tcp_pose=pose, width=grasp.width, quality=grasp.quality, how=grasp.how)
 
 
-class _Search:
+class _GraspSearch:
     """Tries candidates and keeps what stood against them.
 
     Attributes:
@@ -152,7 +152,7 @@ class _Search:
 
     @property
     def is_over(self) -> bool:
-        """Whether it is time to give up."""
+        """True when it is time to give up."""
         return len(self.tried) >= _MOST_TRIED or self._blocked >= _MOST_BLOCKED
 
     def attempt(self, grasp: Grasp, *allowed: str) -> GraspPlan | None:

@@ -1,4 +1,4 @@
-"""How hard to hold: as the weighed load asks for, not as hard as the gripper can."""
+"""Grip force: as much as the weighed load asks for, not as much as the gripper can give."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ import numpy as np
 from robosandbox.grasp.hand import FRICTION
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import CAREFUL, DetectedObject, Timing, share_of
+from robosandbox.types.robot import GripperGeometry
 from robosandbox.world.relations import centre
 
+# Fraction of the way from the closed aperture to a thing's width below which closed fingers hold nothing.
+_EMPTY_GRIP_FRACTION = 0.5
 # m/s^2; the standard acceleration of free fall, rounded.
 GRAVITY = 9.81
 # Factor; chosen so that what is held stays when a hand is stopped at once; halved and doubled all of twelve episodes
@@ -42,6 +45,11 @@ _TOGETHER = 3.0
 # Share of the wanted force below which the easing has failed and the fingers close again; chosen for the error of a
 # servo's slope (doubled, it always fails, and episodes are 2 % longer).
 _SHORTFALL = 0.6
+
+
+def empty_aperture(geometry: GripperGeometry, width: float) -> float:
+    """Return the aperture below which fingers that closed on a thing of this width hold nothing, metres."""
+    return geometry.min_aperture + _EMPTY_GRIP_FRACTION * (width - geometry.min_aperture)
 
 
 def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
@@ -115,7 +123,7 @@ def _leverage(arm: Manipulator, held: DetectedObject) -> float:
 
 
 class Grip:
-    """How hard the fingers hold what they have closed on: as what is felt of it asks for, not as hard as they can.
+    """Grip force on what the fingers have closed on: as large as the felt load asks for, not as large as it can be.
 
     At first as hard as a thing of its size may weigh; while it is lifted, harder as soon as the load asks for it; at rest, what its
     weight asks for. A driver that measures no force, or limits none, holds as hard as it can.

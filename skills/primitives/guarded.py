@@ -40,7 +40,7 @@ class MetError(TrackingError):
 
 
 class _Stopped(Exception):
-    """What was waited for has been felt; the driver holds the arm."""
+    """The awaited contact has been felt; the driver holds the arm."""
 
 
 def follow_until(arm: Manipulator, trajectory: Trajectory, phase: Phase, felt: Callable[[], bool]) -> bool:
@@ -103,7 +103,7 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
     try:
         arm.follow(trajectory, phase, guards=(check,))
     except LimitError as error:
-        # Where nothing is to be touched, what was pressed as hard as is allowed was met, only faster.
+        # Where nothing is to be touched, a passed limit of force is a contact as well, met faster.
         evidence = error.evidence
         if not isinstance(evidence, LimitEvidence) or not evidence.touching:
             raise

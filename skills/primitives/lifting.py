@@ -28,7 +28,7 @@ _ALONG = 0.004
 
 
 class _Heavy(Exception):
-    """What is lifted pulls harder than light things do; the driver holds the arm."""
+    """The lifted thing pulls harder than light things do; the driver holds the arm."""
 
 
 class _Rubs(Exception):

@@ -1,4 +1,4 @@
-"""Why what was gripped did not come up: the load on the hand, weighed, and what touches the thing, before a cause is named."""
+"""Causes why a gripped thing did not come up: the load is weighed, contacts are read, before one is named."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class LoadMeter:
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What holds a thing back besides its weight.
+    """Cause, besides its weight, that holds a thing back.
 
     Attributes:
         how: Something lies over it; things on two sides of it; something on one side; nothing.

@@ -101,7 +101,7 @@ class Manipulator(Fingers):
 
     @property
     def planning(self) -> PlanningScene:
-        """What is planned among: the objects that `use` was given last, or else those that were seen first."""
+        """Planning scene: the objects that `use` was given last, or else those that were seen first."""
         if self._planning is None:
             self._planning = self.ctx.planning(self.start)
         return self._planning
@@ -130,7 +130,7 @@ class Manipulator(Fingers):
 
     @property
     def held(self) -> DetectedObject:
-        """What the gripper held when the skill began; its contract has seen to it that it holds something."""
+        """Object that the gripper held when the skill began; its contract has seen to it that it holds something."""
         return self.find(self.start.held or "")
 
     # Moving.

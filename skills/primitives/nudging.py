@@ -18,7 +18,7 @@ from robosandbox.errors import CollisionError, LimitError, Phase, SkillError, Un
 from robosandbox.skills.primitives.grasping import plan_grasp
 from robosandbox.skills.primitives.guarded import follow_free
 from robosandbox.skills.primitives.manipulator import Manipulator, raised
-from robosandbox.skills.primitives.pressing import Way
+from robosandbox.skills.primitives.pressing import StraightPath
 from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, Trajectory
 from robosandbox.world.containers import walls
 from robosandbox.world.relations import bottom, centre, lies_in, moved, support, top
@@ -124,7 +124,7 @@ def _dragged(arm: Manipulator, target: DetectedObject, scene: ObservedScene, awa
     follow_free(arm, descent, Phase.DESCEND)
     arm.ctx.enter(Phase.PUSH)
     arm.ctx.announce(way)
-    drag = _Drag(arm, Way.of(arm, way), target, most)
+    drag = _DragStroke(arm, StraightPath.of(arm, way), target, most)
     try:
         if drag.touch():
             drag.along()
@@ -172,7 +172,7 @@ def _plan(
     return None
 
 
-class _Drag:
+class _DragStroke:
     """A fingertip that presses down alike on its way.
 
     Args:
@@ -182,7 +182,7 @@ class _Drag:
         most: With how many newtons at most.
     """
 
-    def __init__(self, arm: Manipulator, way: Way, target: DetectedObject, most: float) -> None:
+    def __init__(self, arm: Manipulator, way: StraightPath, target: DetectedObject, most: float) -> None:
         self._arm = arm
         self._way = way
         self._target = target.id

@@ -20,8 +20,8 @@ from robosandbox.skills.primitives.manipulator import (
 from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Timing, Trajectory
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.relations import Relation
-from robosandbox.world.spots import Spot, about_z, levelled, resting_pose
+from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose
+from robosandbox.world.relations import MeasuredRelation
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
 _STAND_OFF = 0.004
@@ -52,8 +52,8 @@ _MOST_BLOCKED = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Placing:
-    """Where an object is put down, the ways there, and how far the fingers open to let go, metres."""
+class PlacePlan:
+    """Pose at which an object is put down, the ways there, and how far the fingers open to let go, metres."""
 
     goal: Pose
     transfer: Trajectory
@@ -64,12 +64,12 @@ class Placing:
 def place(
     arm: Manipulator,
     held: DetectedObject,
-    spots: Iterable[Spot],
+    spots: Iterable[Placement],
     *,
     skill: str,
     target: str,
     allowed: Iterable[str],
-    check: Callable[[DetectedObject, ObservedScene], Relation],
+    check: Callable[[DetectedObject, ObservedScene], MeasuredRelation],
 ) -> SkillResult:
     """Put the held object on the first spot that can be reached, let go, and check where it is.
 
@@ -142,8 +142,8 @@ def _leave(arm: Manipulator, held: str) -> None:
 
 
 def plan_place(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Iterable[Spot], allowed: tuple[str, ...]
-) -> Placing:
+    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Iterable[Placement], allowed: tuple[str, ...]
+) -> PlacePlan:
     """Return the way to the first spot where hand and object have room, coming, opening and going.
 
     Raises:
@@ -151,7 +151,7 @@ def plan_place(
         CollisionError: All that can be reached touch something.
     """
     arm.ctx.enter(Phase.PLAN)
-    search = _Search(arm, held, scene, allowed)
+    search = _PlaceSearch(arm, held, scene, allowed)
     for spot in spots:
         for yaw in spot.yaws:
             way = search.attempt(spot, yaw)
@@ -162,7 +162,7 @@ def plan_place(
     raise search.failure
 
 
-class _Search:
+class _PlaceSearch:
     """Tries spots and keeps what stood against them."""
 
     def __init__(self, arm: Manipulator, held: DetectedObject, scene: ObservedScene, allowed: tuple[str, ...]) -> None:
@@ -184,16 +184,16 @@ class _Search:
 
     @property
     def failure(self) -> SkillError:
-        """What came closest to working: a collision, else the first that is out of reach."""
+        """Failure of the candidate that came closest: a collision, else the first that is out of reach."""
         return most_telling(self._failures)
 
     @property
     def is_over(self) -> bool:
-        """Whether it is time to give up."""
+        """True when it is time to give up."""
         unreachable = sum(isinstance(error, UnreachableError) for error in self._failures)
         return unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
 
-    def attempt(self, spot: Spot, yaw: float) -> Placing | None:
+    def attempt(self, spot: Placement, yaw: float) -> PlacePlan | None:
         """Return the way to a spot, or None."""
         arm, motion = self._arm, self._arm.motion
         goal = resting_pose(self._held, spot, about_z(yaw) @ self._level)
@@ -221,7 +221,7 @@ class _Search:
         except (UnreachableError, CollisionError) as error:
             self._failures.append(error)
             return None
-        return Placing(goal, way, descent, opening)
+        return PlacePlan(goal, way, descent, opening)
 
     def _hold(self) -> None:
         """Plan with the object in hand, and what lies in it free to touch it."""
@@ -303,7 +303,7 @@ def occupied(held: str, target: str, blocking: Sequence[str]) -> PlacementError:
     )
 
 
-def _precarious(goal: Pose, actual: Pose, relation: Relation) -> bool:
+def _precarious(goal: Pose, actual: Pose, relation: MeasuredRelation) -> bool:
     """Tell whether what was put down stands askew or near the edge of what it is on: it may be on its way over."""
     askew = float(goal.rotation[:, 2] @ actual.rotation[:, 2]) < math.cos(_ASKEW)
     return askew or relation.detail.get("margin_mm", math.inf) < _EDGE_MM

@@ -57,7 +57,7 @@ _DAMPING = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Pressed:
-    """What a push came to.
+    """Result of a push.
 
     Attributes:
         force: The most that the hand pressed with, N; None where the driver does not tell.
@@ -89,14 +89,14 @@ def press_along(
         return Pressed(force=None, arrived=True)
     arm.ctx.enter(Phase.PUSH)
     arm.ctx.announce(way)
-    push = _Push(arm, Way.of(arm, way), target, most, rise)
+    push = _Push(arm, StraightPath.of(arm, way), target, most, rise)
     arrived = push.go(before)
     push.come_off()
     return Pressed(force=push.force, arrived=arrived)
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class StraightPath:
     """A straight way as places along it, metres, with the configuration and the upward motion of the joints at each.
 
     Attributes:
@@ -114,7 +114,7 @@ class Way:
     up: Array
 
     @classmethod
-    def of(cls, arm: Manipulator, way: Trajectory) -> Way:
+    def of(cls, arm: Manipulator, way: Trajectory) -> StraightPath:
         """Return the way of a trajectory of the TCP along a line."""
         kinematics = arm.planning.kinematics()
         points, up = [], []
@@ -131,7 +131,7 @@ class Way:
 
     @property
     def length(self) -> float:
-        """How long it is, metres."""
+        """Length, metres."""
         return float(self.along[-1])
 
     def at(self, place: float, lift: float) -> Array:
@@ -154,7 +154,7 @@ class _Push:
     """
 
     arm: Manipulator
-    way: Way
+    way: StraightPath
     target: str
     most: float
     rise: float
@@ -189,7 +189,7 @@ class _Push:
                 and self._felt > _SLOW_FROM * self.most
                 and self._ran > max(self._speed, share * _SLOWEST * _PUSH_SPEED)
             ):
-                # What sticks and then slides frees the hand, which leaps after it by all that its servos trail, and knocks
+                # A thing that sticks and then slides frees the hand, which leaps after it by all that its servos trail, and knocks
                 # against it in a single tick: the hand lets go of that while it still speeds up, and not at once, as a thing that
                 # it has tipped would fall on it.
                 back = self._place - _OFF_SPEED * sim.control_timestep

@@ -99,7 +99,7 @@ class _Rehearsed(Manipulator):
 
     @property
     def state(self) -> Observation:
-        """How the robot is thought to stand."""
+        """State of the robot in the rehearsal."""
         return self._stands
 
 
@@ -171,7 +171,7 @@ class _Imagined:
 
     @property
     def max_force_n(self) -> float:
-        """With how many newtons a skill may press what it is to move."""
+        """Largest force on the object that a skill manipulates, N."""
         return self._ctx.max_force_n
 
     def look(self, *names: str) -> ObservedScene:

@@ -1,4 +1,4 @@
-"""Whether the hand can rise from a grasp, asked before it goes there."""
+"""Test whether the hand can rise from a grasp, made before it goes there."""
 
 from __future__ import annotations
 

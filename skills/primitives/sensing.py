@@ -1,4 +1,4 @@
-"""What the arm feels of its fingers or its cup: whether they go where they are sent, and it seals; and what has moved meanwhile."""
+"""Sensing by fingers or cup: whether they go where they are sent, whether it seals, and what has moved meanwhile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether objects are seen to stand still, look by look."""
+"""Stillness of objects, seen look by look."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a skill error is called, and what a skill was doing when it ended in one."""
+"""Codes of skill errors, and phases of a skill."""
 
 from enum import StrEnum
 
@@ -34,7 +34,7 @@ class ErrorCode(StrEnum):
 
 
 class Phase(StrEnum):
-    """What a skill was doing."""
+    """Phase of a skill."""
 
     CHECK = "check"
     PERCEIVE = "perceive"

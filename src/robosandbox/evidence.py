@@ -1,4 +1,4 @@
-"""What was measured when a skill failed: one kind of evidence for each kind of error."""
+"""Evidence of failures: the measurements, one model for each kind of error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from robosandbox.types import Pose, StrictModel
 
 
 class Evidence(StrictModel):
-    """What was measured when a skill failed; each error has its own kind."""
+    """Measurements that show why a skill failed; each error has its own kind."""
 
     def met(self) -> tuple[str, ...]:
         """Return the names of what touched or stood in the way."""
@@ -18,12 +18,12 @@ class Evidence(StrictModel):
 
     @property
     def is_final(self) -> bool:
-        """Whether it lies in the thing or the gripper itself, so that nothing that the robot does first can help."""
+        """True where the cause is the thing or the gripper itself, so that nothing that the robot does first can help."""
         return False
 
 
 class UnreachableEvidence(Evidence):
-    """How close the best configuration comes to the target.
+    """Distance that the best configuration leaves to the target.
 
     Attributes:
         target: The TCP pose asked for.
@@ -41,7 +41,7 @@ class UnreachableEvidence(Evidence):
 
 
 class LimitEvidence(Evidence):
-    """Which quantity would leave its limits.
+    """Quantity that would leave its limits.
 
     Attributes:
         quantity: What is limited, in words.
@@ -63,7 +63,7 @@ class LimitEvidence(Evidence):
 
 
 class CollisionEvidence(Evidence):
-    """Which pair touches or comes too near, how deep, and where on the path.
+    """Pair that touches or comes too near, its depth, and the place on the path.
 
     Attributes:
         body: The moving body (of the arm, or the held object).
@@ -91,7 +91,7 @@ class CollisionEvidence(Evidence):
 
 
 class GraspEvidence(Evidence):
-    """What the fingers found.
+    """State of the fingers after a grasp.
 
     Attributes:
         object: Id.
@@ -141,12 +141,12 @@ class GraspEvidence(Evidence):
 
     @property
     def is_final(self) -> bool:
-        """Whether the object does not come, or the fingers do not go."""
+        """True where the object does not come, or the fingers do not go."""
         return self.reason in ("immovable", "too_heavy", "gripper_stuck")
 
 
 class ObjectNotFoundEvidence(Evidence):
-    """What was asked for and what is there.
+    """Query that fits nothing, and the objects that are there.
 
     Attributes:
         query: As it was asked.
@@ -158,7 +158,7 @@ class ObjectNotFoundEvidence(Evidence):
 
 
 class AmbiguousEvidence(Evidence):
-    """What was asked for and all that fits.
+    """Query that fits several objects.
 
     Attributes:
         query: As it was asked.
@@ -170,7 +170,7 @@ class AmbiguousEvidence(Evidence):
 
 
 class HoldingEvidence(Evidence):
-    """What the gripper holds, if anything.
+    """Object in the gripper, if any.
 
     Attributes:
         held: Id of the held object.
@@ -182,7 +182,7 @@ class HoldingEvidence(Evidence):
 
 
 class PlacementEvidence(Evidence):
-    """Where the object is instead.
+    """Place where the object is in place of its target.
 
     Attributes:
         object: What was placed.
@@ -206,7 +206,7 @@ class PlacementEvidence(Evidence):
 
 
 class PushEvidence(Evidence):
-    """How far the object went.
+    """Distance that the object went.
 
     Attributes:
         object: Id.
@@ -232,7 +232,7 @@ class PushEvidence(Evidence):
 
 
 class DrawerEvidence(Evidence):
-    """How far a drawer slid, and what it took.
+    """Distance that a drawer slid, and the force that it took.
 
     Attributes:
         drawer: Id.
@@ -256,12 +256,12 @@ class DrawerEvidence(Evidence):
 
     @property
     def is_final(self) -> bool:
-        """Whether it does not give way at all."""
+        """True where the drawer does not give way at all."""
         return self.reason == "locked"
 
 
 class PourEvidence(Evidence):
-    """Where what was poured is.
+    """Places where the poured things are.
 
     Attributes:
         object: Id of the container that was poured from.
@@ -279,7 +279,7 @@ class PourEvidence(Evidence):
 
 
 class TapEvidence(Evidence):
-    """What the touch was like.
+    """Force of a touch, and what it moved.
 
     Attributes:
         object: Id.
@@ -293,7 +293,7 @@ class TapEvidence(Evidence):
 
 
 class TrackingEvidence(Evidence):
-    """Which joint lags the most.
+    """Joint that lags the most.
 
     Attributes:
         joint: Its name.
@@ -329,7 +329,7 @@ class TimeoutEvidence(Evidence):
 
 
 class BusyEvidence(Evidence):
-    """What the robot is doing.
+    """Activity that keeps the robot busy.
 
     Attributes:
         doing: A skill's name, or "reset", "load" and the like.
@@ -343,7 +343,7 @@ class BusyEvidence(Evidence):
 
 
 class MessageEvidence(Evidence):
-    """Which field of a message is wrong.
+    """Field of a message that is wrong.
 
     Attributes:
         field: Its path; empty for the whole message.
@@ -355,7 +355,7 @@ class MessageEvidence(Evidence):
 
 
 class ConnectionEvidence(Evidence):
-    """Which robot was lost, and whether its sim has come back.
+    """Robot whose connection was lost, and whether its sim has come back.
 
     Attributes:
         robot_id: The robot.

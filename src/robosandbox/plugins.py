@@ -1,4 +1,4 @@
-"""What is installed under an entry point group, by name: planners, perceptions, grasp and motion planners, skills."""
+"""Plug-ins by entry point group and name: planners, perceptions, grasp and motion planners, skills."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the process is doing now, for a person who waits: told by the code that takes long, shown by who talks to a person.
+"""Progress messages of the process for a person who waits: long work tells them, front ends show them.
 
 Long work runs inside `doing("loading panda.xml")`. The logger `robosandbox.progress` gets a record at level INFO whenever
 what is being done changes; an empty message means that nothing long is.

@@ -1,4 +1,4 @@
-"""Which values a scene may have: what lies outside is a slip of the pen or an attack, and no physics that means anything.
+"""Valid ranges of a scene's values; outside them lies a slip of the pen or an attack, and no sensible physics.
 
 Every refusal names the value and the range; the field's path is added by who reads the file or message.
 """

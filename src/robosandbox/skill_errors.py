@@ -224,7 +224,7 @@ class DrawerError(SkillError):
 
 
 class PourError(SkillError):
-    """What was poured did not arrive, or spilled."""
+    """Poured things did not arrive, or spilled."""
 
     code = ErrorCode.POUR
     evidence_type: ClassVar[type[Evidence] | None] = PourEvidence

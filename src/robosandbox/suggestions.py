@@ -1,4 +1,4 @@
-"""Which of the valid names a misspelt one was probably meant to be."""
+"""Suggestions for misspelt names, from the valid ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people write, checked: YAML files into strict models, and every mistake as one line that says how to mend it."""
+"""Validation of what people write: YAML files into strict models, each mistake as one line that says how to mend it."""
 
 from __future__ import annotations
 

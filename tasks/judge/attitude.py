@@ -7,7 +7,7 @@ from typing import Literal
 
 from robosandbox.shapes import shapes
 from robosandbox.tasks.judge.checks import OfObject
-from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.types import Truth
 
 # Beyond this angle between its axis and the vertical a thing has tipped over, degrees; chosen well past where anything here still stands by itself.
@@ -19,7 +19,7 @@ class Upright(OfObject):
 
     kind: Literal["upright"]
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Measure the angle between its axis and the vertical."""
         del start
         item = now.objects[self.object]
@@ -27,4 +27,4 @@ class Upright(OfObject):
         angle = math.degrees(
             math.acos(max(-1.0, min(1.0, cosine if shapes()[item.kind].holds_things else abs(cosine))))
         )
-        return Finding(angle < _TIPPED_DEG, {"tilt_deg": angle})
+        return Judgement(angle < _TIPPED_DEG, {"tilt_deg": angle})

@@ -17,8 +17,8 @@ _TURN = np.arange(64) * 2.0 * np.pi / 64
 _CIRCLE = np.column_stack([np.cos(_TURN), np.sin(_TURN)])
 
 
-class Form:
-    """What an object is made of, in one frame.
+class ConvexPieces:
+    """Convex pieces of an object in one frame.
 
     Args:
         pieces: Its pieces, points as shape (k, 3), metres.
@@ -76,23 +76,23 @@ class Form:
         return max(tops, default=None)
 
 
-def form(item: ObjectTruth) -> Form:
+def form(item: ObjectTruth) -> ConvexPieces:
     """Return an object in the world's frame.
 
     Raises:
         InputError: The world does not tell what it is made of.
     """
-    return Form(_pieces(item), item.id)
+    return ConvexPieces(_pieces(item), item.id)
 
 
-def own_form(item: ObjectTruth, part: int | None = None) -> Form:
+def own_form(item: ObjectTruth, part: int | None = None) -> ConvexPieces:
     """Return an object in the frame of its own pose; or of its parts the last up to `part`.
 
     Raises:
         InputError: The world does not tell what it is made of.
     """
     rotation, origin = item.pose.rotation, item.pose.position
-    return Form(
+    return ConvexPieces(
         (
             Convex(points=(one.points - origin) @ rotation, radius=one.radius, part=one.part)
             for one in _pieces(item)
@@ -102,10 +102,12 @@ def own_form(item: ObjectTruth, part: int | None = None) -> Form:
     )
 
 
-def in_frame_of(item: ObjectTruth, of: ObjectTruth) -> Form:
+def in_frame_of(item: ObjectTruth, of: ObjectTruth) -> ConvexPieces:
     """Return an object in the frame of another one's pose."""
     rotation, origin = of.pose.rotation, of.pose.position
-    return Form((Convex(points=(one.points - origin) @ rotation, radius=one.radius) for one in _pieces(item)), item.id)
+    return ConvexPieces(
+        (Convex(points=(one.points - origin) @ rotation, radius=one.radius) for one in _pieces(item)), item.id
+    )
 
 
 def centre(item: ObjectTruth) -> Array:

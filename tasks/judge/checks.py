@@ -14,7 +14,7 @@ from robosandbox.errors import InputError
 from robosandbox.shapes import kinds_that_hold, shapes
 from robosandbox.tasks.judge.bodies import centre, form, front
 from robosandbox.tasks.judge.containment import vessel
-from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.polygons import depth, separation
 from robosandbox.tasks.judge.support import borne_by, rests_on, touched
 from robosandbox.types import (
@@ -47,7 +47,7 @@ _OPENING = frozenset(kind for kind, shape in shapes().items() if shape.opens)
 
 
 class Check(StrictModel):
-    """What all checks share.
+    """Base of all checks.
 
     Attributes:
         hold_s: For how many seconds after the episode it must stay true.
@@ -64,7 +64,7 @@ class Check(StrictModel):
         yield from ()
 
     @abstractmethod
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Tell whether it is true of this moment, given how the episode began."""
 
     def settled(self, start: Truth, now: Truth) -> Iterator[str]:
@@ -74,7 +74,7 @@ class Check(StrictModel):
 
 
 class OfObject(Check):
-    """What is said of one object."""
+    """Base of the checks of one object."""
 
     object: str
     kinds: ClassVar[frozenset[str]] = _ANY
@@ -95,10 +95,10 @@ class Lifted(OfObject):
     kind: Literal["lifted"]
     min_mm: Positive = 50.0
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare lowest points."""
         rise = form(now.objects[self.object]).low - form(start.objects[self.object]).low
-        return Finding(1e3 * rise >= self.min_mm, {"dz_mm": 1e3 * rise, "min_mm": self.min_mm})
+        return Judgement(1e3 * rise >= self.min_mm, {"dz_mm": 1e3 * rise, "min_mm": self.min_mm})
 
 
 class Pair(Check):
@@ -118,10 +118,10 @@ class Pair(Check):
         del start, now
         yield self.object
 
-    def released(self, finding: Finding, now: Truth) -> Finding:
+    def released(self, finding: Judgement, now: Truth) -> Judgement:
         """Add to a finding that the robot no longer touches the object."""
         held = touched(now, self.object)
-        return Finding(finding.holds and not held, {**finding.detail, "touched": float(held)})
+        return Judgement(finding.holds and not held, {**finding.detail, "touched": float(held)})
 
 
 class On(Pair):
@@ -129,13 +129,13 @@ class On(Pair):
 
     kind: Literal["on"]
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare outlines and heights, and ask what carries it."""
         del start
         found = on_table(now, self.object) if self.target == TABLE else self._on_target(now)
-        return self.released(Finding(found.holds and rests_on(now, self.object, self.target), found.detail), now)
+        return self.released(Judgement(found.holds and rests_on(now, self.object, self.target), found.detail), now)
 
-    def _on_target(self, now: Truth) -> Finding:
+    def _on_target(self, now: Truth) -> Judgement:
         obj, target = now.objects[self.object], now.objects[self.target]
         point, low, under = centre(obj)[:2], form(obj).low, form(target)
         margin = depth(under.outline, point)
@@ -145,7 +145,7 @@ class On(Pair):
             surfaces += [floor for floor in (under.surface_below(point),) if floor is not None]
         clearance = min((low - surface for surface in surfaces), key=abs)
         detail = {"margin_mm": 1e3 * margin, "clearance_mm": 1e3 * clearance}
-        return Finding(margin > 0.0 and abs(clearance) < REST_WITHIN, detail)
+        return Judgement(margin > 0.0 and abs(clearance) < REST_WITHIN, detail)
 
 
 class Inside(Pair):
@@ -154,11 +154,11 @@ class Inside(Pair):
     kind: Literal["inside"]
     targets: ClassVar[frozenset[str]] = HOLDERS
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Look for walls around it and a floor below it, and ask what carries it."""
         del start
         found = vessel(now.objects[self.target], HOLDERS).holds(now.objects[self.object])
-        return self.released(Finding(found.holds and borne_by(now, self.object, self.target), found.detail), now)
+        return self.released(Judgement(found.holds and borne_by(now, self.object, self.target), found.detail), now)
 
 
 class Beside(Pair):
@@ -167,7 +167,7 @@ class Beside(Pair):
     kind: Literal["beside"]
     side: Side
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare sides and heights, and measure the gap."""
         del start
         obj, target = form(now.objects[self.object]), form(now.objects[self.target])
@@ -179,7 +179,7 @@ class Beside(Pair):
         near = -REST_WITHIN < gap < BESIDE_WITHIN and abs(step) < REST_WITHIN
         holds = near and clears[self.side] >= max(clears.values())
         detail = {"gap_mm": 1e3 * gap, f"{self.side}_mm": 1e3 * clears[self.side], "step_mm": 1e3 * step}
-        return self.released(Finding(holds, detail), now)
+        return self.released(Judgement(holds, detail), now)
 
 
 class Displaced(OfObject):
@@ -189,13 +189,13 @@ class Displaced(OfObject):
     direction: Direction
     min_mm: Positive
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare where it was and is."""
         x, y = DIRECTION_AXES[self.direction][:2]
         dx, dy, _ = (front(now.objects[self.object]) - front(start.objects[self.object])).tolist()
         along, across = x * dx + y * dy, abs(x * dy - y * dx)
         detail = {"along_mm": 1e3 * along, "across_mm": 1e3 * across, "min_mm": self.min_mm}
-        return Finding(1e3 * along >= self.min_mm and along > across, detail)
+        return Judgement(1e3 * along >= self.min_mm and along > across, detail)
 
 
 class MovedAbove(Check):
@@ -220,24 +220,24 @@ class MovedAbove(Check):
         yield "object", self.object, _ANY
         yield "target", self.target, _ANY
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare centres, outline and top, now and at the start."""
         before, after = self._above(start), self._above(now)
-        return Finding(after.holds and not before.holds, {**after.detail, "above_at_start": float(before.holds)})
+        return Judgement(after.holds and not before.holds, {**after.detail, "above_at_start": float(before.holds)})
 
     def settled(self, start: Truth, now: Truth) -> Iterator[str]:
         """Yield the object."""
         del start, now
         yield self.object
 
-    def _above(self, truth: Truth) -> Finding:
+    def _above(self, truth: Truth) -> Judgement:
         middle, target = centre(truth.objects[self.object]), truth.objects[self.target]
         dx, dy, dz = (middle - centre(target)).tolist()
         aside = math.hypot(dx, dy)
         margin = depth(form(target).outline, middle[:2]) if self.xy_tol is None else self.xy_tol - aside
         height = float(middle[2]) - form(target).high if self.min_dz is None else dz - self.min_dz
         detail = {"aside_mm": 1e3 * aside, "dz_mm": 1e3 * dz, "margin_mm": 1e3 * margin}
-        return Finding(margin > 0.0 and height > 0.0, detail)
+        return Judgement(margin > 0.0 and height > 0.0, detail)
 
 
 class Opened(OfObject):
@@ -247,11 +247,11 @@ class Opened(OfObject):
     kinds: ClassVar[frozenset[str]] = _OPENING
     min_mm: Positive
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Read how far its box has slid."""
         del start
         opening = _opening(now, self.object)
-        return Finding(1e3 * opening >= self.min_mm, {"opening_mm": 1e3 * opening, "min_mm": self.min_mm})
+        return Judgement(1e3 * opening >= self.min_mm, {"opening_mm": 1e3 * opening, "min_mm": self.min_mm})
 
 
 class Closed(OfObject):
@@ -260,11 +260,11 @@ class Closed(OfObject):
     kind: Literal["closed"]
     kinds: ClassVar[frozenset[str]] = _OPENING
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Read how far its box has slid."""
         del start
         opening = _opening(now, self.object)
-        return Finding(opening <= CLOSED_WITHIN, {"opening_mm": 1e3 * opening})
+        return Judgement(opening <= CLOSED_WITHIN, {"opening_mm": 1e3 * opening})
 
 
 class Tapped(OfObject):
@@ -280,11 +280,11 @@ class Tapped(OfObject):
     min_n: Positive = 0.1
     max_n: Positive = 30.0
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Read the most that was felt."""
         del start
         felt = now.objects[self.object].felt
-        return Finding(self.min_n <= felt <= self.max_n, {"felt_n": felt})
+        return Judgement(self.min_n <= felt <= self.max_n, {"felt_n": felt})
 
     def settled(self, start: Truth, now: Truth) -> Iterator[str]:
         """Yield nothing: a ball that was touched may roll."""
@@ -297,11 +297,11 @@ class AtHome(Check):
 
     kind: Literal["at_home"]
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare joint by joint."""
         del start
         error = float(np.abs(now.q - now.home_q).max())
-        return Finding(error < HOME_TOLERANCE, {"home_error": error})
+        return Judgement(error < HOME_TOLERANCE, {"home_error": error})
 
 
 class Undisturbed(Check):
@@ -327,20 +327,20 @@ class Undisturbed(Check):
         for index, name in enumerate(self.but or ()):
             yield f"except[{index}]", name, _ANY
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Find the one that moved most."""
         names = [self.object] if self.object is not None else [n for n in start.objects if n not in (self.but or ())]
         if not names:
-            return Finding(True)
+            return Judgement(True)
         ways = (centre(now.objects[name]) - centre(start.objects[name]) for name in names)
         most = max(float(np.linalg.norm(way)) for way in ways)
-        return Finding(1e3 * most <= self.max_mm, {"moved_mm": 1e3 * most, "max_mm": self.max_mm})
+        return Judgement(1e3 * most <= self.max_mm, {"moved_mm": 1e3 * most, "max_mm": self.max_mm})
 
 
-def on_table(now: Truth, name: str) -> Finding:
+def on_table(now: Truth, name: str) -> Judgement:
     """Tell whether an object's lowest point is at the table's top."""
     clearance = form(now.objects[name]).low - now.table_height
-    return Finding(abs(clearance) < REST_WITHIN, {"clearance_mm": 1e3 * clearance})
+    return Judgement(abs(clearance) < REST_WITHIN, {"clearance_mm": 1e3 * clearance})
 
 
 def _opening(truth: Truth, name: str) -> float:

@@ -1,4 +1,4 @@
-"""Whether something lies inside a container: walls all around it, a floor under it, and below the rim."""
+"""Containment test: walls all around a thing, a floor under it, and below the rim."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.judge.bodies import Form, in_frame_of, own_form, single_beads
-from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.bodies import ConvexPieces, in_frame_of, own_form, single_beads
+from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.polygons import depth, surrounded
 from robosandbox.types import Array, Convex, ObjectTruth
 
@@ -31,7 +31,7 @@ class Vessel:
             own_form(item)
         self._form = own_form(item, max(one.part for one in item.solids))
 
-    def holds(self, item: ObjectTruth) -> Finding:
+    def holds(self, item: ObjectTruth) -> Judgement:
         """Tell whether an object is inside: its middle between the walls, its lowest point below the rim and above the floor."""
         return self._holds(in_frame_of(item, self._item))
 
@@ -47,20 +47,20 @@ class Vessel:
             for one, seen in zip(self._form.pieces, self._form.outlines, strict=True)
         ]
 
-    def _own(self, bead: Convex) -> Form:
+    def _own(self, bead: Convex) -> ConvexPieces:
         rotation, origin = self._item.pose.rotation, self._item.pose.position
-        return Form((Convex(points=(bead.points - origin) @ rotation, radius=bead.radius),), self._item.id)
+        return ConvexPieces((Convex(points=(bead.points - origin) @ rotation, radius=bead.radius),), self._item.id)
 
-    def _holds(self, thing: Form) -> Finding:
+    def _holds(self, thing: ConvexPieces) -> Judgement:
         point, low = thing.middle[:2], thing.low
         below_rim = self._form.high - low
         detail = {"margin_mm": 1e3 * depth(self._form.outline, point), "below_rim_mm": 1e3 * below_rim}
         if detail["margin_mm"] <= 0.0:
-            return Finding(False, detail)
+            return Judgement(False, detail)
         over = [high for seen, _, high in self._tops if depth(seen, point) > 0.0]
         walls = [seen for seen, _, high in self._tops if high > low and depth(seen, point) <= 0.0]
         floored = any(high < low + _GIVE for high in over)
-        return Finding(floored and surrounded(point, walls), detail)
+        return Judgement(floored and surrounded(point, walls), detail)
 
 
 def vessel(item: ObjectTruth, holders: frozenset[str]) -> Vessel:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """Whether a check holds, and the measurements that say so.
+class Judgement:
+    """Result of a check, and the measurements that say so.
 
     Attributes:
         holds: The answer.

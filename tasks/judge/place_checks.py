@@ -9,7 +9,7 @@ import numpy as np
 
 from robosandbox.tasks.judge.bodies import centre, form
 from robosandbox.tasks.judge.checks import REST_WITHIN, TABLE, OfObject, Pair, on_table
-from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.support import rests_on, touched
 from robosandbox.types import Positive, Truth
 
@@ -32,7 +32,7 @@ class At(OfObject):
     max_mm: Positive = 15.0
     max_turn: Positive = math.radians(10.0)
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare its centre, seen from above, with the point, and what it rests on with the table."""
         del start
         there = now.objects[self.object]
@@ -42,7 +42,7 @@ class At(OfObject):
         rests = on_table(now, self.object).holds and rests_on(now, self.object, TABLE)
         holds = 1e3 * off <= self.max_mm and turned <= self.max_turn and rests and not held
         detail = {"off_mm": 1e3 * off, "turned_rad": turned, "within_mm": self.max_mm, "touched": float(held)}
-        return Finding(holds, detail)
+        return Judgement(holds, detail)
 
 
 class InPlaceOf(Pair):
@@ -51,11 +51,11 @@ class InPlaceOf(Pair):
     kind: Literal["in_place_of"]
     max_mm: Positive = 20.0
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare where the target was with where the object is, seen from above, and what their lowest points rest at."""
         was, there = start.objects[self.target], now.objects[self.object]
         off = float(np.linalg.norm((centre(there) - centre(was))[:2]))
         step = abs(form(there).low - form(was).low)
         held = touched(now, self.object)
         holds = 1e3 * off <= self.max_mm and step < REST_WITHIN and not held
-        return Finding(holds, {"off_mm": 1e3 * off, "within_mm": self.max_mm, "touched": float(held)})
+        return Judgement(holds, {"off_mm": 1e3 * off, "within_mm": self.max_mm, "touched": float(held)})

@@ -7,7 +7,7 @@ from typing import Literal
 
 from robosandbox.tasks.judge.checks import HOLDERS, Check, Reference
 from robosandbox.tasks.judge.containment import contents, vessel
-from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.types import Fraction, Truth
 
 # Share that sums of whole things may be off by; chosen far below one thing in a thousand.
@@ -15,7 +15,7 @@ _ROUNDING = 1e-9
 
 
 class Poured(Check):
-    """What was in one container is in another.
+    """Contents of one container are in another.
 
     Attributes:
         object: The container that it was in; beads in it count one by one.
@@ -35,7 +35,7 @@ class Poured(Check):
         yield "object", self.object, HOLDERS
         yield "target", self.target, HOLDERS
 
-    def evaluate(self, start: Truth, now: Truth) -> Finding:
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Count where the contents are, each bead for itself; nothing inside at the start is nothing poured."""
         source, target = (vessel(now.objects[name], HOLDERS) for name in (self.object, self.target))
         others = [item for name, item in start.objects.items() if name not in (self.object, self.target)]
@@ -48,4 +48,4 @@ class Poured(Check):
         fraction, spilled = came / max(count, 1), (count - came - left) / max(count, 1)
         # Fractions of whole things: 0.02 of 50 is 1, whatever the last bit says.
         holds = count > 0 and fraction >= self.min_fraction - _ROUNDING and spilled <= self.max_spilled + _ROUNDING
-        return Finding(holds, {"fraction": fraction, "spilled": spilled, "count": float(count)})
+        return Judgement(holds, {"fraction": fraction, "spilled": spilled, "count": float(count)})

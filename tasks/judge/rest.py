@@ -1,4 +1,4 @@
-"""Whether things lie still: over a while, or for good by what forces and speeds say of one moment."""
+"""Stillness of things: over a while, or for good by what forces and speeds say of one moment."""
 
 from __future__ import annotations
 

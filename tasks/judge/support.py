@@ -1,4 +1,4 @@
-"""What carries an object, told from the forces at its contacts."""
+"""Support of an object, told from the forces at its contacts."""
 
 from __future__ import annotations
 

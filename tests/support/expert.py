@@ -17,7 +17,7 @@ from typing import Any
 
 from robosandbox.agent.episode import FailedAttempt
 from robosandbox.agent.planner import StubPlanner
-from robosandbox.apps.conformance.openai_server import Answer, fails, tool_calls
+from robosandbox.apps.conformance.openai_server import HttpAnswer, fails, tool_calls
 from robosandbox.errors import ErrorRecord
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -41,7 +41,7 @@ class Expert:
         self._attempts: list[FailedAttempt] = []
         self._moved = False
 
-    def __call__(self, body: dict[str, Any]) -> Answer:
+    def __call__(self, body: dict[str, Any]) -> HttpAnswer:
         """Return the next call; a request for JSON by a schema is refused, since results of native calls alone are read."""
         if "response_format" in body:
             return fails(400, "response_format is not supported")
@@ -55,7 +55,7 @@ class Expert:
             return self._next()
         return self._after(told)
 
-    def _after(self, told: Mapping[str, Any]) -> Answer:
+    def _after(self, told: Mapping[str, Any]) -> HttpAnswer:
         """Return the first call of a new plan, now that a call has failed or was turned down."""
         if "error" not in told or not isinstance(told["error"], dict):
             return _refuse("impossible", json.dumps(told)[:300])
@@ -71,7 +71,7 @@ class Expert:
         self._attempts.append(attempt)
         return self._planned()
 
-    def _planned(self) -> Answer:
+    def _planned(self) -> HttpAnswer:
         assert self._session is not None
         plan = self._planner.plan(self._prompt, self._session.observe(), tuple(self._attempts))
         if not isinstance(plan, Plan):
@@ -79,7 +79,7 @@ class Expert:
         self._left, self._done = deque(plan.steps), []
         return self._next()
 
-    def _next(self) -> Answer:
+    def _next(self) -> HttpAnswer:
         if self._left:
             return tool_calls((self._left[0].skill, json.dumps(dict(self._left[0].arguments))))
         return tool_calls(
@@ -87,5 +87,5 @@ class Expert:
         )
 
 
-def _refuse(code: str, message: str) -> Answer:
+def _refuse(code: str, message: str) -> HttpAnswer:
     return tool_calls(("refuse", json.dumps({"code": code, "message": message})))

@@ -1,4 +1,4 @@
-"""What authors of drivers and their callers need: capabilities, a bare driver to start from, opening by name."""
+"""Drivers for their authors and callers: capabilities, a bare driver to start from, opening by name."""
 
 from robosandbox.driver.bare import BareDriver, ControlLoop, per_tick
 from robosandbox.driver.capabilities import (

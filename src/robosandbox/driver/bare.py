@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class ControlLoop:
-    """What a driver tells and asks after each control tick: its listeners, then its guards.
+    """Listeners and guards of a driver, called after each control tick, listeners first.
 
     Attributes:
         guards: Asked after every tick.
@@ -75,12 +75,12 @@ class BareDriver(ABC):
     @property
     @abstractmethod
     def spec(self) -> RobotSpec:
-        """What the robot is."""
+        """Specification of the robot."""
 
     @property
     @abstractmethod
     def capabilities(self) -> Capabilities:
-        """What it has."""
+        """Capabilities of the driver."""
 
     @abstractmethod
     def stop(self) -> None:

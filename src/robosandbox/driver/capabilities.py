@@ -50,7 +50,7 @@ class CameraSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Capabilities:
-    """What a driver has. What it does not have is None in its values, and an UnsupportedError where it is asked for.
+    """Capabilities of a driver. One that it lacks is None in its values, and an UnsupportedError where it is asked for.
 
     Attributes:
         gripper_force: Whether the gripper tells with how much force it holds.
@@ -82,7 +82,7 @@ class Named(Protocol):
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Name for people."""
         ...
 
 
@@ -91,12 +91,12 @@ class Declares(Protocol):
 
     @property
     def spec(self) -> Named:
-        """Whose it is."""
+        """Specification of the robot."""
         ...
 
     @property
     def capabilities(self) -> Capabilities:
-        """What it has."""
+        """Capabilities of the driver."""
         ...
 
 

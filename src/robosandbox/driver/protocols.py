@@ -1,4 +1,4 @@
-"""What drives a robot: any driver, a simulated world, a driver with a judge of its own."""
+"""Protocols of drivers: any driver, a simulated world, a driver with a judge of its own."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class Driver(Protocol):
 
     @property
     def spec(self) -> RobotSpec:
-        """What the robot is: joints, limits, gripper, reach."""
+        """Specification of the robot: joints, limits, gripper, reach."""
         ...
 
     @property
     def capabilities(self) -> Capabilities:
-        """What it has; what is not there raises an UnsupportedError where it is asked for."""
+        """Capabilities; what is not there raises an UnsupportedError where it is asked for."""
         ...
 
     @property

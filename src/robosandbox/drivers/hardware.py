@@ -113,12 +113,12 @@ class Hardware(BareDriver):
 
     @property
     def spec(self) -> RobotSpec:
-        """What the robot is."""
+        """Specification of the robot."""
         return self._spec
 
     @property
     def capabilities(self) -> Capabilities:
-        """What it measures."""
+        """Quantities that it measures."""
         return self._capabilities
 
     @property

@@ -14,7 +14,7 @@ from robosandbox.grasp.crowding import has_room, neighbours
 from robosandbox.grasp.hand import UP
 from robosandbox.grasp.rim import rim_tiers
 from robosandbox.grasp.sideways import is_filled, sideways
-from robosandbox.grasp.solid import STEEPEST, Solid
+from robosandbox.grasp.solid import STEEPEST, ConvexObject
 from robosandbox.grasp.suction import suction_tiers
 from robosandbox.grasp.surface import Surface
 from robosandbox.shapes.box import Box
@@ -73,7 +73,11 @@ def _tiers(
     if len(pieces) > 1:
         yield from filter(None, Closings(target.id, Surface(target.pose, pieces), geometry).tiers())
         return
-    solids = [Solid(target, pieces[0])] if pieces else [Solid(part) for part in _parts(target)] or [Solid(target)]
+    solids = (
+        [ConvexObject(target, pieces[0])]
+        if pieces
+        else [ConvexObject(part) for part in _parts(target)] or [ConvexObject(target)]
+    )
     floor = min(-float(solid.support(-UP[None])[0]) for solid in solids)
     across = [Antipodal(each, geometry, floor=floor, base=base).tiers() for each in solids]
     sides = [sideways(target, geometry, base)] if is_filled(target, scene) else []
@@ -110,6 +114,6 @@ def narrowest(target: DetectedObject, pieces: Sequence[Array] = (), least: float
         level = widths[np.abs(closings[:, 2]) < STEEPEST]
         wider = level[level > least]
         return float(wider.min() if len(wider) else level.max(initial=0.0))
-    solid = Solid(target, pieces[0]) if pieces else Solid(target)
+    solid = ConvexObject(target, pieces[0]) if pieces else ConvexObject(target)
     extents = [solid.between(axis)[0] for axis in solid.closings()]
     return min(extents, default=float(np.inf))

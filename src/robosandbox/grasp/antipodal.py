@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robosandbox.grasp.hand import FINGER_CLEARANCE, FRICTION, UP, hand_pose, lean, turned, unit
-from robosandbox.grasp.solid import Solid
+from robosandbox.grasp.solid import ConvexObject
 from robosandbox.types import Array, Grasp, cross
 from robosandbox.types.robot import GripperGeometry
 
@@ -35,7 +35,7 @@ class Antipodal:
         base: The robot's base, shape (3,): leaning hands lean away from it.
     """
 
-    def __init__(self, solid: Solid, geometry: GripperGeometry, *, floor: float, base: Array) -> None:
+    def __init__(self, solid: ConvexObject, geometry: GripperGeometry, *, floor: float, base: Array) -> None:
         self._solid = solid
         self._geometry = geometry
         self._floor = floor

@@ -45,7 +45,7 @@ _LEVER_COST, _TILT_COST, _MET_COST = 4.0, 0.5, 0.5
 
 @dataclass(frozen=True, slots=True)
 class _Meeting:
-    """How two pads meet what is between them: width and the middle's offset along the line, metres, and the lesser share of a pad."""
+    """Contact of two pads with what is between them: width and the middle's offset along the line, metres, and the lesser share of a pad."""
 
     width: float
     offset: float

@@ -1,4 +1,4 @@
-"""Whether the fingers of a grasp have room between what stands around."""
+"""Room for the fingers of a grasp between what stands around."""
 
 from __future__ import annotations
 

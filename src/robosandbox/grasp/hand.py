@@ -1,4 +1,4 @@
-"""Where the hand has to be so that its fingers close along a line: depth, table and palm taken into account."""
+"""Hand pose whose fingers close along a given line; depth, table and palm are taken into account."""
 
 from __future__ import annotations
 

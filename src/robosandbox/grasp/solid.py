@@ -1,4 +1,4 @@
-"""What a grasp needs to know of a convex shape: how far it reaches, and along which lines fingers meet it squarely."""
+"""Convex shape as a grasp planner sees it: its extents, and the lines along which fingers meet it squarely."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ROLLS = np.radians([0.0, 25.0, -25.0])  # Angles about its axis, radians, at wh
 
 
 @dataclass(frozen=True, slots=True)
-class Solid:
+class ConvexObject:
     """A convex shape where it stands.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""Where a suction cup holds: flat faces that it fits on, from above and from the side."""
+"""Grasps of a suction cup: flat faces that it fits on, from above and from the side."""
 
 from __future__ import annotations
 

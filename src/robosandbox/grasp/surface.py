@@ -1,4 +1,4 @@
-"""The outside of what is made of convex pieces: points on it, and where lines go through what is under it."""
+"""Surface of a union of convex pieces: sampled points, and the intersections of lines with it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Surface:
 
     @cached_property
     def middle(self) -> Array:
-        """Where its centre of mass is about, if it is the same all through, shape (3,)."""
+        """Centre of mass, if the density is the same all through, shape (3,)."""
         volumes = np.array([hull.volume for hull in self._hulls])
         middles = np.array([points.mean(axis=0) for points in self.corners])
         weighed: Array = volumes @ middles / volumes.sum()

@@ -1,4 +1,4 @@
-"""What is believed of objects as a scene that can be compiled: seen places and sizes, and what a task says beside them."""
+"""Scene of believed objects that can be compiled: seen poses and sizes, and what a task says beside them."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _LEAST_SIZE = 0.001
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Known:
-    """What a task says of one of its objects that no camera shows, and no place.
+class DeclaredProperties:
+    """Properties that a task tells of one of its objects and no camera shows; no place.
 
     Attributes:
         mass: Kilograms; None where the task gives none.
@@ -37,13 +37,13 @@ class Known:
     collision: Literal["hull", "coacd"] = "hull"
 
     @classmethod
-    def of(cls, item: SceneObject, *, exactly: bool = False) -> Known:
+    def of(cls, item: SceneObject, *, exactly: bool = False) -> DeclaredProperties:
         """Return what a scene says of an object; its mass only where somebody wrote it down, or where all is known `exactly`."""
         mass = item.mass if exactly or "mass" in item.model_fields_set else None
         return cls(mass=mass, mesh=item.mesh, scale=item.scale, density=item.density, collision=item.collision)
 
 
-def believed_scene(frame: Scene, seen: Iterable[DetectedObject], known: Mapping[str, Known]) -> Scene:
+def believed_scene(frame: Scene, seen: Iterable[DetectedObject], known: Mapping[str, DeclaredProperties]) -> Scene:
     """Return a scene of what is seen.
 
     Args:
@@ -52,15 +52,17 @@ def believed_scene(frame: Scene, seen: Iterable[DetectedObject], known: Mapping[
         known: What is known of them beside that, by id.
     """
     items = tuple(seen)
-    objects = [_as_object(item, known.get(item.id, Known())) for item in items if not item.shape.is_granular]
+    objects = [
+        _as_object(item, known.get(item.id, DeclaredProperties())) for item in items if not item.shape.is_granular
+    ]
     for item in items:
         if item.shape.is_granular and (vessel := _vessel(item, items)) is not None:
-            mass = known.get(item.id, Known()).mass
+            mass = known.get(item.id, DeclaredProperties()).mass
             objects.append(_grains(item, vessel, mass))
     return weighed(frame.model_copy(update={"objects": tuple(objects)}))
 
 
-def _as_object(item: DetectedObject, known: Known) -> SceneObject:
+def _as_object(item: DetectedObject, known: DeclaredProperties) -> SceneObject:
     told: dict[str, Any] = {"id": item.id, "kind": item.kind, "pose": _plain(item.pose), "rgba": item.rgba}
     if not item.shape.size_fields and known.mesh is not None:
         told.update(mesh=known.mesh, scale=known.scale, density=known.density, collision=known.collision)

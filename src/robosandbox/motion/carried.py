@@ -1,4 +1,4 @@
-"""What is believed between two looks: what the hand held at the last one has moved with it since."""
+"""Beliefs between two looks: what the hand held at the last one has moved with it since."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ _LEAST_STRIDE = 0.001
 
 
 @dataclass(frozen=True, slots=True)
-class Touch:
+class DeepestContact:
     """The deepest contact of a configuration.
 
     Attributes:
@@ -140,7 +140,7 @@ class CollisionChecker:
         """
         self._stands, self._near = q, {}
 
-    def touch(self, q: Array) -> Touch | None:
+    def touch(self, q: Array) -> DeepestContact | None:
         """Return the deepest contact at `q` (n,), or None when it is free."""
         return self._examine(q)[0]
 
@@ -159,7 +159,7 @@ class CollisionChecker:
             narrow.pop()
         return any(narrow)
 
-    def first_touch(self, path: Array) -> tuple[int, Touch] | None:
+    def first_touch(self, path: Array) -> tuple[int, DeepestContact] | None:
         """Return the index of the first touching stretch of `path` (k, n) and its contact.
 
         Between configurations the joints are taken to move straight. From each configuration the walk goes on by no more
@@ -168,7 +168,7 @@ class CollisionChecker:
         """
         return self._walk(path, [])
 
-    def _walk(self, path: Array, gaps: list[float]) -> tuple[int, Touch] | None:
+    def _walk(self, path: Array, gaps: list[float]) -> tuple[int, DeepestContact] | None:
         """Walk along a path as `first_touch` says; put what is free around the clearance into `gaps`, metres."""
         travel = [0.0, *np.cumsum(np.abs(np.diff(path, axis=0)) @ self._levers).tolist()]
         at, end, last = 0.0, travel[-1], len(path) - 1
@@ -186,7 +186,7 @@ class CollisionChecker:
                 return None
             at = min(end, at + max(gap, self.clearance, _LEAST_STRIDE))
 
-    def _examine(self, q: Array) -> tuple[Touch | None, float]:
+    def _examine(self, q: Array) -> tuple[DeepestContact | None, float]:
         """Return the deepest contact at `q`, and how far it is from the nearest obstacle to the clearance around it."""
         touch, gap = self._look(q)
         if self._stands is None or touch is None or touch.own or touch.depth > 0.0:
@@ -204,7 +204,7 @@ class CollisionChecker:
                 near[pair] = min(near.get(pair, np.inf), gap)
         return {pair: max(gap - _REPEATS, 0.0) for pair, gap in near.items() if gap > 0.0}
 
-    def _look(self, q: Array) -> tuple[Touch | None, float]:
+    def _look(self, q: Array) -> tuple[DeepestContact | None, float]:
         pairs, distance, own = self._distances(q)
         if not len(pairs):
             return None, _SIGHT
@@ -219,7 +219,7 @@ class CollisionChecker:
         first, second = (int(b) for b in pairs[worst])
         moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
         body, other = (first, second) if moving else (second, first)
-        return Touch(
+        return DeepestContact(
             self.names[body], self.names[other], float(-distance[worst]), bool({body, other} <= self.robot.bodies)
         ), 0.0
 

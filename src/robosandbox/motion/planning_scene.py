@@ -1,4 +1,4 @@
-"""What there is to plan among: the robot and the objects as they are believed to be, compiled into one planning model."""
+"""Planning scene: the robot and the objects as they are believed to be, compiled into one planning model."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.driver import Simulated
-from robosandbox.motion.beliefs import Known, believed_scene
+from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.motion.twin import make_twin
@@ -66,7 +66,7 @@ class PlanningScene:
         """Tell whether what was computed of the other scene's model is true of this one's, object poses apart."""
         return self._world.model is other._world.model and self._world.revision == other._world.revision
 
-    # What motion planners are made of.
+    # Queries of motion planners.
 
     def kinematics(self) -> Kinematics:
         """Return new kinematics of the robot."""
@@ -85,7 +85,7 @@ class PlanningScene:
         """Return the robot's drawn shapes, to be placed by its joints."""
         return RobotShapes(self._world.model, self._world.robot)
 
-    # What skills ask.
+    # Queries of skills.
 
     def loose_mass(self, object_id: str) -> float | None:
         """Return what an object is believed to weigh, kg; None for one that is fixed, and for grains."""
@@ -152,7 +152,7 @@ class PlanningScenes:
         known: What is known of objects that no camera shows, by id.
     """
 
-    def __init__(self, scene: Scene, known: Mapping[str, Known] | None = None) -> None:
+    def __init__(self, scene: Scene, known: Mapping[str, DeclaredProperties] | None = None) -> None:
         self._frame = scene.model_copy(update={"objects": ()})
         self._known = dict(known or {})
         self._robot_model = robot_of(scene)
@@ -162,7 +162,7 @@ class PlanningScenes:
     @classmethod
     def exact(cls, scene: Scene) -> PlanningScenes:
         """Return those of a scene whose objects are known exactly, but for where they are and how large."""
-        return cls(scene, {item.id: Known.of(item, exactly=True) for item in scene.objects})
+        return cls(scene, {item.id: DeclaredProperties.of(item, exactly=True) for item in scene.objects})
 
     def robot_shapes(self) -> RobotShapes:
         """Return the robot's drawn shapes, to be placed by its joints."""

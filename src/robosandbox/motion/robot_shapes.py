@@ -75,7 +75,7 @@ class RobotShapes:
 
     @property
     def positions(self) -> Array:
-        """Where each part's body is in the world, metres, shape (parts, 3)."""
+        """Position of each part's body in the world, metres, shape (parts, 3)."""
         positions: Array = self._data.xpos[self._bodies]
         return positions
 

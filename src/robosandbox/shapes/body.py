@@ -32,7 +32,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contact:
-    """How a surface meets others.
+    """Contact parameters of a surface.
 
     Attributes:
         sliding: Coefficient of sliding friction.

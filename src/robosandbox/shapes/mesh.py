@@ -9,7 +9,7 @@ from robosandbox.shapes.shape import Shape, Size, Written
 
 
 class Mesh(Shape):
-    """What a file describes; its pose is the middle of its box, and as seen its size are the half-extents of that box."""
+    """Mesh from a file; its pose is the middle of its box, and as seen its size are the half-extents of that box."""
 
     kind = "mesh"
     size_fields = ()

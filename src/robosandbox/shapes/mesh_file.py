@@ -12,7 +12,7 @@ from robosandbox.ranges import LEAST_LENGTH, MOST_LENGTH
 from robosandbox.shapes.body import Piece, share_mass
 from robosandbox.shapes.obj_groups import convex_groups, joined, obj_groups
 from robosandbox.shapes.polyhedron import PolyhedronHull
-from robosandbox.shapes.triangles import Mesh, convex_parts, enclosed_volume
+from robosandbox.shapes.triangles import TriangleMesh, convex_parts, enclosed_volume
 from robosandbox.spatial import Array, Vec3
 
 
@@ -63,7 +63,7 @@ def mesh_volume(path: Path | None, scale: float, *, of: str) -> float:
     return scale**3 * (PolyhedronHull(_tuples(_corners(mesh.vertices))).volume if inside is None else inside)
 
 
-def mesh_triangles(path: Path) -> Mesh:
+def mesh_triangles(path: Path) -> TriangleMesh:
     """Return a file's triangles in its own units.
 
     Raises:
@@ -72,7 +72,7 @@ def mesh_triangles(path: Path) -> Mesh:
     return _read(*_named(path, path.name), path.name)
 
 
-def grouped_mesh(path: Path) -> Mesh | None:
+def grouped_mesh(path: Path) -> TriangleMesh | None:
     """Return the triangles of a file of several groups, in its units; None where MuJoCo reads all of it."""
     groups = obj_groups(path)
     return joined(groups) if groups else None
@@ -87,7 +87,7 @@ def _named(path: Path | None, of: str) -> tuple[Path, int]:
 
 
 @lru_cache(maxsize=64)
-def _read(path: Path, stamp: int, of: str) -> Mesh:
+def _read(path: Path, stamp: int, of: str) -> TriangleMesh:
     """Return a file's triangles in its own units: of several groups all, of one as MuJoCo reads it."""
     import mujoco
 
@@ -107,7 +107,7 @@ def _read(path: Path, stamp: int, of: str) -> Mesh:
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, model.geom_quat[0])
     vertices = model.mesh_vert[: model.mesh_vertnum[0]].astype(float) @ rotation.reshape(3, 3).T + model.geom_pos[0]
-    return Mesh(vertices, model.mesh_face[: model.mesh_facenum[0]].astype(np.int32))
+    return TriangleMesh(vertices, model.mesh_face[: model.mesh_facenum[0]].astype(np.int32))
 
 
 @lru_cache(maxsize=64)

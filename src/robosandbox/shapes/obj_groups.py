@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robosandbox.shapes.triangles import Mesh
+from robosandbox.shapes.triangles import TriangleMesh
 from robosandbox.spatial import Array
 
 # Number of groups up to which they are taken as they are. Chosen: pieces of a thing cost physics, and 32 are what
@@ -17,7 +17,7 @@ _MOST = 32
 _CONVEX, _SOLID = 0.005, 0.001
 
 
-def obj_groups(path: Path) -> tuple[Mesh, ...]:
+def obj_groups(path: Path) -> tuple[TriangleMesh, ...]:
     """Return the groups of an OBJ file that have faces, in its units; none where it is no OBJ, or has but one."""
     if path.suffix.lower() != ".obj":
         return ()
@@ -43,14 +43,14 @@ def obj_groups(path: Path) -> tuple[Mesh, ...]:
     return tuple(_compact(points, faces) for faces in found)
 
 
-def joined(groups: tuple[Mesh, ...]) -> Mesh:
+def joined(groups: tuple[TriangleMesh, ...]) -> TriangleMesh:
     """Return groups as one mesh."""
     begins = np.cumsum([0, *(len(group.vertices) for group in groups[:-1])])
     faces = np.concatenate([group.faces + begin for group, begin in zip(groups, begins, strict=True)])
-    return Mesh(np.concatenate([group.vertices for group in groups]), faces.astype(np.int32))
+    return TriangleMesh(np.concatenate([group.vertices for group in groups]), faces.astype(np.int32))
 
 
-def convex_groups(groups: tuple[Mesh, ...]) -> tuple[Mesh, ...]:
+def convex_groups(groups: tuple[TriangleMesh, ...]) -> tuple[TriangleMesh, ...]:
     """Return the groups that are solid if each of them is convex, which makes them the mesh's pieces; else none."""
     solid = [group for group in groups if _spread(group.vertices) > _SOLID]
     if not 2 <= len(solid) <= _MOST or not all(_is_convex(group.vertices) for group in solid):
@@ -64,10 +64,10 @@ def _index(corner: str, count: int) -> int:
     return number - 1 if number > 0 else count + number
 
 
-def _compact(points: Array, faces: np.typing.NDArray[np.int32]) -> Mesh:
+def _compact(points: Array, faces: np.typing.NDArray[np.int32]) -> TriangleMesh:
     """Return the mesh of the points that faces name, no others."""
     used, where = np.unique(faces, return_inverse=True)
-    return Mesh(points[used], where.reshape(-1, 3).astype(np.int32))
+    return TriangleMesh(points[used], where.reshape(-1, 3).astype(np.int32))
 
 
 def _spread(points: Array) -> float:

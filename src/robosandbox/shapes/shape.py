@@ -1,4 +1,4 @@
-"""What a kind of object answers for itself: size, extents, bodies, affordances, and the words that people have for it."""
+"""Base class of the kinds of objects: size, extents, bodies, affordances, and the words that people have for it."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class Solid(Protocol):
 
     @property
     def opening(self) -> float | None:
-        """How far it is open, metres; None where that is not known, or it does not open."""
+        """Opening, metres; None where that is not known, or it does not open."""
         ...
 
     @property
     def grains(self) -> tuple[Vec3, ...]:
-        """Where each of many is in the world, metres; empty for one thing."""
+        """Positions of many small things in the world, metres; empty for one thing."""
         ...
 
 
@@ -69,17 +69,17 @@ class Written(Protocol):
 
     @property
     def open(self) -> float:
-        """How far it is open at the start, metres."""
+        """Opening at the start, metres."""
         ...
 
     @property
     def locked(self) -> bool:
-        """Whether it stays as open as it is."""
+        """True where it stays as open as it is."""
         ...
 
     @property
     def count(self) -> int:
-        """How many there are of what is many."""
+        """Number of small things."""
         ...
 
     @property
@@ -94,7 +94,7 @@ class Written(Protocol):
 
     @property
     def collision(self) -> Literal["hull", "coacd"]:
-        """What of a mesh collides: its convex hull, or convex pieces that follow its hollows."""
+        """Collision shape of a mesh: its convex hull, or convex pieces that follow its hollows."""
         ...
 
 
@@ -207,7 +207,7 @@ class Shape(ABC):
 
     @property
     def is_open_container(self) -> bool:
-        """Whether things can be put into it from above at any time."""
+        """True where things can be put into it from above at any time."""
         return self.holds_things and not self.opens
 
     def tag_face(self, size: Size) -> tuple[float, float] | None:
@@ -215,7 +215,7 @@ class Shape(ABC):
         del size
         return None
 
-    # What engines build.
+    # Bodies that engines build.
 
     @abstractmethod
     def bodies(self, item: Written) -> tuple[Body, ...]:

@@ -21,7 +21,7 @@ _VOLUME_ERROR_PERCENT = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Mesh:
+class TriangleMesh:
     """Triangles in metres, in the file's frame.
 
     Attributes:
@@ -37,12 +37,12 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class _Parts:
-    """What the cache keeps."""
+    """Convex parts as the cache keeps them."""
 
-    parts: tuple[Mesh, ...]
+    parts: tuple[TriangleMesh, ...]
 
 
-def convex_parts(mesh: Mesh, *, most: int = _MOST_PARTS) -> tuple[Mesh, ...]:
+def convex_parts(mesh: TriangleMesh, *, most: int = _MOST_PARTS) -> tuple[TriangleMesh, ...]:
     """Return convex pieces that together fill the mesh; computed once and kept in the user's cache.
 
     Approximate convex decomposition by voxels (V-HACD, K. Mamou), the same each time.
@@ -55,7 +55,7 @@ def convex_parts(mesh: Mesh, *, most: int = _MOST_PARTS) -> tuple[Mesh, ...]:
     return cached("convex-parts", _Parts, key, lambda: _Parts(_decompose(mesh, most))).parts
 
 
-def _decompose(mesh: Mesh, most: int) -> tuple[Mesh, ...]:
+def _decompose(mesh: TriangleMesh, most: int) -> tuple[TriangleMesh, ...]:
     import vhacdx
 
     faces = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).astype(np.uint32).ravel()
@@ -68,12 +68,12 @@ def _decompose(mesh: Mesh, most: int) -> tuple[Mesh, ...]:
         asyncACD=False,
     )
     return tuple(
-        Mesh(np.asarray(vertices, dtype=np.float64), np.asarray(corners, dtype=np.int32).reshape(-1, 3))
+        TriangleMesh(np.asarray(vertices, dtype=np.float64), np.asarray(corners, dtype=np.int32).reshape(-1, 3))
         for vertices, corners in pieces
     )
 
 
-def enclosed_volume(mesh: Mesh) -> float | None:
+def enclosed_volume(mesh: TriangleMesh) -> float | None:
     """Return the volume that a mesh encloses, cubic metres; None where its surface has holes."""
     _, merged = np.unique(mesh.vertices.round(9), axis=0, return_inverse=True)
     faces = merged.reshape(-1)[mesh.faces]

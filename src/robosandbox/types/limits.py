@@ -1,4 +1,4 @@
-"""What a robot may never do: where it may work and how hard it may press, as a task or a sidecar says, or as nobody says."""
+"""Limits of workspace and force for a robot, from a task or a sidecar."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_UNINTENDED_FORCE_N = 40.0
 
 
 class Workspace(StrictModel):
-    """Where the arm may work, world frame, metres; an axis that is left out is free.
+    """Box in which the arm may work, world frame, metres; an axis that is left out is free.
 
     Attributes:
         x: Least and most.
@@ -40,7 +40,7 @@ class Workspace(StrictModel):
 
 
 class Limits(StrictModel):
-    """What no planner can pass; at least one of them.
+    """Limits that no planner can pass; at least one of them.
 
     Attributes:
         workspace: Where the arm may work.

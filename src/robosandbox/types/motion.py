@@ -59,5 +59,5 @@ class GraspSearch:
     chosen: int | None
 
 
-# What a skill is about to do, for those who watch: a path for the arm, or how it wants to hold something.
+# Intent of a skill, for those who watch: a path for the arm, or a search for grasps.
 Intent = Trajectory | GraspSearch

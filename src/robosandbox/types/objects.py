@@ -40,7 +40,7 @@ IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
 
 class Randomize(StrictModel):
-    """How far a seed may move what the scene says; half-ranges, drawn uniformly.
+    """Ranges by which a seed may move what the scene says; half-ranges, drawn uniformly.
 
     Attributes:
         xy_jitter: Metres along world x and y.
@@ -211,7 +211,7 @@ class SceneObject(StrictModel):
 
     @property
     def shape(self) -> Shape:
-        """What its kind answers for."""
+        """Shape of its kind."""
         return shape_of(self.kind)
 
     @property

@@ -50,7 +50,7 @@ class Plan(StrictModel):
 
 
 class RefusalCode(StrEnum):
-    """Why a planner will not plan."""
+    """Reason of a refusal to plan."""
 
     OBJECT_NOT_FOUND = "object_not_found"
     AMBIGUOUS = "ambiguous"

@@ -18,7 +18,7 @@ _SEALED = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GripperGeometry:
-    """What the model says of a gripper; lengths in metres, directions in the TCP frame (z approach, y closing).
+    """Geometry of a gripper from its model; lengths in metres, directions in the TCP frame (z approach, y closing).
 
     Of a suction cup the joint is its command, 0 off to 1 sucking, the TCP lies in the plane of its lip, and every gap is 0.
 

@@ -1,4 +1,4 @@
-"""What is sensed: the robot by its encoders, pictures by its cameras, objects by perception."""
+"""Sensor values: the robot's encoders, camera pictures, detected objects."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class RgbdFrame:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DetectedObject:
-    """What perception says of one object.
+    """Object as perception sees it.
 
     Attributes:
         id: Stable name.
@@ -170,7 +170,7 @@ class DetectedObject:
 
     @property
     def shape(self) -> Shape:
-        """What its kind answers for."""
+        """Shape of its kind."""
         return shape_of(self.kind)
 
 

@@ -1,4 +1,4 @@
-"""What a scene's object is made of at some pose, for the truth or referee of a driver whose engine cannot be asked."""
+"""Convex pieces of a scene's object at a pose, for the truth or referee of a driver whose engine cannot be asked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast the arm goes: what of its limits it uses where, and how each motion is timed."""
+"""Tempo of the arm: the share of its limits that it uses in each situation, and how motions are timed."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def share_of(speed: Speed) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tempo:
-    """How fast the arm goes in each situation. Where a skill works in contact it has speeds of its own, at every tempo.
+    """Speeds of the arm in each situation. Where a skill works in contact it has speeds of its own, at every tempo.
 
     Attributes:
         name: What people call it.
@@ -112,7 +112,7 @@ def _optimal(name: str, share: float) -> Tempo:
 
 # By name, from the slowest to the fastest. Brisk is half of the limits, as the careful tempo's free motions; fast all of them.
 TEMPOS = {tempo.name: tempo for tempo in (CAREFUL, _optimal("brisk", _FREE), _optimal("fast", 1.0))}
-# Where none is asked for.
+# The tempo where none is asked for.
 DEFAULT_TEMPO = TEMPOS["fast"]
 
 

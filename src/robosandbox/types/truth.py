@@ -118,7 +118,7 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether a task succeeded.
+    """Verdict on a task's success.
 
     Attributes:
         success: The answer.

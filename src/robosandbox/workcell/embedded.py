@@ -15,7 +15,7 @@ from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Checkpoint, Observation, Truth, Verdict
 from robosandbox.workcell.workcell import Workcell, nobody_judges
-from robosandbox.world.kept import forget
+from robosandbox.world.episode_cache import clear_episode_caches
 
 
 class EmbeddedWorkcell(Workcell[AgentContext]):
@@ -104,7 +104,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
     def reset(self, seed: int = 0) -> None:
         """Start over with this seed's layout."""
         sim = simulated(self.sim, "a layout is laid out by it; open the session with the seed")
-        forget()
+        clear_episode_caches()
         self._layouts.lay_out(seed, lambda scene, q: sim.reset(scene, q=q))
         self.agent.begin_anew()
         self._begin(seed)

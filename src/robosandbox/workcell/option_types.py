@@ -1,4 +1,4 @@
-"""Whether the options of a workcell are of the kinds that they say: programs give them, whose type checker may not have run."""
+"""Type checks of a workcell's options, for programs that no type checker has seen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What opens a workcell, as one value: every command, the bench and `open_session` say it in the same words."""
+"""Options that open a workcell, as one value, the same for every command, the bench and `open_session`."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class JudgeArguments(StrictModel):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What came of an order.
+    """Answer to an order.
 
     Attributes:
         data: As JSON data.

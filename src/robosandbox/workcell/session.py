@@ -1,4 +1,4 @@
-"""How a workcell of this process is opened: what the command line, the bench and short scripts use."""
+"""Opening of a workcell in this process, for the command line, the bench and short scripts."""
 
 from __future__ import annotations
 

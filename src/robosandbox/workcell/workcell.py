@@ -63,12 +63,12 @@ class Workcell(ABC, Generic[ContextT]):
 
     @property
     def ctx(self) -> ContextT:
-        """Where skills are called: it looks, tells phases, starts and stops goals."""
+        """Context in which skills are called: it looks, tells phases, starts and stops goals."""
         return self.agent.ctx
 
     @property
     def skills(self) -> tuple[Operator, ...]:
-        """What the robot can do."""
+        """Skills of the robot."""
         return tuple(self.agent.skills.values())
 
     @property
@@ -84,7 +84,7 @@ class Workcell(ABC, Generic[ContextT]):
 
     @property
     def judgeable(self) -> bool:
-        """Whether somebody can tell how the episode began, and so whether it succeeds."""
+        """True where somebody can tell how the episode began, and so whether it succeeds."""
         return self._start is not None
 
     @property
@@ -99,7 +99,7 @@ class Workcell(ABC, Generic[ContextT]):
 
     @property
     def calls(self) -> Mapping[str, Operator]:
-        """What a program may call, by name: the skills, and the moves of the hand alone, which no planner plans with."""
+        """Calls of a program by name: the skills, and the moves of the hand alone, which no planner plans with."""
         return self.agent.calls
 
     def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
@@ -205,7 +205,7 @@ class Workcell(ABC, Generic[ContextT]):
 
     @property
     def ways_back(self) -> int:
-        """How often `undo` can be called."""
+        """Number of times that `undo` can be called."""
         return len(self._ways)
 
     def undo(self) -> str:

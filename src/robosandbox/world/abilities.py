@@ -1,4 +1,4 @@
-"""What a robot can do, as far as relations ask for it: where there is no robot to ask, nothing is denied."""
+"""Abilities of a robot that relations ask for: reach, grasps, force. Without a robot to ask nothing is denied."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from robosandbox.types import DetectedObject, ObservedScene, Workspace
-from robosandbox.world.spots import Spot
+from robosandbox.world.placement_sampling import Placement
 
 # An object farther away than this many times the distance at which the robot works easily is out of reach whatever its
 # height; between the two its kinematics decide. Chosen above 1.16, what the bundled arm has at most (0.93 m of 0.80);
@@ -27,7 +27,7 @@ _Found = TypeVar("_Found")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Obstruction:
-    """What keeps the hand from where it has to be.
+    """Obstacle that keeps the hand from where it has to be.
 
     Attributes:
         cause: In a clause.
@@ -39,7 +39,7 @@ class Obstruction:
 
 
 class Abilities:
-    """What is known of a robot from the scene alone.
+    """Abilities of a robot as the scene alone tells them.
 
     Attributes:
         gripper: Whether it can hold things.
@@ -99,7 +99,7 @@ class Abilities:
         return None
 
     def unplaceable(
-        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+        self, item: DetectedObject, spots: Sequence[Placement], allowed: Sequence[str], scene: ObservedScene
     ) -> Obstruction | None:
         """Return what keeps the hand from putting an object down on each of some spots; None where that is not known.
 
@@ -175,7 +175,7 @@ class LateAbilities(Abilities):
         return self._answer(self._obstructions, key, lambda: self._robot.untakeable(item, scene))
 
     def unplaceable(
-        self, item: DetectedObject, spots: Sequence[Spot], allowed: Sequence[str], scene: ObservedScene
+        self, item: DetectedObject, spots: Sequence[Placement], allowed: Sequence[str], scene: ObservedScene
     ) -> Obstruction | None:
         """Return what keeps the hand from putting an object down on each of some spots; None where that is not known."""
         key = ("put", item.id, *spots, *_arranged(scene))

@@ -1,4 +1,4 @@
-"""Plans for goals: the cheapest calls, by skills' contracts, after which the goals hold in the imagined scene."""
+"""Plans for goals: the cheapest calls, by skills' contracts, after which the goals hold in the scene as they would leave it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import replace
 
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall
 from robosandbox.world.abilities import Abilities, LateAbilities
+from robosandbox.world.achievers import Achievers, subject_of
 from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
+from robosandbox.world.locations import location_of, point_of
 from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import View
 from robosandbox.world.search import NoWayError, Search
 from robosandbox.world.verifier import Constraints, verify
-from robosandbox.world.ways import Ways, subject_of
-from robosandbox.world.whereabouts import point_of, where
 
 # Plans that are proved by the robot's kinematics and grasps, one after the other: each shows what it cannot do. Chosen.
 _MOST_PROOFS = 12
@@ -64,13 +64,13 @@ def _proved(
     failed: Sequence[SkillCall],
 ) -> Plan | Refusal:
     """Return a plan that the robot's kinematics and grasps do not deny, or why there is none."""
-    ways = Ways(skills)
+    achievers = Achievers(skills)
     postures = [goal for goal in goals if _is_posture(goal)]
     goals = [goal for goal in goals if goal not in postures]
     problem = ""
     for _ in range(_MOST_PROOFS):
         try:
-            plan = _planned(tuple(goals), Search(scene, ways, asked, able, failed=failed), scene, asked)
+            plan = _planned(tuple(goals), Search(scene, achievers, asked, able, failed=failed), scene, asked)
             plan = Plan(steps=(*plan.steps, *_moves(postures, plan, scene, skills, able)))
         except NoWayError as failure:
             problem = str(failure)
@@ -102,7 +102,7 @@ def _planned(goals: tuple[Fact, ...], search: Search, scene: ObservedScene, aske
         try:
             found = search.reach((*goals, *back, *shut))
         except NoWayError:
-            # What is too tall for its drawer keeps that open.
+            # A thing too tall for its drawer keeps the drawer open.
             found = search.reach((*goals, *back))
         moved = {*found.moved} - {subject_of(goal) for goal in (*goals, *back, *shut)}
         if not asked.put_back or not moved:
@@ -115,7 +115,7 @@ def _planned(goals: tuple[Fact, ...], search: Search, scene: ObservedScene, aske
 def _is_posture(goal: Fact) -> bool:
     """Say whether a fact is about the arm alone, which no scene shows and no call but its own changes for long."""
     relation = lookup(goal)
-    return not relation.parameters and relation.is_last and relation.imagine is None
+    return not relation.parameters and relation.is_last and relation.effect is None
 
 
 def _moves(
@@ -140,7 +140,7 @@ def _moves(
 def _place_of(name: str, scene: ObservedScene, gone: set[str]) -> Fact:
     """Return that a thing is on or in what it is now, or at that point of the table where that is to go elsewhere."""
     item = scene.find(name)
-    was = None if item is None else where(scene, item)
+    was = None if item is None else location_of(scene, item)
     if item is None or was is None:
         return fact("as_before", name)
     return point_of(item) if was.arguments[-1] in (TABLE, *gone) else was

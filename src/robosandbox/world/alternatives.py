@@ -1,4 +1,4 @@
-"""What a failed call tells of itself, and other ways to what it was to bring about: what a skill declares beside its contract."""
+"""Alternatives to a failed call, which a skill declares beside its contract, and the failure that they are told of."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robosandbox.world.contracts import Contract, first_refuted, lookup
 from robosandbox.world.facts import Fact
 from robosandbox.world.predicate import View
 
-# What a skill does before anything moves.
+# Phases of a skill before anything moves.
 _BEFORE_MOVING = (Phase.CHECK, Phase.PERCEIVE, Phase.PLAN)
 
 
@@ -44,19 +44,19 @@ class Failure:
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether what was measured lies in the thing or the gripper itself, so that nothing done first can help."""
+        """True where the cause is the thing or the gripper itself, so that nothing done first can help."""
         return self.error.evidence is not None and self.error.evidence.is_final
 
     @property
     def had_begun(self) -> bool:
-        """Whether the robot had moved for it, so that another try begins from somewhere else."""
+        """True where the robot had moved for it, so that another try begins from somewhere else."""
         return self.error.phase not in _BEFORE_MOVING
 
     @property
     def promises_a_change(self) -> bool:
-        """Whether it promises a change from how things were, which the same call would bring about once more."""
+        """True where it promises a change from how things were, which the same call would bring about once more."""
         known = [lookup(gift) for gift in self.contract.gives]
-        return any(one.imagine is not None and not one.lasts for one in known)
+        return any(one.effect is not None and not one.lasts for one in known)
 
     def is_mended(self, scene: ObservedScene) -> bool:
         """Tell whether what the call promised holds in a scene, seen from when it began."""

@@ -1,4 +1,4 @@
-"""Which arguments of a skill name objects, and which objects each can be given, as its contract says."""
+"""Arguments of a skill that name objects, and the objects that its contract allows for each."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def terms(skill: Operator) -> str:
     if not contract.gives:
         return ""
     names = {value: name for name, value in _values(skill, {}).items()}
-    # What is needed of two steps of a skill is told once.
+    # A need of two steps of a skill is listed once.
     needs, gives = (
         ", ".join(dict.fromkeys(_named(one, names) for one in facts)) for facts in (contract.needs, contract.gives)
     )

@@ -1,4 +1,4 @@
-"""What steps do that leaves no state to look at later: pushed, turned, tapped, poured, gone home."""
+"""Relations that leave no state to look at later: pushed, turned, tapped, poured, gone home."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene
-from robosandbox.world import imagine, pouring, relations
+from robosandbox.world import effects, pouring, relations
+from robosandbox.world.placement_sampling import TABLE_HALF_EXTENT, about_z, yaw_to_align
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate
 from robosandbox.world.relations import centre, inside
-from robosandbox.world.spots import TABLE_HALF_EXTENT, about_z, yaw_to_align
 
 # How near to the heading asked for a turned object has to be, radians; chosen: `turn` takes another grip from half of
 # it on, so a smaller one costs grips and a larger one leaves a turn that is seen.
@@ -36,11 +36,11 @@ def push_allowance(distance: float) -> float:
 
 
 def _pushed(scene: ObservedScene, a: str, direction: Direction, distance: float) -> ObservedScene:
-    return imagine.shifted(scene, a, distance * np.array([*DIRECTION_AXES[direction], 0.0]))
+    return effects.shifted(scene, a, distance * np.array([*DIRECTION_AXES[direction], 0.0]))
 
 
 def _turned(scene: ObservedScene, a: str, angle: float) -> ObservedScene:
-    return imagine.turned(scene, a, about_z(angle))
+    return effects.turned(scene, a, about_z(angle))
 
 
 def _aligned(scene: ObservedScene, a: str, b: str) -> ObservedScene:
@@ -56,7 +56,7 @@ def turn_between(before: DetectedObject, after: DetectedObject) -> float:
     return math.atan2(relative[1, 0] - relative[0, 1], relative[0, 0] + relative[1, 1])
 
 
-@predicate("object", "word", "number", imagine=_pushed)
+@predicate("object", "word", "number", effect=_pushed)
 def displaced(view: View, a: str, direction: Direction, distance: float) -> Finding:
     """The step has slid an object so far in a direction."""
     item, before = view.get(a), view.before.find(a)
@@ -74,7 +74,7 @@ def displaced(view: View, a: str, direction: Direction, distance: float) -> Find
     )
 
 
-@predicate("object", "number", imagine=_turned)
+@predicate("object", "number", effect=_turned)
 def turned(view: View, a: str, angle: float) -> Finding:
     """The step has turned an object about the vertical by an angle, radians."""
     item, before = view.get(a), view.before.find(a)
@@ -91,7 +91,7 @@ def turned(view: View, a: str, angle: float) -> Finding:
     )
 
 
-@predicate("object", "object", imagine=_aligned, lasts=True)
+@predicate("object", "object", effect=_aligned, lasts=True)
 def aligned(view: View, a: str, b: str) -> Finding:
     """The sides of one object are parallel to those of another."""
     item, other = view.get(a), view.get(b)
@@ -126,7 +126,7 @@ def tapped(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=False)
 
 
-@predicate("object", "object", imagine=imagine.poured_into)
+@predicate("object", "object", effect=effects.poured_into)
 def poured(view: View, a: str, c: str) -> Finding:
     """The step has brought what a container held into another."""
     source, target = view.get(a), view.get(c)

@@ -1,4 +1,4 @@
-"""What lies in containers, what fits into them, and what can be poured."""
+"""Relations of containers: inside, room for a thing, contents that can be poured."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from robosandbox.errors import Phase, PlacementError, PourError, SkillError
 from robosandbox.evidence import PlacementEvidence, PourEvidence
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
 from robosandbox.world import drawers, relations
+from robosandbox.world.effects import put
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.imagine import put
+from robosandbox.world.placement_sampling import about_z, first_placement_in, levelled, resting_pose
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, bounds, centre, contents, loose, mouth_of, support
-from robosandbox.world.spots import about_z, first_spot_in, levelled, resting_pose
 from robosandbox.world.standing import occupied, unsuitable
 
 # Share of many small things that has to be in a container for all of them to count as in it: what a pour brings over.
@@ -48,7 +48,7 @@ def _put_in(scene: ObservedScene, a: str, c: str) -> ObservedScene:
     item, vessel = scene.find(a), scene.find(c)
     if item is None or vessel is None or not vessel.shape.holds_things:
         return scene
-    spot = first_spot_in(vessel, item, _solids_in(scene, vessel, a))
+    spot = first_placement_in(vessel, item, _solids_in(scene, vessel, a))
     if spot is not None:
         rotation = about_z(spot.yaws[0]) @ levelled(item.pose.rotation)
         return put(scene, a, resting_pose(item, spot, rotation))
@@ -69,7 +69,7 @@ def cargo_of(view: View, c: str) -> list[tuple[str, int]]:
     return contents(view.others(c), vessel) if vessel.shape.holds_things else []
 
 
-@predicate("object", "object", imagine=_put_in, lasts=True)
+@predicate("object", "object", effect=_put_in, lasts=True)
 def inside(view: View, a: str, c: str) -> Finding:
     """An object, or nearly all of many, lies in a container."""
     item, vessel = view.get(a), view.get(c)
@@ -150,8 +150,8 @@ def fits(view: View, a: str, c: str) -> Finding:
     if not vessel.shape.holds_things:
         return Finding(holds=False, cause=f"no room for {a} in {c}: it is {vessel.shape.name}")
     there = _solids_in(view.scene, vessel, a)
-    spot = first_spot_in(vessel, item, there)
-    # What comes to stand over the rim is not in it.
+    spot = first_placement_in(vessel, item, there)
+    # A thing that stands higher than the rim is not inside.
     rim = vessel.pose.xyz[2] + mouth_of(vessel).rim
     names = tuple(other.id for other in there)
     why = f"with {', '.join(names)} there it is too full" if names else "it is too small"
@@ -168,7 +168,7 @@ def fits(view: View, a: str, c: str) -> Finding:
 
 @predicate("object", fixed=True)
 def pours(view: View, a: str) -> Finding:
-    """What an object holds can be poured out of it."""
+    """The contents of an object can be poured out of it."""
     item = view.get(a)
     return Finding(
         holds=item.shape.pours,

@@ -16,7 +16,7 @@ from robosandbox.world.predicate import Finding, Predicate, View, predicates
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contract:
-    """What a call of a skill needs and promises.
+    """Preconditions and effects of a call of a skill.
 
     Attributes:
         needs: What has to hold before anything moves; what is told first is what a person should hear first.
@@ -48,7 +48,7 @@ class Contract:
         found = dict[str, None]()
         for gift in self.gives:
             known = predicates().get(gift.relation)
-            if known is not None and (known.imagine is not None or not moving):
+            if known is not None and (known.effect is not None or not moving):
                 found.update(dict.fromkeys(known.objects(gift.arguments)[:1]))
         return tuple(found)
 
@@ -145,10 +145,10 @@ def lost(promise: Fact, finding: Finding, view: View, *, by: str) -> SkillError:
     )
 
 
-def imagined(contract: Contract, scene: ObservedScene) -> ObservedScene:
+def apply_effects(contract: Contract, scene: ObservedScene) -> ObservedScene:
     """Return the scene as a call would leave it that keeps what its contract promises."""
     for gift in contract.resolved(scene).gives:
         known = lookup(gift)
-        if known.imagine is not None:
-            scene = known.imagine(scene, *gift.arguments)
+        if known.effect is not None:
+            scene = known.effect(scene, *gift.arguments)
     return scene

@@ -9,8 +9,8 @@ from robosandbox.errors import DrawerError, Phase, SkillError
 from robosandbox.evidence import DrawerEvidence
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import DetectedObject, ObservedScene
+from robosandbox.world.effects import slid
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.imagine import slid
 from robosandbox.world.predicate import Finding, View, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, contents, stands_on, top
 
@@ -38,7 +38,7 @@ def _slid_back(view: View, arguments: Sequence[Any], finding: Finding) -> SkillE
     return DrawerError(sentence(finding), phase=Phase.VERIFY, evidence=evidence)
 
 
-@predicate("object", imagine=_opened, lasts=True, lost=_slid_back)
+@predicate("object", effect=_opened, lasts=True, lost=_slid_back)
 def open_(view: View, d: str) -> Finding:
     """A drawer is open."""
     drawer = view.get(d)
@@ -53,7 +53,7 @@ def open_(view: View, d: str) -> Finding:
     )
 
 
-@predicate("object", imagine=_shut, lasts=True, last=True, lost=_slid_back)
+@predicate("object", effect=_shut, lasts=True, last=True, lost=_slid_back)
 def closed(view: View, d: str) -> Finding:
     """A drawer is shut."""
     drawer = view.get(d)

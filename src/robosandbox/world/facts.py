@@ -10,7 +10,7 @@ Argument = str | float
 
 # Stands for whatever the gripper holds when a step begins; no object has such an id.
 HELD = "*held"
-# What everything stands on in the end.
+# The table, on which everything stands in the end.
 TABLE = "table"
 
 _FACT = re.compile(r"\s*([a-z_]+)\s*(?:\(([^()]*)\))?\s*(?:,|;|and\b|$)")

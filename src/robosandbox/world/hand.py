@@ -1,4 +1,4 @@
-"""What the gripper holds and can take hold of."""
+"""Relations of the gripper: what it holds and what it can take hold of."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from robosandbox.errors import (
 from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import ObservedScene
+from robosandbox.world.effects import taken
 from robosandbox.world.facts import HELD, TABLE, Fact, fact
-from robosandbox.world.imagine import taken
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import mouth_of, room_of
 
@@ -84,7 +84,7 @@ def seen(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=view.scene.find(a) is not None)
 
 
-@predicate("object", imagine=taken, lasts=True, last=True, blame=_not_holding, lost=_not_holding)
+@predicate("object", effect=taken, lasts=True, last=True, blame=_not_holding, lost=_not_holding)
 def holding(view: View, a: str) -> Finding:
     """The gripper holds an object."""
     held = view.scene.held

@@ -1,4 +1,4 @@
-"""What finished calls brought about, and whether it still holds: a tower may fall while the next block is fetched."""
+"""Monitor of the effects of finished calls: a tower may fall while the next block is fetched."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Monitor:
         gives = [gift.resolved({HELD: self._held}) for gift in contract.gives]
         moved = {*Contract(gives=tuple(gives)).moves}
         if is_detour:
-            # What was held was held to be put down.
+            # Releasing an object that a later step places is no undone effect.
             wanted = [effect for effect in self._standing if effect.is_asked and effect.fact.relation != "holding"]
             self._owed += [effect for effect in wanted if moved & {*effect.objects}]
         else:

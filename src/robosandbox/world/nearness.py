@@ -1,4 +1,4 @@
-"""Whether two things are nearer to one another than a distance: a bound first, which settles most pairs, then exactly."""
+"""Distance test of two things against a threshold: a bound first, which settles most pairs, then exactly."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Whether what was in one container is in another."""
+"""Relation of what was in one container and is in another."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from robosandbox.types import DetectedObject
-from robosandbox.world.relations import Relation, inside, loose
+from robosandbox.world.relations import MeasuredRelation, inside, loose
 
 # Share that sums of whole things may be off by; chosen far above floating-point error and far below one thing in a
 # thousand.
@@ -20,7 +20,7 @@ def poured(
     *,
     min_fraction: float,
     max_spilled: float,
-) -> Relation:
+) -> MeasuredRelation:
     """Tell whether what was in one container is in another.
 
     Args:
@@ -39,4 +39,4 @@ def poured(
     fraction, spilled = arrived / max(count, 1), (count - arrived - stayed) / max(count, 1)
     # Fractions of whole things: 0.02 of 50 is 1, whatever the last bit says.
     holds = count > 0 and fraction >= min_fraction - _ROUNDING and spilled <= max_spilled + _ROUNDING
-    return Relation(holds, {"fraction": fraction, "spilled": spilled, "count": float(count)})
+    return MeasuredRelation(holds, {"fraction": fraction, "spilled": spilled, "count": float(count)})

@@ -1,4 +1,4 @@
-"""What a relation is: how it is told from a scene, what a scene looks like once it holds, and what fails without it."""
+"""Predicates, of which relations are made: a test on a scene, an effect, the failure without it, and remedies."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SURE = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """What relations are told from.
+    """Scene, start and robot from which relations are told.
 
     Attributes:
         scene: What is where now.
@@ -54,7 +54,7 @@ class View:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """Whether a relation holds, by how much, and why not.
+    """Truth of a relation, its margin, and the cause where it does not hold.
 
     Attributes:
         holds: The answer.
@@ -78,12 +78,12 @@ class Finding:
 
     @property
     def is_refuted(self) -> bool:
-        """Whether it surely does not hold."""
+        """True where it surely does not hold."""
         return self.is_sure and not self.holds
 
 
 Test = Callable[..., Finding]
-Imagine = Callable[..., ObservedScene]
+ApplyEffect = Callable[..., ObservedScene]
 Choices = Callable[..., Iterator[tuple[float, ...]]]
 Blame = Callable[[View, Sequence[Any], Finding], SkillError]
 
@@ -96,7 +96,7 @@ class Predicate:
         name: As facts call it.
         parameters: What its arguments are: object, place (an object or "table"), number, word; those with a "?" may be left out.
         test: Tells it from a view and the arguments.
-        imagine: Returns the scene in which it was brought about; None for what no skill brings about.
+        effect: Returns the scene in which it was brought about; None for what no skill brings about.
         is_fixed: Whether nothing that the robot does changes it, as what an object is made for.
         lasts: Whether it is a state that can be looked at later, not a change.
         is_last: Whether it is brought about at last, since what other goals need would undo it.
@@ -108,7 +108,7 @@ class Predicate:
     name: str
     parameters: tuple[str, ...]
     test: Test
-    imagine: Imagine | None = None
+    effect: ApplyEffect | None = None
     is_fixed: bool = False
     lasts: bool = False
     is_last: bool = False
@@ -145,7 +145,7 @@ _VOCABULARY = _Vocabulary()
 
 def predicate(
     *parameters: str,
-    imagine: Imagine | None = None,
+    effect: ApplyEffect | None = None,
     fixed: bool = False,
     lasts: bool = False,
     last: bool = False,
@@ -161,7 +161,7 @@ def predicate(
             name=name,
             parameters=parameters,
             test=test,
-            imagine=imagine,
+            effect=effect,
             is_fixed=fixed,
             lasts=lasts,
             is_last=last,
@@ -178,7 +178,7 @@ def predicates() -> dict[str, Predicate]:
     """Return all relations by name."""
     if not _VOCABULARY.is_whole:
         # Each module registers what it tells; they need this one.
-        from robosandbox.world import changes, containers, drawers, hand, reach, standing, whereabouts  # noqa: F401
+        from robosandbox.world import changes, containers, drawers, hand, locations, reach, standing  # noqa: F401
 
         _VOCABULARY.is_whole = True
     return _VOCABULARY.known

@@ -1,4 +1,4 @@
-"""What the hand can get to, and how hard it may press."""
+"""Relations of the hand's reach, and of the force with which it may press."""
 
 from __future__ import annotations
 
@@ -13,9 +13,16 @@ from robosandbox.evidence import LimitEvidence
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Side
 from robosandbox.world.abilities import Obstruction
 from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.placement_sampling import (
+    Placement,
+    placement_on,
+    points_beside,
+    table_placements,
+    turning_placement,
+    yaw_to_align,
+)
 from robosandbox.world.predicate import Finding, View, predicate, sentence
 from robosandbox.world.relations import bottom, centre, lies_in, stands_on, top
-from robosandbox.world.spots import Spot, spot_on, spots_beside, table_spots, turning_spot, yaw_to_align
 
 
 def _unreachable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
@@ -88,7 +95,7 @@ def reachable_beside(view: View, a: str, b: str, side: Side) -> Finding:
     item, other = view.get(a), view.get(b)
     if side not in SIDE_AXES:
         return Finding(holds=True)
-    free, _ = table_spots(view.scene, item, spots_beside(item, other, side))
+    free, _ = table_placements(view.scene, item, points_beside(item, other, side))
     height = view.scene.table_height + (top(item) - bottom(item)) / 2.0
     found = [_at(view, np.array([*spot.xy, height]), f"the {side} of {b}", item) for spot in free]
     return next((one for one in found if one.holds), found[0] if found else Finding(holds=True))
@@ -135,7 +142,7 @@ def room_to_take(view: View, a: str) -> Finding:
     return _free(view, found, a, f"to take {a}", "push it where there is room, if it can be pushed")
 
 
-def _put(view: View, a: str, spots: Sequence[Spot], allowed: Sequence[str], where: str) -> Finding:
+def _put(view: View, a: str, spots: Sequence[Placement], allowed: Sequence[str], where: str) -> Finding:
     found = view.robot.unplaceable(view.get(a), spots, allowed, view.scene)
     return _free(view, found, a, f"to put {a} {where}", "choose a place with more room around it")
 
@@ -143,7 +150,7 @@ def _put(view: View, a: str, spots: Sequence[Spot], allowed: Sequence[str], wher
 @predicate("object", "number", "number", blame=_blocked)
 def room_to_put_at(view: View, a: str, x: float, y: float) -> Finding:
     """The hand has room to put an object down at a point of the table, metres."""
-    spots, _ = table_spots(view.scene, view.get(a), [np.array([x, y])])
+    spots, _ = table_placements(view.scene, view.get(a), [np.array([x, y])])
     return _put(view, a, spots, (TABLE,), f"at ({x:.3f}, {y:.3f})")
 
 
@@ -151,15 +158,15 @@ def room_to_put_at(view: View, a: str, x: float, y: float) -> Finding:
 def room_to_put_beside(view: View, a: str, b: str, side: Side) -> Finding:
     """The hand has room to put an object down on one side of another."""
     item = view.get(a)
-    points = spots_beside(item, view.get(b), side) if side in SIDE_AXES else []
-    spots, _ = table_spots(view.scene, item, points)
+    points = points_beside(item, view.get(b), side) if side in SIDE_AXES else []
+    spots, _ = table_placements(view.scene, item, points)
     return _put(view, a, spots, (TABLE,), f"{side} of {b}")
 
 
 @predicate("object", "object", blame=_blocked)
 def room_to_put_on(view: View, a: str, b: str) -> Finding:
     """The hand has room to put an object on another."""
-    return _put(view, a, [spot_on(view.get(a), view.get(b))], (b,), f"on {b}")
+    return _put(view, a, [placement_on(view.get(a), view.get(b))], (b,), f"on {b}")
 
 
 @predicate("object", "number", blame=_blocked)
@@ -167,7 +174,7 @@ def room_to_turn(view: View, a: str, angle: float) -> Finding:
     """The hand has room to put an object back where it stands, turned by an angle, radians, or by a part of it."""
     item, turn = view.get(a), math.remainder(angle, math.tau)
     others = [other for other in view.others(a) if stands_on(item, other) or lies_in(item, other)]
-    spots = [turning_spot(item, turn)] if turn else []
+    spots = [turning_placement(item, turn)] if turn else []
     return _put(view, a, spots, (TABLE, *(other.id for other in others)), "back, turned")
 
 

@@ -1,4 +1,4 @@
-"""What "on", "inside", "beside", "lifted" and "pushed that way" mean.
+"""Geometry of "on", "inside", "beside", "lifted" and "pushed that way".
 
 Skills check their post-conditions and planners their plans with these functions, on what perception sees. Success of tasks is
 judged by `robosandbox.tasks.judge`, which shares the words and none of the code. Every shape
@@ -18,7 +18,7 @@ import numpy as np
 
 from robosandbox.shapes import Room, kinds_that_hold
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Pose, Side, Vec3
-from robosandbox.world.kept import kept
+from robosandbox.world.episode_cache import cached_for_episode
 
 # Metres between a thing and what it rests on; chosen as twice perception's 2.2 mm (p95, docs/measured.md).
 REST_TOLERANCE = 0.005
@@ -40,8 +40,8 @@ _BOTH_WAYS = np.vstack([np.eye(3), -np.eye(3)])
 
 
 @dataclass(frozen=True, slots=True)
-class Relation:
-    """Whether something holds, and the numbers that say so.
+class MeasuredRelation:
+    """Truth of a geometric relation, and the numbers that say so.
 
     Attributes:
         holds: The answer.
@@ -77,7 +77,7 @@ class Extent(NamedTuple):
     high: float
 
 
-@kept(_KEPT)
+@cached_for_episode(_KEPT)
 def extent(obj: DetectedObject) -> Extent:
     """Return the cylinders around an object and within its footprint."""
     middle = centre(obj)
@@ -158,26 +158,26 @@ def gap(a: DetectedObject, b: DetectedObject) -> float:
     return float(np.max(-support(b, -directions) - support(a, directions)))
 
 
-@kept(_KEPT)
-def on_top(obj: DetectedObject, target: DetectedObject) -> Relation:
+@cached_for_episode(_KEPT)
+def on_top(obj: DetectedObject, target: DetectedObject) -> MeasuredRelation:
     """Tell whether `obj` rests on `target`: its centre over the target's footprint, its bottom at the target's top."""
     margin = footprint_margin(target, centre(obj))
     clearance = bottom(obj) - rest_height(obj, target)
-    return Relation(
+    return MeasuredRelation(
         margin > 0.0 and abs(clearance) < REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "clearance_mm": 1e3 * clearance},
     )
 
 
-def on_table(obj: DetectedObject, table_height: float) -> Relation:
+def on_table(obj: DetectedObject, table_height: float) -> MeasuredRelation:
     """Tell whether `obj` rests on the table."""
     clearance = bottom(obj) - table_height
-    return Relation(abs(clearance) < REST_TOLERANCE, {"clearance_mm": 1e3 * clearance})
+    return MeasuredRelation(abs(clearance) < REST_TOLERANCE, {"clearance_mm": 1e3 * clearance})
 
 
 def above(
     obj: DetectedObject, target: DetectedObject, *, within: float | None = None, rise: float | None = None
-) -> Relation:
+) -> MeasuredRelation:
     """Tell whether `obj` is above `target`, touching it or not.
 
     Args:
@@ -191,14 +191,14 @@ def above(
     aside = float(np.hypot(apart[0], apart[1]))
     margin = footprint_margin(target, centre(obj)) if within is None else within - aside
     height = float(centre(obj)[2] - top(target)) if rise is None else float(apart[2]) - rise
-    return Relation(
+    return MeasuredRelation(
         margin > 0.0 and height > 0.0,
         {"aside_mm": 1e3 * aside, "dz_mm": 1e3 * float(apart[2]), "margin_mm": 1e3 * margin},
     )
 
 
-@kept(_KEPT)
-def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
+@cached_for_episode(_KEPT)
+def inside(obj: DetectedObject, container: DetectedObject) -> MeasuredRelation:
     """Tell whether `obj` is in `container`: its centre within the inner walls, its bottom below the rim.
 
     Raises:
@@ -211,7 +211,7 @@ def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
     axis = rotation[:, 2]
     lowest = -float(support(obj, -axis[None])[0]) - float(axis @ container.pose.position)
     below_rim = height - lowest
-    return Relation(
+    return MeasuredRelation(
         margin > 0.0 and 0.0 < below_rim < height + REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "below_rim_mm": 1e3 * below_rim},
     )
@@ -278,7 +278,7 @@ def parts_in(item: DetectedObject, container: DetectedObject) -> list[int]:
     ]
 
 
-def beside(obj: DetectedObject, target: DetectedObject, side: Side) -> Relation:
+def beside(obj: DetectedObject, target: DetectedObject, side: Side) -> MeasuredRelation:
     """Tell whether `obj` stands next to `target` on the given side.
 
     Both stand equally high, `obj` clears the target along that side more than along any other, and less than
@@ -288,27 +288,27 @@ def beside(obj: DetectedObject, target: DetectedObject, side: Side) -> Relation:
     step = bottom(obj) - bottom(target)
     clears = {name: _clearance(target, obj, axis) for name, axis in SIDE_AXES.items()}
     dominant = all(clears[side] >= clears[other] for other in clears)
-    return Relation(
+    return MeasuredRelation(
         dominant and -REST_TOLERANCE < space < BESIDE_GAP and abs(step) < REST_TOLERANCE,
         {"gap_mm": 1e3 * space, f"{side}_mm": 1e3 * clears[side], "step_mm": 1e3 * step},
     )
 
 
-def lifted(before: DetectedObject, after: DetectedObject, at_least: float) -> Relation:
+def lifted(before: DetectedObject, after: DetectedObject, at_least: float) -> MeasuredRelation:
     """Tell whether the object's lowest point rose by `at_least` metres."""
     rise = bottom(after) - bottom(before)
-    return Relation(rise >= at_least, {"dz_mm": 1e3 * rise, "min_mm": 1e3 * at_least})
+    return MeasuredRelation(rise >= at_least, {"dz_mm": 1e3 * rise, "min_mm": 1e3 * at_least})
 
 
 def displacement(
     before: DetectedObject, after: DetectedObject, direction: Direction, at_least: float = 0.0
-) -> Relation:
+) -> MeasuredRelation:
     """Tell whether the object went `at_least` metres in the direction, and mostly in that one."""
     axis = np.array(DIRECTION_AXES[direction])
     moved = (centre(after) - centre(before))[:2]
     along = float(axis @ moved)
     across = abs(float(axis[0] * moved[1] - axis[1] * moved[0]))
-    return Relation(
+    return MeasuredRelation(
         along >= at_least and along > across,
         {"along_mm": 1e3 * along, "across_mm": 1e3 * across, "min_mm": 1e3 * at_least},
     )
@@ -319,7 +319,7 @@ def moved(before: DetectedObject, after: DetectedObject) -> float:
     return float(np.linalg.norm(centre(after) - centre(before)))
 
 
-@kept(_KEPT)
+@cached_for_episode(_KEPT)
 def _outline(obj: DetectedObject) -> tuple[Array, Array]:
     """Return horizontal unit vectors (n, 3) and how far the object reaches along each, metres (n,)."""
     directions = _plan_directions(obj)

@@ -1,7 +1,7 @@
 """Search for the calls after which goals hold: best first over the order of goals, means-ends analysis for each of them.
 
 A call whose promise is a goal is enabled by bringing about what it lacks first, call by call (Newell and Simon 1961). Over the
-order in which goals are reached the search is weighted A* (Pohl 1970), with what lies ahead as told by `outlook`; a state's
+order in which goals are reached the search is weighted A* (Pohl 1970), with what lies ahead as told by `estimate`; a state's
 successors are made one at a time (partial expansion: Yoshizumi, Miura and Ishida 2000), since the first mostly leads on.
 """
 
@@ -15,15 +15,15 @@ from dataclasses import dataclass, field, replace
 
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.asides import asides
-from robosandbox.world.clash import clash
-from robosandbox.world.contracts import imagined, lookup
+from robosandbox.world.achievers import Achiever, Achievers, marks, subject_of
+from robosandbox.world.contracts import apply_effects, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
-from robosandbox.world.outlook import State, outlook, preferred
+from robosandbox.world.goal_conflicts import find_conflict
+from robosandbox.world.heuristic import SearchState, estimate, preferred
+from robosandbox.world.parking_spots import parking_spots
 from robosandbox.world.predicate import View, predicates, sentence
 from robosandbox.world.relations import on_table
 from robosandbox.world.verifier import MAX_STEPS, Constraints
-from robosandbox.world.ways import Way, Ways, marks, subject_of
 
 # Number of needs within needs, such as a tower that is cleared level by level; chosen as two a level for a dozen
 # levels.
@@ -55,13 +55,13 @@ class NoWayError(Exception):
 
 
 @dataclass(order=True, slots=True)
-class _Node:
+class _SearchNode:
     """A state in the queue: with its rank, and the goals that have not been tried from it."""
 
     rank: float
     ahead: int
     number: int
-    state: State = field(compare=False)
+    state: SearchState = field(compare=False)
     todo: list[Fact] = field(compare=False)
     is_new: bool = field(compare=False, default=True)
 
@@ -71,7 +71,7 @@ class Search:
 
     Args:
         start: The scene as it is.
-        ways: What may be called.
+        achievers: What may be called.
         asked: What was asked besides.
         robot: What the robot can do.
         failed: Calls that are not planned, since they have failed.
@@ -80,7 +80,7 @@ class Search:
     def __init__(
         self,
         start: ObservedScene,
-        ways: Ways,
+        achievers: Achievers,
         asked: Constraints,
         robot: Abilities,
         *,
@@ -88,16 +88,16 @@ class Search:
     ) -> None:
         self._failed = failed
         self._start = start
-        self._ways = ways
+        self._achievers = achievers
         self._asked = asked
         self._robot = robot
         self._kept_free: list[DetectedObject] = []
 
-    def first(self) -> State:
+    def first(self) -> SearchState:
         """Return the state before any call."""
         return self._state((), self._start, {})
 
-    def reach(self, goals: Sequence[Fact]) -> State:
+    def reach(self, goals: Sequence[Fact]) -> SearchState:
         """Return the cheapest state found in which all goals hold.
 
         Raises:
@@ -106,19 +106,19 @@ class Search:
         start = self.first()
         self._kept_free = list(self._claimed(goals))
         count = itertools.count()
-        queue: list[_Node] = []
+        queue: list[_SearchNode] = []
         failure: NoWayError | None = None
 
-        def push(state: State) -> None:
-            told = outlook(state, goals, self._ways)
+        def push(state: SearchState) -> None:
+            told = estimate(state, goals, self._achievers)
             rank = len(state.calls) + _WEIGHT * told.calls
-            heapq.heappush(queue, _Node(rank, told.calls, next(count), state, list(told.lacking)))
+            heapq.heappush(queue, _SearchNode(rank, told.calls, next(count), state, list(told.lacking)))
 
         push(start)
         seen: set[tuple[object, ...]] = set()
         for number in range(_MOST_STATES + _MOST_STATES_A_GOAL * len(goals)):
             if number == _DOUBT * len(goals) or not queue:
-                cause = clash(goals, self._start, self._ways, self._robot)
+                cause = find_conflict(goals, self._start, self._achievers, self._robot)
                 if cause is not None:
                     raise NoWayError(cause, 0)
             if not queue:
@@ -142,29 +142,31 @@ class Search:
                 heapq.heappush(queue, node)
         raise failure or NoWayError("the goals exclude one another, as far as was searched", 0)
 
-    def _state(self, calls: tuple[SkillCall, ...], scene: ObservedScene, moved: dict[str, Fact]) -> State:
-        return State(calls, View(scene=scene, before=self._start, robot=self._robot), moved, {})
+    def _state(self, calls: tuple[SkillCall, ...], scene: ObservedScene, moved: dict[str, Fact]) -> SearchState:
+        return SearchState(calls, View(scene=scene, before=self._start, robot=self._robot), moved, {})
 
-    def _bring_about(self, goal: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
-        """Return a state after calls that end in one which promises the goal, by the first way that works.
+    def _bring_about(
+        self, goal: Fact, state: SearchState, path: tuple[Fact, ...], goals: Sequence[Fact]
+    ) -> SearchState:
+        """Return a state after calls that end in one which promises the goal, by the first achiever that works.
 
         Raises:
             NoWayError: There is none.
         """
         if goal in path or len(path) > _DEEPEST:
             raise NoWayError(f"{goal} needs itself to hold first", len(path))
-        ways = self._ways.of(goal)
-        if not ways:
+        achievers = self._achievers.of(goal)
+        if not achievers:
             return self._mended(goal, state, path, goals)
         failure: NoWayError | None = None
-        for way in ways:
+        for achiever in achievers:
             try:
-                return self._enabled(way, goal, state, (*path, goal), goals)
+                return self._enabled(achiever, goal, state, (*path, goal), goals)
             except NoWayError as error:
                 failure = failure or error
         raise failure or NoWayError(f"no skill brings about {goal}", len(path))
 
-    def _mended(self, goal: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+    def _mended(self, goal: Fact, state: SearchState, path: tuple[Fact, ...], goals: Sequence[Fact]) -> SearchState:
         """Return a state in which a goal that no skill promises holds, as it says itself what would help.
 
         Raises:
@@ -179,7 +181,9 @@ class Search:
             state = self._helped(finding.remedies, state, (*path, goal), goals)
         raise NoWayError(f"{goal} cannot be had at once", len(path))
 
-    def _helped(self, remedies: Sequence[Fact], state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+    def _helped(
+        self, remedies: Sequence[Fact], state: SearchState, path: tuple[Fact, ...], goals: Sequence[Fact]
+    ) -> SearchState:
         """Return a state after one of some facts was brought about, best one of a thing that has to be moved anyway.
 
         Raises:
@@ -191,13 +195,15 @@ class Search:
         for remedy in sorted(preferred(remedies, lacking), key=lambda one: subject_of(one) in settled):
             try:
                 if remedy.arguments[1:] == (TABLE,) and remedy not in goals and state.scene.held is None:
-                    return self._aside(remedy, state, path, goals)
+                    return self._put_aside(remedy, state, path, goals)
                 return self._bring_about(remedy, state, path, goals)
             except NoWayError as error:
                 failure = failure or error
         raise failure or NoWayError("nothing would help", len(path))
 
-    def _aside(self, remedy: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+    def _put_aside(
+        self, remedy: Fact, state: SearchState, path: tuple[Fact, ...], goals: Sequence[Fact]
+    ) -> SearchState:
         """Return a state after a thing was put aside: on another where that saves a call, as to stack does, else on the table.
 
         Raises:
@@ -206,69 +212,75 @@ class Search:
         if remedy in path:
             raise NoWayError(f"{remedy} needs itself to hold first", len(path))
         name, path = subject_of(remedy), (*path, remedy)
-        # What is in its way is put aside before a place is chosen, and takes a place itself.
-        for way in self._ways.of(fact("holding", name))[:1]:
-            state = self._ready(way, state, path, goals)
+        # Obstacles to it are put aside before its place is chosen, since they take places themselves.
+        for achiever in self._achievers.of(fact("holding", name))[:1]:
+            state = self._ready(achiever, state, path, goals)
         lacking = {_claim(subject_of(goal)) for goal in goals if not state.find(goal).holds}
         claimed = [claim for claim in self._kept_free if claim.id in lacking]
-        for aside in asides(state, name, goals, claimed):
-            if any(not way.picks for way in self._ways.of(aside)):
+        for aside in parking_spots(state, name, goals, claimed):
+            if any(not achiever.picks for achiever in self._achievers.of(aside)):
                 with suppress(NoWayError):
                     return self._bring_about(aside, state, path, goals)
         return self._bring_about(remedy, state, path[:-1], goals)
 
-    def _enabled(self, way: Way, goal: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+    def _enabled(
+        self, achiever: Achiever, goal: Fact, state: SearchState, path: tuple[Fact, ...], goals: Sequence[Fact]
+    ) -> SearchState:
         """Return the state after a call, and before it what it lacks; what the goal leaves open is chosen at last.
 
         Raises:
             NoWayError: What it lacks cannot be brought about.
         """
-        state = self._ready(way, state, path, goals)
-        return self._after(self._chosen(way, goal, state, len(path)), goal, state, len(path))
+        state = self._ready(achiever, state, path, goals)
+        return self._after(self._chosen(achiever, goal, state, len(path)), goal, state, len(path))
 
-    def _ready(self, way: Way, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
-        """Return a state in which what a way needs holds, but for what it leaves open.
+    def _ready(
+        self, achiever: Achiever, state: SearchState, path: tuple[Fact, ...], goals: Sequence[Fact]
+    ) -> SearchState:
+        """Return a state in which what an achiever needs holds, but for what it leaves open.
 
         Raises:
             NoWayError: That cannot be brought about.
         """
         for _ in range(_DEEPEST):
-            finding = state.first_refuted(way.needs)
+            finding = state.first_refuted(achiever.needs)
             if finding is None:
                 return state
             if not finding.remedies or len(state.calls) >= MAX_STEPS:
                 raise NoWayError(sentence(finding), len(path))
             state = self._helped(finding.remedies, state, path, goals)
-        raise NoWayError(f"what {way.call} needs cannot be had at once", len(path))
+        raise NoWayError(f"what {achiever.call} needs cannot be had at once", len(path))
 
-    def _chosen(self, way: Way, goal: Fact, state: State, depth: int) -> SkillCall:
-        """Return a way's call with values for what its goal leaves open, as the relations needed there choose them.
+    def _chosen(self, achiever: Achiever, goal: Fact, state: SearchState, depth: int) -> SkillCall:
+        """Return an achiever's call with values for what its goal leaves open, as the relations needed there choose them.
 
         Raises:
             NoWayError: None of the first few values will do.
         """
-        if not way.choices:
-            return way.call
-        chooser = next((one for one in way.choices if predicates()[one.relation].choices is not None), None)
+        if not achiever.choices:
+            return achiever.call
+        chooser = next((one for one in achiever.choices if predicates()[one.relation].choices is not None), None)
         choices = None if chooser is None else predicates()[chooser.relation].choices
         if chooser is None or choices is None:
-            raise NoWayError(f"{way.call} leaves open what {way.choices[0]} is", depth)
+            raise NoWayError(f"{achiever.call} leaves open what {achiever.choices[0]} is", depth)
         names = marks(chooser)
         given = [value for value in chooser.arguments if value not in names]
         claimed = tuple(item for item in self._kept_free if item.id != _claim(subject_of(goal)))
         free = replace(state.view, scene=replace(state.scene, objects=(*state.scene.objects, *claimed)))
         for values in itertools.islice(choices(free, *given), _MOST_CHOICES):
             bound = dict(zip(names, values, strict=True))
-            filled = [Fact(one.relation, tuple(bound.get(str(v), v) for v in one.arguments)) for one in way.choices]
+            filled = [
+                Fact(one.relation, tuple(bound.get(str(v), v) for v in one.arguments)) for one in achiever.choices
+            ]
             if state.first_refuted(filled) is None:
-                arguments = {key: bound.get(str(value), value) for key, value in way.call.arguments.items()}
-                call = SkillCall(skill=way.call.skill, arguments=arguments)
+                arguments = {key: bound.get(str(value), value) for key, value in achiever.call.arguments.items()}
+                call = SkillCall(skill=achiever.call.skill, arguments=arguments)
                 if call not in self._failed:
                     return call
         raise NoWayError(f"there is no free place for {given[0]}", depth)
 
-    def _after(self, call: SkillCall, goal: Fact, state: State, depth: int) -> State:
-        contract = self._ways.contract(call).resolved(state.scene)
+    def _after(self, call: SkillCall, goal: Fact, state: SearchState, depth: int) -> SearchState:
+        contract = self._achievers.contract(call).resolved(state.scene)
         asked = self._asked
         if call in self._failed:
             raise NoWayError(f"{call} has failed before", depth)
@@ -279,13 +291,13 @@ class Search:
             if missing:
                 raise NoWayError(f"{missing[0]} is to be moved before {name}", depth)
         moved = {**state.moved, **dict.fromkeys(contract.moves, goal)}
-        return self._state((*state.calls, call), imagined(contract, state.scene), moved)
+        return self._state((*state.calls, call), apply_effects(contract, state.scene), moved)
 
     def _claimed(self, goals: Sequence[Fact]) -> list[DetectedObject]:
         """Return things as goals want them to stand on the table, where nothing else is put aside."""
         found = []
         for goal in goals:
-            move = lookup(goal).imagine
+            move = lookup(goal).effect
             item = None if move is None else move(self._start, *goal.arguments).find(subject_of(goal))
             if item is not None and item.id != self._start.held and on_table(item, self._start.table_height).holds:
                 found.append(replace(item, id=_claim(item.id)))
@@ -296,7 +308,7 @@ def _claim(name: str) -> str:
     return f"{name}/claimed"
 
 
-def _key(state: State) -> tuple[object, ...]:
+def _key(state: SearchState) -> tuple[object, ...]:
     """Return what tells one state from another, wherever on the table things were put aside."""
     openings = tuple(round(item.opening or 0.0, 3) for item in state.scene.objects)
     return (state.scene.held, openings, frozenset(state.moved.items()))

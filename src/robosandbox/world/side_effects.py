@@ -1,4 +1,4 @@
-"""What else moved while a skill was at work."""
+"""Side effects: things that moved while a skill was at work on others."""
 
 from __future__ import annotations
 

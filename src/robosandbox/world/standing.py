@@ -1,4 +1,4 @@
-"""What stands where: on what, beside what, upright or not, and where there is room to stand."""
+"""Relations of support: on, beside, upright, and room to stand."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError
 from robosandbox.evidence import CollisionEvidence, PlacementEvidence
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.world import relations
+from robosandbox.world.effects import put, slid
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.imagine import put, slid
-from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
-from robosandbox.world.relations import BESIDE_GAP, REST_TOLERANCE, bottom, centre, rest_height, support
-from robosandbox.world.spots import (
+from robosandbox.world.placement_sampling import (
     TABLE_HALF_EXTENT,
-    Spot,
+    Placement,
     about_z,
-    free_spots,
+    free_placements,
     levelled,
+    points_beside,
     resting_pose,
-    spots_beside,
-    table_spots,
+    table_placements,
     yaw_to_align,
 )
+from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
+from robosandbox.world.relations import BESIDE_GAP, REST_TOLERANCE, bottom, centre, rest_height, support
 
 # How far from its mark the centre of an object counts as there, metres; chosen far above what a placement leaves.
 AT_TOLERANCE = 0.015
@@ -104,15 +104,15 @@ def _stood(
     scene: ObservedScene, item: DetectedObject, xy: tuple[float, float], height: float, heading: float
 ) -> ObservedScene:
     rotation = about_z(heading) @ levelled(item.pose.rotation)
-    return put(scene, item.id, resting_pose(item, Spot(xy, height, ()), rotation))
+    return put(scene, item.id, resting_pose(item, Placement(xy, height, ()), rotation))
 
 
 def _put_beside(scene: ObservedScene, a: str, b: str, side: Side) -> ObservedScene:
     item, other = scene.find(a), scene.find(b)
     if item is None or other is None:
         return scene
-    points = spots_beside(item, other, side)
-    spots, _ = table_spots(scene, item, points)
+    points = points_beside(item, other, side)
+    spots, _ = table_placements(scene, item, points)
     xy = spots[0].xy if spots else (float(points[0][0]), float(points[0][1]))
     return _stood(scene, item, xy, scene.table_height, 0.0)
 
@@ -170,7 +170,7 @@ def face_half_width(item: DetectedObject, up: float = 1.0) -> float:
     return float(((reach - cosines * height) / sines).min())
 
 
-@predicate("object", "place", imagine=_put_on, lasts=True)
+@predicate("object", "place", effect=_put_on, lasts=True)
 def on(view: View, a: str, b: str) -> Finding:
     """An object stands on another, or on the table."""
     item = view.get(a)
@@ -196,7 +196,7 @@ def on(view: View, a: str, b: str) -> Finding:
     )
 
 
-@predicate("object", "object", "word", imagine=_put_beside, lasts=True)
+@predicate("object", "object", "word", effect=_put_beside, lasts=True)
 def beside(view: View, a: str, b: str, side: Side) -> Finding:
     """An object stands next to another on one side: left, right, front or back."""
     if side not in SIDE_AXES:
@@ -213,7 +213,7 @@ def beside(view: View, a: str, b: str, side: Side) -> Finding:
     )
 
 
-@predicate("object", "number", "number", "number?", imagine=_put_at, lasts=True)
+@predicate("object", "number", "number", "number?", effect=_put_at, lasts=True)
 def at(view: View, a: str, x: float, y: float, yaw: float | None = None) -> Finding:
     """An object stands at a point of the table, metres, turned by an angle, radians."""
     item = view.get(a)
@@ -230,7 +230,7 @@ def at(view: View, a: str, x: float, y: float, yaw: float | None = None) -> Find
     )
 
 
-@predicate("object", imagine=_righted, lasts=True)
+@predicate("object", effect=_righted, lasts=True)
 def upright(view: View, a: str) -> Finding:
     """An object's own axis is about vertical."""
     item = view.get(a)
@@ -301,7 +301,7 @@ def supports(view: View, b: str) -> Finding:
 
 
 def _table_room(view: View, item: DetectedObject, points: Sequence[Array], where: str) -> Finding:
-    spots, blocking = table_spots(view.scene, item, points)
+    spots, blocking = table_placements(view.scene, item, points)
     off = all(float(np.abs(point).max()) > TABLE_HALF_EXTENT for point in points)
     why = f"occupied by {', '.join(blocking)}" if blocking else "off the table or too small"
     return Finding(
@@ -325,7 +325,7 @@ def _free_spots(view: View, a: str) -> Iterator[tuple[float, float]]:
     down = scene.table_height - bottom(item)
     there = Pose.from_matrix(item.pose.position + [0.0, 0.0, down], item.pose.rotation)
     scene = replace(scene, objects=(*scene.objects, replace(item, id=f"{a}/before", pose=there)))
-    for spot in free_spots(scene, item):
+    for spot in free_placements(scene, item):
         yield round(spot.xy[0], 3) + 0.0, round(spot.xy[1], 3) + 0.0
 
 
@@ -339,4 +339,4 @@ def room_at(view: View, a: str, x: float, y: float) -> Finding:
 def room_beside(view: View, a: str, b: str, side: Side) -> Finding:
     """An object has room on one side of another."""
     item = view.get(a)
-    return _table_room(view, item, spots_beside(item, view.get(b), side), f"{side} of {b}")
+    return _table_room(view, item, points_beside(item, view.get(b), side), f"{side} of {b}")

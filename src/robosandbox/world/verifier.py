@@ -1,4 +1,4 @@
-"""Whether a plan can be right, before anything moves: contracts run over the scene, step by step."""
+"""Verification of a plan before anything moves: contracts run over the scene, step by step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from robosandbox.errors import InvalidArgumentError
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import ObservedScene, Plan, SkillCall
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import find, first_refuted, imagined, lookup
+from robosandbox.world.contracts import apply_effects, find, first_refuted, lookup
 from robosandbox.world.facts import HELD, Fact, fact
 from robosandbox.world.operators import BoundCall, Operator, bind
 from robosandbox.world.predicate import View
@@ -24,7 +24,7 @@ _SHOWN = 120
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constraints:
-    """What a person asks of a plan beside its goal.
+    """Constraints of a person on a plan beside its goal.
 
     Attributes:
         never: Ids of what must not be moved or touched.
@@ -83,8 +83,8 @@ class Problem:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
-    """What the verifier found.
+class Verification:
+    """Result of verifying a plan.
 
     Attributes:
         problems: What is wrong, in the order of the steps; empty where the plan can be right.
@@ -104,7 +104,7 @@ def verify(
     *,
     constraints: Constraints | None = None,
     robot: Abilities | None = None,
-) -> Verdict:
+) -> Verification:
     """Run a plan over a scene by its skills' contracts.
 
     Wrong calls are told of every step. What a step needs is told up to the first step that lacks something, since all that
@@ -120,12 +120,12 @@ def verify(
     if len(plan.steps) > MAX_STEPS:
         cause = f"the plan has {len(plan.steps)} steps; at most {MAX_STEPS} are carried out"
         relation = fact("at_most", float(MAX_STEPS))
-        return Verdict(problems=(Problem(step=0, call=None, relation=relation, cause=cause),), end=scene)
+        return Verification(problems=(Problem(step=0, call=None, relation=relation, cause=cause),), end=scene)
     by_name = {skill.name: skill for skill in skills}
     bound = [_bound(number, call, by_name, scene) for number, call in enumerate(plan.steps, start=1)]
     wrong = tuple(found for found in bound if isinstance(found, Problem))
     if wrong:
-        return Verdict(problems=wrong, end=scene)
+        return Verification(problems=wrong, end=scene)
     calls = tuple(found for found in bound if isinstance(found, BoundCall))
     return _Run(scene, constraints or Constraints(), robot or Abilities()).follow(calls)
 
@@ -139,8 +139,8 @@ class _Run:
         self._robot = robot
         self._moved: dict[str, None] = {}
 
-    def follow(self, calls: tuple[BoundCall, ...]) -> Verdict:
-        return Verdict(problems=tuple(self._problems(calls)), end=self._scene, calls=calls)
+    def follow(self, calls: tuple[BoundCall, ...]) -> Verification:
+        return Verification(problems=tuple(self._problems(calls)), end=self._scene, calls=calls)
 
     def _problems(self, calls: Sequence[BoundCall]) -> Iterator[Problem]:
         for number, bound in enumerate(calls, start=1):
@@ -161,7 +161,7 @@ class _Run:
             if not contract.gives:
                 return
             self._moved.update(dict.fromkeys(contract.moves))
-            self._scene = imagined(contract, self._scene)
+            self._scene = apply_effects(contract, self._scene)
         yield from self._unkept()
 
     def _forbidden(self, number: int, call: SkillCall, moves: Iterable[str]) -> Problem | None:

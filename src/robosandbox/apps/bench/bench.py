@@ -51,7 +51,7 @@ def run_bench(
     jobs: int = 1,
     settings: BenchSettings | None = None,
     on_row: Callable[[Row], None] | None = None,
-    kept: ResultsFile | None = None,
+    earlier: ResultsFile | None = None,
     engine: Engine | None = None,
     remote: RemoteWorkcell | None = None,
 ) -> Iterator[Row]:
@@ -66,7 +66,7 @@ def run_bench(
         jobs: Processes; 1 stays in this one.
         settings: What all episodes share.
         on_row: Told each row as its episode ends, in whatever order they end.
-        kept: Rows of an earlier bench with the same settings and versions, which are not run again; new ones are added.
+        earlier: Rows of an earlier bench with the same settings and versions, which are not run again; new ones are added.
         engine: What runs the episodes, in place of `jobs` processes.
         remote: Run in this sim process, with the planner that it was made with, in place of worlds of our own.
 
@@ -78,18 +78,20 @@ def run_bench(
     if remote is not None and not remote.judgeable:
         raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
     # A sim tries a task's world when it is told to load it.
-    tasks = tasks if remote else _tried(tasks, seeds, settings, kept)
+    tasks = tasks if remote else _tried(tasks, seeds, settings, earlier)
     _check_some_can_run(tasks)
-    waiting = sum(seeds - (kept.count(task.name, seeds) if kept else 0) for task in tasks if isinstance(task, Task))
+    waiting = sum(
+        seeds - (earlier.count(task.name, seeds) if earlier else 0) for task in tasks if isinstance(task, Task)
+    )
     if engine is None:
         engine = InProcess(remote) if min(jobs, waiting) <= 1 or remote is not None else ProcessPool(min(jobs, waiting))
-    coming = engine.run(_chunks(tasks, seeds, waiting=waiting, jobs=jobs, settings=settings, kept=kept))
-    with closing(ResultsFile.temporary()) if kept is None else nullcontext(kept) as store:
+    rows = engine.run(_chunks(tasks, seeds, waiting=waiting, jobs=jobs, settings=settings, earlier=earlier))
+    with closing(ResultsFile.temporary()) if earlier is None else nullcontext(earlier) as store:
         for task, seed in ((task, seed) for task in tasks for seed in range(seeds)):
             row = store.find(task.name, seed)
             if row is None:
-                source = task.rows(seed, settings) if isinstance(task, BrokenTask) else coming
-                row = _until(task.name, seed, source=source, store=store, keep_all=kept is not None, on_row=on_row)
+                source = task.rows(seed, settings) if isinstance(task, BrokenTask) else rows
+                row = _until(task.name, seed, source=source, store=store, keep_all=earlier is not None, on_row=on_row)
             yield row
 
 
@@ -133,23 +135,23 @@ def _until(
 
 
 def _tried(
-    tasks: Sequence[Task | BrokenTask], seeds: int, settings: BenchSettings, kept: ResultsFile | None
+    tasks: Sequence[Task | BrokenTask], seeds: int, settings: BenchSettings, earlier: ResultsFile | None
 ) -> list[Task | BrokenTask]:
     """Return the tasks, with those broken whose world cannot be built; what has its rows already is not tried."""
     found: list[Task | BrokenTask] = []
     for task in tasks:
-        whole = kept is not None and all(kept.holds(task.name, seed) for seed in range(seeds))
+        whole = earlier is not None and all(earlier.holds(task.name, seed) for seed in range(seeds))
         if isinstance(task, Task) and not whole and (error := try_world(task, settings)) is not None:
             task = BrokenTask(task.name, error)
         found.append(task)
     return found
 
 
-def _waiting(tasks: Sequence[Task | BrokenTask], seeds: int, kept: ResultsFile | None) -> Iterator[tuple[Task, int]]:
+def _waiting(tasks: Sequence[Task | BrokenTask], seeds: int, earlier: ResultsFile | None) -> Iterator[tuple[Task, int]]:
     """Yield the episodes that have no row yet."""
     for task in tasks:
         if isinstance(task, Task):
-            yield from ((task, seed) for seed in range(seeds) if kept is None or not kept.holds(task.name, seed))
+            yield from ((task, seed) for seed in range(seeds) if earlier is None or not earlier.holds(task.name, seed))
 
 
 def _chunks(
@@ -159,10 +161,10 @@ def _chunks(
     waiting: int,
     jobs: int,
     settings: BenchSettings,
-    kept: ResultsFile | None,
+    earlier: ResultsFile | None,
 ) -> Iterator[Chunk]:
     """Yield what is to be run, each chunk made when it is asked for."""
-    for task, left in groupby(_waiting(tasks, seeds, kept), key=itemgetter(0)):
+    for task, left in groupby(_waiting(tasks, seeds, earlier), key=itemgetter(0)):
         while chunk := tuple(seed for _, seed in islice(left, max(1, min(_CHUNK, waiting // (_SHARE * jobs))))):
             waiting -= len(chunk)
             yield Chunk(task, chunk, settings)

@@ -1,4 +1,4 @@
-"""What the arm, and what it carries, touched that it was not to touch: looked at in every control tick of an episode."""
+"""Forbidden contacts of the arm and of what it carries, looked for at every control tick of an episode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What runs the episodes of a bench: this process, several of this machine, or a Ray cluster's."""
+"""Engines that run a bench's episodes: this process, several of this machine, or a Ray cluster's."""
 
 from __future__ import annotations
 
@@ -71,13 +71,13 @@ class ProcessPool:
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
         """Yield each row as its episode ends."""
-        coming, again = iter(chunks), list[Chunk]()
+        pending, retries = iter(chunks), list[Chunk]()
         workers = [_Worker() for _ in range(self._jobs)]
         deaths = 0
         try:
             while True:
                 for worker in workers:
-                    while len(worker.chunks) < _AHEAD and (chunk := again.pop() if again else next(coming, None)):
+                    while len(worker.chunks) < _AHEAD and (chunk := retries.pop() if retries else next(pending, None)):
                         worker.give(chunk)
                 busy: dict[Any, _Worker] = {worker.pipe: worker for worker in workers if worker.chunks}
                 if not busy:
@@ -89,7 +89,7 @@ class ProcessPool:
                     except (EOFError, OSError):
                         deaths += 1
                         _log.warning("a process of the bench died; what it ran is run again")
-                        again.extend(reversed(worker.chunks))
+                        retries.extend(reversed(worker.chunks))
                         workers[workers.index(worker)] = _Worker()
                         worker.end()
                         _check_deaths(deaths)

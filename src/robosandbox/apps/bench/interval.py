@@ -1,4 +1,4 @@
-"""How sure a success rate is: the Jeffreys interval, from the beta distribution."""
+"""Jeffreys interval of a success rate, from the beta distribution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bench is told and what it tells: settings, a row per episode, counts and rates."""
+"""Settings of a bench, its rows (one an episode), counts and rates."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _OF_THE_ROBOT = ("robot", "sidecar", "arm", "gripper")
 
 @dataclass(frozen=True, slots=True)
 class BenchSettings(WorkcellOptions):
-    """What all episodes of a bench share: how their workcells are opened, task and seed apart.
+    """Settings that all episodes of a bench share: how their workcells are opened, task and seed apart.
 
     Attributes:
         dialogue: Off: each prompt is the first one that is said.
@@ -141,7 +141,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rate:
-    """How often a task succeeded, with the 95% Beta interval of the rate."""
+    """Success rate of a task, with its 95% Beta interval."""
 
     task: str
     successes: int

@@ -36,7 +36,7 @@ _TASK_SUFFIXES = (".yaml", ".yml")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchRun:
-    """What a bench runs, what runs it, and where its rows go.
+    """Run of a bench: its tasks, its engine, and the file for its rows.
 
     Attributes:
         names: Names of bundled tasks and task files.
@@ -144,7 +144,7 @@ def _carry_out(
     width = max(TASK_WIDTH, *(len(task.name) for task in chosen))
     tally = Tally()
     with ExitStack() as opened:
-        kept = opened.enter_context(closing(ResultsFile.resume(run.resume, settings))) if run.resume else None
+        earlier = opened.enter_context(closing(ResultsFile.resume(run.resume, settings))) if run.resume else None
         done = opened.enter_context(_progress(len(chosen) * run.seeds))
         written: RowArray | None = None
         for row in run_bench(
@@ -153,7 +153,7 @@ def _carry_out(
             jobs=run.jobs,
             settings=settings,
             on_row=lambda _: done(1),
-            kept=kept,
+            earlier=earlier,
             engine=load_plugin("engines", run.engine)(run.jobs, run.ray_address) if run.engine else None,
             remote=remote,
         ):

@@ -1,4 +1,4 @@
-"""What a bench prints and writes as its rows come: a line each, a JSON document, the summary."""
+"""Report of a bench while its rows come: a line each, a JSON document, the summary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a command's options, told before anything heavy is imported."""
+"""Checks of a command's options, made before anything heavy is imported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all commands share: exit codes, one-line errors, one JSON document on stdout."""
+"""Console conventions of all commands: exit codes, one-line errors, one JSON document on stdout."""
 
 from __future__ import annotations
 

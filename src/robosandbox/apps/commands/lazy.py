@@ -15,7 +15,7 @@ from robosandbox.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class LazyCommand:
-    """Where a command is, and its line in the group's help.
+    """Location of a command that is imported when it is called, and its line in the group's help.
 
     Attributes:
         target: `module:name` of a function, or of a Typer application with commands of its own.

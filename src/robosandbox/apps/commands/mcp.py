@@ -59,17 +59,17 @@ def mcp(
         from robosandbox.apps.mcp.serve import serve
     except ModuleNotFoundError as error:
         raise missing_extra(error, "mcp", "mcp") from None
-    from robosandbox.apps.mcp.robot import Robot
+    from robosandbox.apps.mcp.robot import McpRobot
 
     @contextmanager
-    def there() -> Iterator[Robot]:
+    def there() -> Iterator[McpRobot]:
         from robosandbox.tasks.loader import find_task
 
         with connection.workcell(world) as session:
-            yield Robot(session, reopen=lambda task: session.load(find_task(task)), timeout=timeout)
+            yield McpRobot(session, reopen=lambda task: session.load(find_task(task)), timeout=timeout)
 
     @contextmanager
-    def here() -> Iterator[Robot]:
+    def here() -> Iterator[McpRobot]:
         from robosandbox.agent.pace import Pace
 
         def reopen(task: str | None = None) -> EmbeddedWorkcell:
@@ -78,7 +78,7 @@ def mcp(
                 session.sim.subscribe(Pace(session.sim))
             return session
 
-        robot = Robot(reopen(), reopen=reopen, timeout=timeout)
+        robot = McpRobot(reopen(), reopen=reopen, timeout=timeout)
         try:
             yield robot
         finally:

@@ -15,7 +15,7 @@ from robosandbox.apps.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.robots.check.finding import Check
+    from robosandbox.robots.check.finding import CheckResult
     from robosandbox.robots.infer.sidecar import Inference
 
 app: typer.Typer = plain_group(help="Bring your own robot: infer its sidecar, check it.")
@@ -120,7 +120,7 @@ def _list_changes(model: Path, sidecar: Path | None, *, as_json: bool) -> int:
     return EXIT_DONE
 
 
-def _print_check(item: Check) -> None:
+def _print_check(item: CheckResult) -> None:
     # What the robot cannot have, as a pick without a gripper, is no fault of it.
     mark = "ok  " if item.ok else "FAIL" if item.counts else "n/a "
     change = f"  [change {item.field}]" if item.field and not item.ok else ""

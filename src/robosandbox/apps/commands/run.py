@@ -78,13 +78,13 @@ def run(
                     recorder=recorder,
                     json=json,
                 )
-        from robosandbox.apps.commands import trying
+        from robosandbox.apps.commands.dry_run import ask_before, print_preview
 
         if confirm:
-            trying.ask_before(session, prompt)
+            ask_before(session, prompt)
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         if dry_run:
-            return trying.dry_run(session, said, json)
+            return print_preview(session, said, json)
         with recording(settings, session) as recorder:
             return _carry_out(session, said, json, recorder)
 

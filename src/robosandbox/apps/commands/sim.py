@@ -40,7 +40,7 @@ _SWITCH_SECONDS = 0.001
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Serving:
-    """How a world is served, and what of it clients may have.
+    """Settings of a served world, and the rights of its clients.
 
     Attributes:
         robot_id: Its name in keys.

@@ -52,13 +52,13 @@ def read_steps(source: str) -> Plan:
 def verify_steps(session: EmbeddedWorkcell, plan: Plan, *, json: bool) -> int:
     """Print what is wrong with a plan, and the relations that would hold after it."""
     from robosandbox.skills.primitives.abilities import RobotAbilities
-    from robosandbox.world.picture import picture
+    from robosandbox.world.symbolic_state import symbolic_state
     from robosandbox.world.verifier import verify
 
     robot = RobotAbilities(session.ctx, session.task.limits)
     with doing("checking the plan"):
         verdict = verify(plan, session.observe(), list(session.calls.values()), robot=robot)
-    stated = picture(verdict.end)
+    stated = symbolic_state(verdict.end)
     if json:
         print_json(
             {

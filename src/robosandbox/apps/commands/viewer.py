@@ -74,7 +74,7 @@ def viewer(
     except ModuleNotFoundError as error:
         raise missing_extra(error, "viewer", "viewer") from None
     sys.setswitchinterval(_SWITCH_SECONDS)
-    opened = _there(connection, world) if connection else _here(world, settings, episode)
+    opened = _connected_source(connection, world) if connection else _embedded_source(world, settings, episode)
     with ending_with_threads("robo-sandbox"), opened as (source, playback, link):
         with doing("starting the page's server"):
             shown = Viewer(source, port, playback)
@@ -122,7 +122,7 @@ def _tell_presence(control: Operator, link: Link, line: str) -> None:
 
 
 @contextmanager
-def _here(
+def _embedded_source(
     world: WorkcellOptions, settings: RecordSettings | None, episode: RecordedEpisode | None
 ) -> Iterator[tuple[WorldSource, RecordedFrames | None, None]]:
     """Open a world in this process; each one that is loaded after it is opened, and recorded, likewise."""
@@ -156,7 +156,7 @@ def _here(
 
 
 @contextmanager
-def _there(connection: Connection, world: WorkcellOptions) -> Iterator[tuple[WorldSource, None, Link]]:
+def _connected_source(connection: Connection, world: WorkcellOptions) -> Iterator[tuple[WorldSource, None, Link]]:
     from robosandbox.apps.repl.link import Link
     from robosandbox.apps.viewer.connected import ConnectedSource
 

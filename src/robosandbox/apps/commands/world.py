@@ -1,4 +1,4 @@
-"""What opens a world: the options that `run`, `plan`, `look`, `repl`, `viewer`, `sim`, `mcp`, `agent` and the bench share, as one value."""
+"""Options that open a world, as one value: `run`, `plan`, `look`, `repl`, `viewer`, `sim`, `mcp`, `agent` and the bench share them."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def check_remote(world: WorkcellOptions) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """Whose sim process a command works in.
+    """Connection to the sim process that a command works in.
 
     Attributes:
         connect: Zenoh endpoints.

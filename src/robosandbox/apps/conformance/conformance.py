@@ -16,7 +16,7 @@ from robosandbox.skills.base import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure
-from robosandbox.world.contracts import first_refuted, imagined, lookup
+from robosandbox.world.contracts import apply_effects, first_refuted, lookup
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View
 
@@ -79,7 +79,7 @@ def check_contract(skill: Operator, scene: ObservedScene, arguments: Mapping[str
         except InputError as error:
             raise AssertionError(f"{skill.name}: its contract names {error}") from None
     resolved = contract.resolved(scene)
-    after = View(scene=imagined(contract, scene), before=scene, robot=Abilities())
+    after = View(scene=apply_effects(contract, scene), before=scene, robot=Abilities())
     broken = first_refuted(resolved.gives, after)
     demand(
         broken is None or first_refuted(resolved.needs, View.of(scene)) is not None,

@@ -19,7 +19,7 @@ from robosandbox.apps.conformance.openai_stream import chat_events, response_eve
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
+class HttpAnswer:
     """One HTTP answer.
 
     Attributes:
@@ -37,10 +37,10 @@ class Answer:
     then: str = "done"
 
 
-Script = Answer | Callable[[dict[str, Any]], Answer]
+Script = HttpAnswer | Callable[[dict[str, Any]], HttpAnswer]
 
 
-def tool_calls(*calls: tuple[str, str], finish: str = "tool_calls", tokens: int = 100) -> Answer:
+def tool_calls(*calls: tuple[str, str], finish: str = "tool_calls", tokens: int = 100) -> HttpAnswer:
     """Return an answer with these tool calls: name and arguments as the text that the model wrote."""
     return _completion(
         {
@@ -56,28 +56,28 @@ def tool_calls(*calls: tuple[str, str], finish: str = "tool_calls", tokens: int 
     )
 
 
-def plan(*steps: tuple[str, Mapping[str, Any]]) -> Answer:
+def plan(*steps: tuple[str, Mapping[str, Any]]) -> HttpAnswer:
     """Return an answer that plans these skill calls."""
     return tool_calls(("plan", json.dumps({"steps": [{"skill": name, "arguments": args} for name, args in steps]})))
 
 
-def refuse(code: str, message: str, candidates: Sequence[str] = ()) -> Answer:
+def refuse(code: str, message: str, candidates: Sequence[str] = ()) -> HttpAnswer:
     """Return an answer that refuses."""
     return tool_calls(("refuse", json.dumps({"code": code, "message": message, "candidates": list(candidates)})))
 
 
-def says(text: str) -> Answer:
+def says(text: str) -> HttpAnswer:
     """Return an answer in plain words."""
     return _completion({"role": "assistant", "content": text}, "stop", 100)
 
 
-def fails(status: int, message: str, **headers: str) -> Answer:
+def fails(status: int, message: str, **headers: str) -> HttpAnswer:
     """Return an error of the service; `retry_after="2"` sends that header."""
     body = json.dumps({"error": {"message": message, "type": "error", "param": None, "code": None}})
-    return Answer(status=status, body=body.encode(), headers={k.replace("_", "-"): v for k, v in headers.items()})
+    return HttpAnswer(status=status, body=body.encode(), headers={k.replace("_", "-"): v for k, v in headers.items()})
 
 
-def _completion(message: Mapping[str, Any], finish: str, tokens: int) -> Answer:
+def _completion(message: Mapping[str, Any], finish: str, tokens: int) -> HttpAnswer:
     body = {
         "id": "chatcmpl-1",
         "object": "chat.completion",
@@ -86,10 +86,10 @@ def _completion(message: Mapping[str, Any], finish: str, tokens: int) -> Answer:
         "choices": [{"index": 0, "message": message, "finish_reason": finish}],
         "usage": {"prompt_tokens": tokens, "completion_tokens": tokens, "total_tokens": 2 * tokens},
     }
-    return Answer(body=json.dumps(body).encode())
+    return HttpAnswer(body=json.dumps(body).encode())
 
 
-def _as_response(answer: Answer) -> Answer:
+def _as_response(answer: HttpAnswer) -> HttpAnswer:
     """Return a chat completion as the newer protocol writes it; an error is the same in both."""
     if answer.status != 200:
         return answer
@@ -130,7 +130,7 @@ def _as_response(answer: Answer) -> Answer:
     return replace(answer, body=json.dumps(body).encode())
 
 
-def _as_events(answer: Answer) -> Answer:
+def _as_events(answer: HttpAnswer) -> HttpAnswer:
     """Return an answer as it is sent piece by piece; one that is no answer of the protocol is sent as it is."""
     try:
         whole = json.loads(answer.body)
@@ -167,7 +167,7 @@ class ScriptedServer:
 
     @property
     def url(self) -> str:
-        """What `--base-url` takes."""
+        """URL for `--base-url`."""
         return f"http://127.0.0.1:{self._server.server_address[1]}/v1"
 
     def __enter__(self) -> Self:
@@ -180,14 +180,14 @@ class ScriptedServer:
         self._server.server_close()
         self._thread.join()
 
-    def _answer(self, body: dict[str, Any], headers: dict[str, str]) -> Answer:
+    def _answer(self, body: dict[str, Any], headers: dict[str, str]) -> HttpAnswer:
         with self._lock:
             self.requests.append(body)
             self.headers.append(headers)
             item = self._script.pop(0) if self._script else self._rest
         if item is None:
             return fails(500, "the script has ended", retry_after="0")
-        return item if isinstance(item, Answer) else item(body)
+        return item if isinstance(item, HttpAnswer) else item(body)
 
 
 def _handler(script: ScriptedServer) -> type[BaseHTTPRequestHandler]:

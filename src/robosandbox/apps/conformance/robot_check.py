@@ -16,7 +16,7 @@ from robosandbox.errors import InputError
 from robosandbox.progress import doing
 from robosandbox.robots.check.compare import compare
 from robosandbox.robots.check.diagnosis import blamed_field, infer_beside
-from robosandbox.robots.check.finding import Check
+from robosandbox.robots.check.finding import CheckResult
 from robosandbox.robots.importers.files import searching
 from robosandbox.robots.importers.imported import ImportedModel
 from robosandbox.robots.importers.importing import import_model
@@ -27,12 +27,12 @@ from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.validation import load_yaml_model
 
-OnCheck = Callable[[Check], None]
+OnCheck = Callable[[CheckResult], None]
 
 
 @dataclass(slots=True)
 class RobotReport:
-    """What was checked of a robot.
+    """Report of the checks of a robot.
 
     Attributes:
         loads: The model and the sidecar load.
@@ -43,10 +43,10 @@ class RobotReport:
 
     loads: bool = False
     sidecar: dict[str, Any] = field(default_factory=dict)
-    checks: list[Check] = field(default_factory=list)
+    checks: list[CheckResult] = field(default_factory=list)
     on_check: OnCheck | None = None
 
-    def add(self, checks: Iterable[Check]) -> None:
+    def add(self, checks: Iterable[CheckResult]) -> None:
         """Take down checks as they are made."""
         for item in checks:
             self.checks.append(item)
@@ -113,7 +113,7 @@ def _check(
         with doing(f"reading {path.name}"):
             imported = import_model(path, paths)
     except InputError as error:
-        report.add([Check("load", False, str(error))])
+        report.add([CheckResult("load", False, str(error))])
         return report
     if config is None and gripper is None and (known := known_sidecar(imported)) is not None:
         if _fits(path, known[0], paths):
@@ -154,7 +154,7 @@ def _check_with(
                 with doing(f"inferring the sidecar of {path.name}"):
                     found = infer_beside(imported, given, config, paths)
         except InputError as error:
-            report.add([Check("load", False, str(error), blamed_field(config, str(error)))])
+            report.add([CheckResult("load", False, str(error), blamed_field(config, str(error)))])
             return
         report.sidecar = given.model_dump(mode="json", exclude_none=True)
         with doing(f"comparing the sidecar with {path.name}"):
@@ -164,10 +164,10 @@ def _check_with(
         except InputError as error:
             # What the comparison names is the cause; the loader saw its consequence.
             named = next((item.field for item in static if not item.ok and item.field), None)
-            report.add([Check("load", False, str(error), named or blamed_field(config, str(error))), *static])
+            report.add([CheckResult("load", False, str(error), named or blamed_field(config, str(error))), *static])
             return
         report.loads = True
-        report.add([Check("load", True, _summary(robot)), *static])
+        report.add([CheckResult("load", True, _summary(robot)), *static])
         report.add(try_out(path, config, robot, tuple(report.checks), found.sidecar.arm.home_qpos))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.driver import Driver
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
-from robosandbox.robots.check.finding import Check
+from robosandbox.robots.check.finding import CheckResult
 from robosandbox.robots.loader import RobotModel
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.judge.checks import Displaced, Lifted
@@ -47,8 +47,8 @@ _TABLE_MARGIN = 0.05
 
 
 def try_out(
-    path: Path, config: Path, robot: RobotModel, static: Sequence[Check], clear_home: tuple[float, ...]
-) -> Iterator[Check]:
+    path: Path, config: Path, robot: RobotModel, static: Sequence[CheckResult], clear_home: tuple[float, ...]
+) -> Iterator[CheckResult]:
     """Yield the checks made in simulation, each when it is made.
 
     Args:
@@ -65,7 +65,7 @@ def try_out(
         with doing("opening a world with it"):
             sim = open_mujoco(scene)
     except InputError as error:
-        yield Check("start", False, str(error), blame or _start_field(scene, robot, clear_home, str(error)))
+        yield CheckResult("start", False, str(error), blame or _start_field(scene, robot, clear_home, str(error)))
         return
     with closing(sim):
         yield _home_is_held(sim, blame)
@@ -76,7 +76,7 @@ def try_out(
         yield _pick(path, config, robot, doubted, what_if=blame is None)
     else:
         yield _push(path, config, robot, blame)
-        yield Check(
+        yield CheckResult(
             "pick",
             False,
             "no gripper: nothing at its end closes, so it cannot hold things; it can push, tap and go home "
@@ -100,26 +100,26 @@ def _start_field(scene: Scene, robot: RobotModel, clear_home: tuple[float, ...],
 
 
 @doing("holding home")
-def _home_is_held(sim: Driver, blame: str | None) -> Check:
+def _home_is_held(sim: Driver, blame: str | None) -> CheckResult:
     home = sim.spec.home_q
     sim.wait(1.0)
     off = np.abs(sim.state().q - home)
     touching = [f"{a} on {b}" for a, b in sim.arm_contacts()]
     worst = int(off.argmax())
     if touching:
-        return Check("home_held", False, f"at home {touching[0]}", blame or "arm.home_qpos")
+        return CheckResult("home_held", False, f"at home {touching[0]}", blame or "arm.home_qpos")
     if off[worst] > _HELD:
-        return Check(
+        return CheckResult(
             "home_held",
             False,
             f"{sim.spec.joints[worst]} is {off[worst]:.3f} off home after a second: its servo is too weak",
             blame or f"arm.actuators[{worst}]",
         )
-    return Check("home_held", True, f"within {off[worst]:.4f} of home after a second, nothing touched")
+    return CheckResult("home_held", True, f"within {off[worst]:.4f} of home after a second, nothing touched")
 
 
 @doing("trying the servos")
-def _servos_track(sim: Driver, blame: str | None) -> Check:
+def _servos_track(sim: Driver, blame: str | None) -> CheckResult:
     robot = sim.spec
     worst, who = 0.0, 0
     for joint in range(robot.n):
@@ -137,10 +137,10 @@ def _servos_track(sim: Driver, blame: str | None) -> Check:
             if off > worst:
                 worst, who = off, int(np.abs(sim.state().q - goal).argmax())
     if worst > _TRACKED:
-        return Check(
+        return CheckResult(
             "servos", False, f"{robot.joints[who]} stays {worst:.3f} off its command", blame or f"arm.actuators[{who}]"
         )
-    return Check("servos", True, f"each joint follows a step of {_STEP} within {worst:.4f}")
+    return CheckResult("servos", True, f"each joint follows a step of {_STEP} within {worst:.4f}")
 
 
 def _ramp(start: Array, goal: Array, acceleration: Array) -> Array:
@@ -152,7 +152,7 @@ def _ramp(start: Array, goal: Array, acceleration: Array) -> Array:
 
 
 @doing("trying the gripper")
-def _gripper_moves(sim: Driver, blame: str | None) -> Check:
+def _gripper_moves(sim: Driver, blame: str | None) -> CheckResult:
     gripper = sim.spec.gripper
     assert gripper is not None
     geometry = gripper.geometry
@@ -166,13 +166,13 @@ def _gripper_moves(sim: Driver, blame: str | None) -> Check:
         widths.append(state.width if state else 0.0)
     shut, opened = widths
     if opened < _OPENS * geometry.max_aperture or opened <= shut:
-        return Check("gripper", False, f"opens to {opened * 1000:.0f} mm only", blame or "gripper.open_qpos")
+        return CheckResult("gripper", False, f"opens to {opened * 1000:.0f} mm only", blame or "gripper.open_qpos")
     if shut > geometry.min_aperture + _CLOSES:
-        return Check("gripper", False, f"closes to {shut * 1000:.0f} mm only", blame or "gripper.closed_qpos")
-    return Check("gripper", True, f"closes to {shut * 1000:.1f} mm, opens to {opened * 1000:.0f} mm")
+        return CheckResult("gripper", False, f"closes to {shut * 1000:.0f} mm only", blame or "gripper.closed_qpos")
+    return CheckResult("gripper", True, f"closes to {shut * 1000:.1f} mm, opens to {opened * 1000:.0f} mm")
 
 
-def _cup_pulls(sim: Driver, blame: str | None) -> Check:
+def _cup_pulls(sim: Driver, blame: str | None) -> CheckResult:
     pulls = []
     for closed in (1.0, 0.0):
         sim.set_gripper(closed)
@@ -181,8 +181,8 @@ def _cup_pulls(sim: Driver, blame: str | None) -> Check:
         pulls.append(state.force or 0.0 if state else 0.0)
     if not pulls[0] > pulls[1] == 0.0:
         detail = f"the cup pulls with {pulls[0]:.1f} N when it is to suck and {pulls[1]:.1f} N when it is not"
-        return Check("gripper", False, detail, blame or "gripper.actuator")
-    return Check("gripper", True, f"the cup pulls with {pulls[0]:.0f} N, and lets go")
+        return CheckResult("gripper", False, detail, blame or "gripper.actuator")
+    return CheckResult("gripper", True, f"the cup pulls with {pulls[0]:.0f} N, and lets go")
 
 
 def _cube_half(robot: RobotModel) -> float:
@@ -227,10 +227,10 @@ def cube_task(
 
 
 @doing("trying a pick")
-def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, what_if: bool) -> Check:
+def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, what_if: bool) -> CheckResult:
     at, half = work_point(robot), _cube_half(robot)
     if max(map(abs, at)) > _TABLE_HALF:
-        return Check(
+        return CheckResult(
             "pick",
             False,
             f"what it reaches straight ahead, ({at[0]:.2f}, {at[1]:.2f}), lies beside the table; move or turn the base",
@@ -242,11 +242,13 @@ def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, wha
             episode = session.run()
             verdict = session.judge()
     except InputError as error:
-        return Check("pick", False, str(error), blame)
+        return CheckResult("pick", False, str(error), blame)
     where = f"a {2000 * half:.0f} mm cube at ({at[0]:.2f}, {at[1]:.2f})"
     if verdict.success:
-        return Check("pick", True, f"held {where} and lifted it by {verdict.detail['dz_mm']:.0f} mm")
-    return Check("pick", False, f"{where}: {episode.final_detail}", blame or _pick_field(robot, episode.final_detail))
+        return CheckResult("pick", True, f"held {where} and lifted it by {verdict.detail['dz_mm']:.0f} mm")
+    return CheckResult(
+        "pick", False, f"{where}: {episode.final_detail}", blame or _pick_field(robot, episode.final_detail)
+    )
 
 
 def _pick_field(robot: RobotModel, message: str) -> str | None:
@@ -263,7 +265,7 @@ def _pick_field(robot: RobotModel, message: str) -> str | None:
 
 
 @doing("trying a push")
-def _push(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Check:
+def _push(path: Path, config: Path, robot: RobotModel, blame: str | None) -> CheckResult:
     task = cube_task(path, config, work_point(robot, 0.4))
     wanted = Displaced(kind="displaced", object=CUBE, direction="forward", min_mm=0.6 * _PUSH_M * 1000)
     task = task.model_copy(update={"prompt": f"push the red cube {_PUSH_M * 100:.0f} cm forward", "success": wanted})
@@ -273,6 +275,6 @@ def _push(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Che
             episode = session.run()
             verdict = session.judge()
     except InputError as error:
-        return Check("push", False, str(error), blame)
+        return CheckResult("push", False, str(error), blame)
     detail = f"pushed a cube {_PUSH_M * 1000:.0f} mm forward" if verdict.success else episode.final_detail
-    return Check("push", verdict.success, detail, None if verdict.success else blame)
+    return CheckResult("push", verdict.success, detail, None if verdict.success else blame)

@@ -122,12 +122,12 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
 
     @property
     def task_description(self) -> str:
-        """What is to be done, as a sentence: the task's prompt."""
+        """Prompt of the task, a sentence."""
         return self.session.task.prompt
 
     @property
     def controller(self) -> Controller:
-        """What carries out actions."""
+        """Controller that carries out actions."""
         return self._controller
 
     def reset(

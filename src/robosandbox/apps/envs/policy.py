@@ -19,7 +19,7 @@ Policy = Callable[[dict[str, Any]], Array]
 
 @dataclass(frozen=True, slots=True)
 class PolicyRun:
-    """What came of a policy.
+    """Result of an episode run by a policy.
 
     Attributes:
         success: What the simulated state says.

@@ -1,4 +1,4 @@
-"""How far a world is from success, in metres: what a dense reward is made of.
+"""Distance of a world from success, in metres, from which a dense reward is made.
 
 One function per kind of criterion; a kind that has none counts as a fixed distance until it holds.
 """

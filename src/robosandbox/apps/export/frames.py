@@ -1,4 +1,4 @@
-"""Where each body of a recorded world is, as Foxglove's tree of frames."""
+"""Poses of a recorded world's bodies as Foxglove's tree of frames."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class FileRoll:
 
     @property
     def full(self) -> bool:
-        """Whether the next one is due."""
+        """True when the next file is due."""
         return self.path.stat().st_size >= self._bytes
 
     def next(self) -> Path:

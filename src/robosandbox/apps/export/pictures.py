@@ -1,4 +1,4 @@
-"""What a camera saw of an episode: frames of the film that was recorded, or drawn from the states."""
+"""Camera pictures of an episode: frames of the film that was recorded, or drawn from the states."""
 
 from __future__ import annotations
 

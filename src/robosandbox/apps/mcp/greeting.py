@@ -36,7 +36,7 @@ _LONGEST = 65536
 
 @dataclass(frozen=True, slots=True)
 class FirstLine:
-    """What a client sent first.
+    """First line that a client sent.
 
     Attributes:
         text: The line.

@@ -9,11 +9,11 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 
 from robosandbox.apps.mcp import tools
-from robosandbox.apps.mcp.robot import Robot
+from robosandbox.apps.mcp.robot import McpRobot
 from robosandbox.errors import InternalError, RoboSandboxError
 
 _log = logging.getLogger(__name__)
-OpenRobot = Callable[[], AbstractContextManager[Robot]]
+OpenRobot = Callable[[], AbstractContextManager[McpRobot]]
 
 
 class Opening:
@@ -26,14 +26,14 @@ class Opening:
     def __init__(self, open_robot: OpenRobot) -> None:
         self._open_robot = open_robot
         self._open = ExitStack()
-        self._work: asyncio.Future[Robot] | None = None
+        self._work: asyncio.Future[McpRobot] | None = None
 
-    def begin(self) -> asyncio.Future[Robot]:
+    def begin(self) -> asyncio.Future[McpRobot]:
         """Begin to open the world; call it in a running loop."""
         self._work = asyncio.ensure_future(asyncio.to_thread(self._enter))
         return self._work
 
-    async def ready(self) -> Robot:
+    async def ready(self) -> McpRobot:
         """Return the robot as soon as it is there.
 
         Raises:
@@ -51,7 +51,7 @@ class Opening:
                 (await self._work).close()
         self._open.close()
 
-    def _enter(self) -> Robot:
+    def _enter(self) -> McpRobot:
         try:
             robot = self._open.enter_context(self._open_robot())
             # A skill that has the name of a tool of the server's own is told now, not when a client lists the tools.

@@ -1,4 +1,4 @@
-"""What the server's own tools do: to look, plan, check, try out, run, reach goals, judge, start over, refuse."""
+"""Tools of the server itself: look, plan, check, try out, run, reach goals, judge, start over, refuse."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robosandbox.agent.tools import (
     checked,
 )
 from robosandbox.apps.mcp import tools
-from robosandbox.apps.mcp.robot import Robot, Tell
+from robosandbox.apps.mcp.robot import McpRobot, Tell
 from robosandbox.errors import (
     PlannerError,
     PlannerUnavailableError,
@@ -52,7 +52,7 @@ _CODES: dict[type[RoboSandboxError], str] = {
 }
 
 
-async def answer_own(robot: Robot, ctx: Context, own: StrictModel) -> types.CallToolResult:
+async def answer_own(robot: McpRobot, ctx: Context, own: StrictModel) -> types.CallToolResult:
     """Return what a tool of the server's own answers; what goes wrong is an answer, too."""
     try:
         return await _answered(robot, ctx, own)
@@ -62,7 +62,7 @@ async def answer_own(robot: Robot, ctx: Context, own: StrictModel) -> types.Call
         return failed(error)
 
 
-async def _answered(robot: Robot, ctx: Context, own: StrictModel) -> types.CallToolResult:
+async def _answered(robot: McpRobot, ctx: Context, own: StrictModel) -> types.CallToolResult:
     match own:
         case tools.LookArguments():
             return await _look(robot, own)
@@ -106,7 +106,7 @@ async def reported(ctx: Context, work: Callable[[Tell], Awaitable[ValueT]]) -> V
         raise
 
 
-async def _look(robot: Robot, arguments: tools.LookArguments) -> types.CallToolResult:
+async def _look(robot: McpRobot, arguments: tools.LookArguments) -> types.CallToolResult:
     if arguments.camera is not None and arguments.camera not in robot.cameras:
         return tools.failed("invalid_argument", no_camera(robot, arguments.camera))
     data = {"scene": tools.seen(await robot.scene()), "state": tools.state_data(await robot.state())}
@@ -117,7 +117,7 @@ async def _look(robot: Robot, arguments: tools.LookArguments) -> types.CallToolR
     return result
 
 
-def no_camera(robot: Robot, name: str) -> str:
+def no_camera(robot: McpRobot, name: str) -> str:
     """Return what to say of a camera that is not there."""
     return f"no camera {name[:60]!r}; there is {', '.join(robot.cameras)}{did_you_mean(name, robot.cameras)}"
 

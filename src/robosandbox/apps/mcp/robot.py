@@ -1,4 +1,4 @@
-"""What the server needs of a robot, provided by a workcell: in this process or in another one.
+"""Robot behind the MCP server, provided by a workcell of this process or of another one.
 
 A world in this process lives on one worker thread, physics and pictures alike; looks asked for while something is under way are
 answered between its control ticks. A world in another process answers looks by itself at any time.
@@ -30,7 +30,7 @@ Tell = Callable[[str], None]
 Reopen = Callable[[str], Workcell]
 
 
-class Robot:
+class McpRobot:
     """A workcell's robot for an asynchronous server.
 
     Args:
@@ -60,12 +60,12 @@ class Robot:
 
     @property
     def skills(self) -> tuple[Operator, ...]:
-        """What plans may call."""
+        """Skills that plans may call."""
         return self.cell.skills
 
     @property
     def calls(self) -> tuple[Operator, ...]:
-        """What clients may call: the skills, and the hand by itself."""
+        """Calls that clients may make: the skills, and the hand by itself."""
         return tuple(self.cell.calls.values())
 
     @property
@@ -75,16 +75,16 @@ class Robot:
 
     @property
     def task(self) -> dict[str, Any]:
-        """Which task is loaded, what it asks, and the layout's seed."""
+        """Name of the loaded task, its prompt, and the layout's seed."""
         return {"task": self.cell.task.name, "prompt": self.cell.task.prompt, "seed": self.cell.seed}
 
-    async def ready(self) -> Robot:
+    async def ready(self) -> McpRobot:
         """Return the robot itself, which is there."""
         return self
 
     @property
     def doing(self) -> str | None:
-        """What is under way here."""
+        """Activity that is under way here."""
         return self._running
 
     async def perform(self, call: SkillCall, tell: Tell) -> SkillResult:
@@ -150,7 +150,7 @@ class Robot:
 
     @property
     def loads(self) -> bool:
-        """Whether it can be put at another task."""
+        """True where another task can be loaded."""
         return self._reopen is not None
 
     async def plan(self, prompt: str) -> Plan | Refusal:

@@ -17,7 +17,7 @@ from robosandbox.apps.mcp import prompts, tools
 from robosandbox.apps.mcp.greeting import INSTRUCTIONS, NAME
 from robosandbox.apps.mcp.leaving import while_there
 from robosandbox.apps.mcp.own import Context, answer_own, failed, no_camera, reported
-from robosandbox.apps.mcp.robot import Robot
+from robosandbox.apps.mcp.robot import McpRobot
 from robosandbox.errors import RoboSandboxError, SkillError
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import SkillCall
@@ -26,7 +26,7 @@ from robosandbox.validation import did_you_mean
 SCHEME = "robosandbox://"
 SCENE, STATE, FAILURE, CAMERA = (f"{SCHEME}{name}" for name in ("scene", "state", "last_failure", "camera/"))
 
-Ready = Callable[[], Awaitable[Robot]]
+Ready = Callable[[], Awaitable[McpRobot]]
 
 
 def build_server(ready: Ready) -> Server[Any]:
@@ -61,11 +61,11 @@ def build_server(ready: Ready) -> Server[Any]:
 
     async def list_resources(ctx: Context, params: types.PaginatedRequestParams | None) -> types.ListResourcesResult:
         del ctx, params
-        return types.ListResourcesResult(resources=_resources(await _there(ready)))
+        return types.ListResourcesResult(resources=_resources(await _opened(ready)))
 
     async def read_resource(ctx: Context, params: types.ReadResourceRequestParams) -> types.ReadResourceResult:
         del ctx
-        robot = await _there(ready)
+        robot = await _opened(ready)
         try:
             return types.ReadResourceResult(contents=[await _read(robot, str(params.uri))])
         except RoboSandboxError as error:
@@ -92,14 +92,14 @@ def build_server(ready: Ready) -> Server[Any]:
     )
 
 
-async def _there(ready: Ready) -> Robot:
+async def _opened(ready: Ready) -> McpRobot:
     try:
         return await ready()
     except RoboSandboxError as error:
         raise MCPError(types.INTERNAL_ERROR, f"the world could not be opened: {error}") from None
 
 
-async def _perform(robot: Robot, ctx: Context, call: SkillCall) -> types.CallToolResult:
+async def _perform(robot: McpRobot, ctx: Context, call: SkillCall) -> types.CallToolResult:
     """Carry out a skill call, reporting each phase; when the client cancels, the arm stops before this ends."""
     try:
         return tools.done(await reported(ctx, lambda tell: robot.perform(call, tell)))
@@ -110,7 +110,7 @@ async def _perform(robot: Robot, ctx: Context, call: SkillCall) -> types.CallToo
         return failed(error)
 
 
-def _resources(robot: Robot) -> list[types.Resource]:
+def _resources(robot: McpRobot) -> list[types.Resource]:
     data = "application/json"
     return [
         types.Resource(uri=SCENE, name="scene", description="What perception sees, and what is held.", mime_type=data),
@@ -130,7 +130,7 @@ def _resources(robot: Robot) -> list[types.Resource]:
     ]
 
 
-async def _read(robot: Robot, uri: str) -> types.TextResourceContents | types.BlobResourceContents:
+async def _read(robot: McpRobot, uri: str) -> types.TextResourceContents | types.BlobResourceContents:
     if uri in (SCENE, STATE, FAILURE):
         data = await _data(robot, uri)
         return types.TextResourceContents(uri=uri, mime_type="application/json", text=json.dumps(data))
@@ -144,7 +144,7 @@ async def _read(robot: Robot, uri: str) -> types.TextResourceContents | types.Bl
     return types.BlobResourceContents(uri=uri, mime_type="image/png", blob=picture)
 
 
-async def _data(robot: Robot, uri: str) -> dict[str, Any]:
+async def _data(robot: McpRobot, uri: str) -> dict[str, Any]:
     """Return what a resource with data holds."""
     if uri == SCENE:
         return tools.seen(await robot.scene())

@@ -33,8 +33,8 @@ from robosandbox.types import (
 )
 from robosandbox.workcell.orders import Answer, FollowArguments, JudgeArguments, PlanArguments, RunArguments
 from robosandbox.world.arguments import terms
-from robosandbox.world.described import describe_scene
 from robosandbox.world.operators import Operator
+from robosandbox.world.scene_json import describe_scene
 
 
 class LookArguments(StrictModel):

@@ -1,4 +1,4 @@
-"""What Tab offers: verbs, the names of what is seen, /commands, files and cameras."""
+"""Completion by Tab: verbs, names of what is seen, /commands, files and cameras."""
 
 from __future__ import annotations
 

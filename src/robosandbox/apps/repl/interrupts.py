@@ -1,4 +1,4 @@
-"""What Ctrl-C does while a line is carried out."""
+"""Handling of Ctrl-C while a line is carried out."""
 
 from __future__ import annotations
 

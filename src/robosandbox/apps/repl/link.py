@@ -34,7 +34,7 @@ class Link:
 
     @property
     def away(self) -> bool:
-        """Whether the sim is gone now."""
+        """True while the sim is gone."""
         return not self._client.is_present(self._robot.id)
 
     @property

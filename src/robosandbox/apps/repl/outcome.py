@@ -1,4 +1,4 @@
-"""What came of a line."""
+"""Outcome of a line of input."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robosandbox.apps.commands.console import EXIT_DONE
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a line.
+    """Outcome of a line of input.
 
     Attributes:
         text: For the person; may be empty.

@@ -77,7 +77,7 @@ class Shell:
 
     @property
     def away(self) -> bool:
-        """Whether the sim is gone now."""
+        """True while the sim is gone."""
         return self.link is not None and self.link.away
 
     def execute(self, line: str) -> Outcome:

@@ -1,4 +1,4 @@
-"""Who may talk to the viewer: programs on this machine, and pages that the viewer itself has served."""
+"""Access to the viewer: programs on this machine, and pages that the viewer itself has served."""
 
 from __future__ import annotations
 

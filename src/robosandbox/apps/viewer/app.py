@@ -92,7 +92,7 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """Where browsers find it."""
+        """URL for browsers."""
         return f"http://{HOST}:{self.server.get_port()}"
 
     def start(self) -> None:

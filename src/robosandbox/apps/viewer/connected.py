@@ -72,12 +72,12 @@ class ConnectedSource:
 
     @property
     def blueprint(self) -> Blueprint:
-        """What is to be drawn."""
+        """Blueprint of the world that is drawn."""
         return Blueprint.of(self._drawn.world)
 
     @property
     def title(self) -> str:
-        """Where the world is."""
+        """Title that says where the world is."""
         return f"the sim process of {self._robot.id!r}"
 
     def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:

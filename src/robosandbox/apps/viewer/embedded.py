@@ -54,17 +54,17 @@ class EmbeddedSource:
 
     @property
     def blueprint(self) -> Blueprint:
-        """What is to be drawn."""
+        """Blueprint of the world that is drawn."""
         return Blueprint.of(self._drawn.world)
 
     @property
     def title(self) -> str:
-        """Where the world is."""
+        """Title that says where the world is."""
         return "simulated in this process"
 
     @property
     def pictures(self) -> int:
-        """How many camera pictures were rendered."""
+        """Number of camera pictures rendered."""
         return self._studio.frames
 
     @property

@@ -1,4 +1,4 @@
-"""What viser's handles need around them."""
+"""Theme and small helpers around viser's handles."""
 
 from __future__ import annotations
 

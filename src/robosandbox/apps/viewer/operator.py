@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 
 class Doing(StrEnum):
-    """What is under way."""
+    """Activity that is under way."""
 
     NOTHING = "nothing"
     PLANNING = "planning"
@@ -108,7 +108,7 @@ class Operator:
 
     @property
     def doing(self) -> Doing:
-        """What is under way."""
+        """Activity that is under way."""
         return self._doing
 
     def tell(self, news: News) -> None:

@@ -36,7 +36,7 @@ window.orders = (window.orders ?? Promise.resolve()).then(() => new Promise(done
 
 
 class Order(BaseModel):
-    """What a button asks for.
+    """Order given by a button.
 
     Attributes:
         do: Which button.

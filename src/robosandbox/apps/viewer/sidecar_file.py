@@ -25,7 +25,7 @@ _DIGITS = 5  # Number of decimals that are written: hundredths of a millimetre. 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Changes:
-    """What the viewer edits of a sidecar; SI units.
+    """Values of a sidecar that the viewer edits; SI units.
 
     Attributes:
         home_qpos: One value per arm joint.

@@ -19,7 +19,7 @@ from robosandbox.workcell.zenoh.messages import Picture
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
-    """How the world stands at one moment.
+    """State of the world at one moment.
 
     Attributes:
         model: Whose.
@@ -38,7 +38,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blueprint:
-    """What a world consists of: all that drawing needs besides a frame.
+    """Constant parts of a world: all that drawing needs besides a frame.
 
     Attributes:
         model: The compiled scene.
@@ -113,12 +113,12 @@ class WorldSource(Protocol):
 
     @property
     def blueprint(self) -> Blueprint:
-        """What is to be drawn; another one after `load`, or when something else is believed: frames tell of which model they are."""
+        """Blueprint to draw; another one after `load`, or when something else is believed: frames tell of which model they are."""
         ...
 
     @property
     def title(self) -> str:
-        """Where the world is, for people."""
+        """Title that says where the world is, for people."""
         ...
 
     @property

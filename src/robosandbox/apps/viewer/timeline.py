@@ -1,4 +1,4 @@
-"""What was measured since the last order: joint speed, gripper opening and force over simulated time, and the phases."""
+"""Plot of joint speed, gripper opening and force over simulated time since the last order, with the phases."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Phase:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """What is drawn.
+    """Series that the timeline draws.
 
     Attributes:
         seconds: Simulated time of each sample, increasing, shape (k,).

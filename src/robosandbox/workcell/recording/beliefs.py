@@ -1,4 +1,4 @@
-"""What is known of a workcell that nobody simulates, after each control tick: the robot's senses, and where things are believed."""
+"""Recorded beliefs of a workcell that nobody simulates: sensor values and object poses after each control tick."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class BeliefRecorder:
 
     @property
     def rows(self) -> int:
-        """How many it holds."""
+        """Number of rows held."""
         return len(self._rows)
 
     def enter(self, skill: str, phase: str) -> None:

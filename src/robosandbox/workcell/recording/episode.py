@@ -24,7 +24,7 @@ from robosandbox.workcell.recording.writer import read_steps
 
 @dataclass(frozen=True)
 class RecordedEpisode:
-    """What was recorded; of a process that died, what it had flushed.
+    """Recording of an episode; of a process that died, what it had flushed.
 
     Attributes:
         folder: Where it lies.

@@ -1,4 +1,4 @@
-"""What lies in an episode's folder, and how it gets there whole."""
+"""Files of an episode's folder, written so that they are whole."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class VideoMeta(StrictModel):
 
 
 class Meta(StrictModel):
-    """What an episode is, written before its first step.
+    """Description of an episode, written before its first step.
 
     Attributes:
         format: Says what the folder holds.
@@ -91,7 +91,7 @@ class Meta(StrictModel):
 
 
 class Result(StrictModel):
-    """How an episode ended.
+    """Result of an episode.
 
     Attributes:
         success: What the agent claims.

@@ -22,7 +22,7 @@ TOLERANCE_MM = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Replayed:
-    """What came of recorded actions the second time.
+    """Result of recorded actions that were carried out again.
 
     Attributes:
         object_error_mm: By how far each object ends from where it ended when recorded.
@@ -40,12 +40,12 @@ class Replayed:
 
     @property
     def same_outcome(self) -> bool:
-        """Whether the verdict is the recorded one; True where there is none to compare."""
+        """True where the verdict is the recorded one, or there is none to compare."""
         return self.recorded is None or (self.judged is not None and self.judged.success == self.recorded)
 
     @property
     def same(self) -> bool:
-        """Whether outcome and final poses are the recorded ones."""
+        """True where outcome and final poses are the recorded ones."""
         return self.same_outcome and all(error <= TOLERANCE_MM for error in self.object_error_mm.values())
 
 

@@ -1,4 +1,4 @@
-"""What to record: where, what to film, what to keep."""
+"""Settings of a recorder: the folder, the films, the data that is kept."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VideoSettings:
-    """What to film.
+    """Settings of the films.
 
     Attributes:
         cameras: Names of the world's cameras.
@@ -30,7 +30,7 @@ class VideoSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordSettings:
-    """What a recorder keeps.
+    """Settings of a recorder.
 
     Attributes:
         folder: Where episodes go.

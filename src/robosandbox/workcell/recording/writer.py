@@ -26,12 +26,12 @@ class StepLog(Protocol):
 
     @property
     def rows(self) -> int:
-        """How many it holds."""
+        """Number of rows held."""
         ...
 
     @property
     def capacity(self) -> int:
-        """How many it can hold."""
+        """Number of rows that there is room for."""
         ...
 
     def enter(self, skill: str, phase: str) -> None:

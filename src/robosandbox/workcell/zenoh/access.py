@@ -1,4 +1,4 @@
-"""What each role may say to a sim or router and hear from it, as rules of Zenoh's access control.
+"""Rights of each role at a sim or router, as rules of Zenoh's access control.
 
 A rule allows kinds of message on keys in one direction: `ingress` is what the listener takes from a role, `egress` what it lets
 through to it. The configurations in examples/zenoh/ hold the same rules, since a router reads files.

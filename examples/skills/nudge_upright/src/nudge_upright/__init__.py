@@ -21,8 +21,8 @@ from robosandbox.skills.words import Words
 from robosandbox.types import DetectedObject, Pose, SkillResult, matrix_about_axis
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
+from robosandbox.world.placement_sampling import with_pose
 from robosandbox.world.relations import bottom
-from robosandbox.world.spots import with_pose
 from robosandbox.world.standing import TIPPED, tilt
 
 # Of the lean at which a thing falls back on its base, what it is let go at: less than one leaves room for errors.

@@ -1,1 +1,1 @@
-"""What is drawn over the world: what was planned, measured and found out, a module each."""
+"""Layers drawn over the world, a module each: plans, measurements, evidence."""

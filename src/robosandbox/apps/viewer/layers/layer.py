@@ -1,4 +1,4 @@
-"""What all layers share: a title to switch them by, the world they are drawn over, and a place in the scene."""
+"""Base of all layers: a title to switch it by, the world that it is drawn over, a place in the scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the arm is about to go."""
+"""Layer with the path that the arm is about to take."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class TcpFrame(Layer):
 
 
 class OfRobot(Layer, ABC):
-    """What follows from the robot alone: drawn once when it is shown, and again over another world."""
+    """Drawings that depend on the robot alone: made once when it is shown, and again over another world."""
 
     shown = False
 

@@ -1,1 +1,1 @@
-"""What people click and read beside the scene, a module each."""
+"""Panels with what people click and read beside the scene, a module each."""

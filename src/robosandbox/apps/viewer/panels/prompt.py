@@ -1,4 +1,4 @@
-"""What the robot is told, the sentence that is carried out, the plan for it, and what came of it."""
+"""Panel for the prompt: the sentence that is carried out, its plan, and its outcome."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class RemoteContext(GoalContext):
-    """What an agent uses of a remote robot; the sim process has the rest, and keeps its limits."""
+    """Context of an agent whose robot is remote; the sim process has the rest, and keeps its limits."""
 
     def __init__(self, robot: RemoteRobot) -> None:
         super().__init__()
@@ -94,7 +94,7 @@ class RemoteSkill:
 
     @property
     def description(self) -> str:
-        """What it does, in a line."""
+        """Description of the skill in a line."""
         return self._info.description
 
     @property

@@ -40,12 +40,12 @@ class RemoteGoal:
 
     @property
     def skill(self) -> str:
-        """What it runs."""
+        """Skill that the goal runs."""
         return self._goal.skill
 
     @property
     def goal(self) -> Goal:
-        """How far it is, as last heard."""
+        """Status of the goal, as last heard."""
         return self._goal
 
     def cancel(self) -> None:

@@ -102,7 +102,7 @@ class RemoteRobot:
 
     @property
     def calls(self) -> Mapping[str, RemoteSkill]:
-        """What may be called, by name: its skills, and the moves of its hand alone."""
+        """Calls of a program by name: its skills, and the moves of its hand alone."""
         return self._calls
 
     @property

@@ -1,4 +1,4 @@
-"""Whose answers and news of a robot are believed: one Zenoh session's, the sim that answered `info`."""
+"""Trust in the sources of messages: one Zenoh session's are believed, the sim that answered `info`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Source:
 
     @property
     def known(self) -> bool:
-        """Whether there is a session to believe."""
+        """True once there is a session to believe."""
         return self._id is not None
 
     def find(self, timeout: float) -> bool:

@@ -1,4 +1,4 @@
-"""What a sim answers and publishes."""
+"""Messages that a sim answers with or publishes."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Joint(StrictModel):
 
 
 class GripperInfo(StrictModel):
-    """How far the fingers come together and apart.
+    """Range of the gripper's opening.
 
     Attributes:
         min_aperture: Metres between them when closed.
@@ -81,7 +81,7 @@ class SkillInfo(StrictModel):
 
 
 class Info(Message):
-    """What a sim is: the answer to `info`.
+    """Description of a sim: the answer to `info`.
 
     Attributes:
         robot_id: In keys.
@@ -119,7 +119,7 @@ class Info(Message):
 
 
 class GoalStatus(StrEnum):
-    """How far a goal is; the last three are final."""
+    """Status of a goal; the last three are final."""
 
     ACCEPTED = "accepted"
     EXECUTING = "executing"
@@ -129,7 +129,7 @@ class GoalStatus(StrEnum):
 
     @property
     def final(self) -> bool:
-        """Whether it will not change any more."""
+        """True where it will not change any more."""
         return self not in (GoalStatus.ACCEPTED, GoalStatus.EXECUTING)
 
 
@@ -232,7 +232,7 @@ class State(Message):
 
 
 class Objects(Message):
-    """What perception sees: on `obs/objects`, and the answer to it.
+    """Objects that perception sees: on `obs/objects`, and the answer to it.
 
     Attributes:
         boot_id: The sim process; put it into `send_goal` to be refused when another one has taken its place.

@@ -1,4 +1,4 @@
-"""What every message has, the keys, and how a payload is read."""
+"""Base of all messages, the keys, and the reading of payloads."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def robot_of(key_expr: str) -> str:
 
 
 class Message(StrictModel):
-    """What every message carries.
+    """Base of all messages.
 
     Attributes:
         protocol: The version that the sender speaks.
@@ -65,7 +65,7 @@ class Message(StrictModel):
 
 
 class FromClient(Message):
-    """What a sim is asked: read strictly, so that a number in quotes is no number."""
+    """Base of a client's messages: read strictly, so that a number in quotes is no number."""
 
     max_bytes: ClassVar[int] = MAX_REQUEST_BYTES
 

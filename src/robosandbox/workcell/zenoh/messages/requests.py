@@ -1,4 +1,4 @@
-"""What a sim is asked."""
+"""Messages with which a client asks a sim."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ _MOST_BYTES = 64_000_000
 
 
 class SavedWorld(StrictModel):
-    """What a state file holds.
+    """Content of a state file.
 
     Attributes:
         version: Of the format.

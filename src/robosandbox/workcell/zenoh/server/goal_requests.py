@@ -1,4 +1,4 @@
-"""What clients ask about goals: accepted or refused at once, stopped, looked up."""
+"""Requests about goals: accepted or refused at once, cancelled, looked up."""
 
 from __future__ import annotations
 

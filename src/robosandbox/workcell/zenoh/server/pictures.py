@@ -1,4 +1,4 @@
-"""How pictures of a driver's cameras are made: as little as need be in the world's thread, the rest beside it."""
+"""Rendering of a driver's cameras: as little as possible in the world's thread, encoding beside it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Photographer(Protocol):
 
     @property
     def hz(self) -> float:
-        """How many a second of each camera it may be asked for."""
+        """Largest rate at which each camera may be asked, Hz."""
         ...
 
     def sizes(self) -> Mapping[str, tuple[int, int]]:

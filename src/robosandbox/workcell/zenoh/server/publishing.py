@@ -1,4 +1,4 @@
-"""What a sim publishes: state at 50 Hz, objects and pictures while somebody listens, and news of goals."""
+"""Publishers of a sim: state at 50 Hz, objects and pictures while somebody listens, events of goals."""
 
 from __future__ import annotations
 

@@ -173,17 +173,17 @@ class SimServer:
 
     @property
     def served(self) -> EmbeddedWorkcell:
-        """What is served now."""
+        """World that is served now."""
         return self._served
 
     @property
     def looks(self) -> int:
-        """How often the world's thread looked at its queue; it hangs where that does not go up."""
+        """Number of times that the world's thread looked at its queue; it hangs where that does not go up."""
         return self._worker.looks
 
     @property
     def doing(self) -> str | None:
-        """What the robot is busy with; None when it is free."""
+        """Activity of the robot; None when it is free."""
         return self._changes.occupation()
 
     def _key(self, *parts: str) -> str:

@@ -74,7 +74,7 @@ def info_of(
 
 
 class Readings:
-    """What is asked again and again: state, objects, truth; only in the world's thread.
+    """Values that are asked again and again: state, objects, truth; only in the world's thread.
 
     Args:
         served: Returns what is served now.

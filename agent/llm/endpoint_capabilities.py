@@ -1,7 +1,7 @@
-"""What was learnt of endpoints: how a model there is held to a form, and whether its answers arrive piece by piece.
+"""Capabilities of LLM endpoints, cached on disk: the output mode that works there, and whether answers are streamed.
 
-The first requests to an endpoint find it out. It is kept beside the history of the REPL, for the next process to begin with, and
-is forgotten as soon as an answer contradicts it, or after a month, since servers are updated.
+The first requests to an endpoint find them out. The file lies beside the history of the REPL, for the next process to begin
+with. An entry is dropped as soon as an answer contradicts it, or after a month, since servers are updated.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ _BELIEVED = 30 * 86_400.0
 _MOST_ENTRIES = 200  # Number of endpoints. Chosen: servers on random ports must not let the file grow for ever.
 _MOST_BYTES = 200_000  # Bytes of the file. Chosen far above what that many entries take.
 
-Where = tuple[str, str, str]
-"""Protocol, address and model."""
+EndpointKey = tuple[str, str, str]
+"""Service, address and model."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Known:
-    """What is known of a model at an endpoint.
+class EndpointCapabilities:
+    """Capabilities of a model at an endpoint.
 
     Attributes:
         mode: The most binding way that gave an answer which could be read; None where none has yet.
@@ -43,26 +43,26 @@ class Known:
 
 
 @dataclass
-class KnownEndpoints:
-    """What is known, by endpoint; read from a file when it is first asked for, and kept there.
+class EndpointCache:
+    """Capabilities by endpoint; read from a file when they are first asked for, and kept there.
 
     Args:
         file: Where it is kept; None keeps it in memory.
     """
 
     file: Path | None = None
-    _known: dict[Where, Known] = field(default_factory=dict)
+    _entries: dict[EndpointKey, EndpointCapabilities] = field(default_factory=dict)
     _is_read: bool = False
 
-    def of(self, where: Where) -> Known:
-        """Return what is known of an endpoint."""
+    def of(self, key: EndpointKey) -> EndpointCapabilities:
+        """Return the capabilities of an endpoint."""
         if not self._is_read:
-            self._known, self._is_read = _read(self.file) | self._known, True
-        return self._known.get(where, Known())
+            self._entries, self._is_read = _read(self.file) | self._entries, True
+        return self._entries.get(key, EndpointCapabilities())
 
-    def learn(self, where: Where, *, mode: Mode | None = None, streams: bool | None = None) -> None:
-        """Note what an endpoint has shown; None leaves what was known."""
-        before = self.of(where)
+    def learn(self, key: EndpointKey, *, mode: Mode | None = None, streams: bool | None = None) -> None:
+        """Note what an endpoint has shown; None leaves the entry as it was."""
+        before = self.of(key)
         now = replace(
             before,
             mode=before.mode if mode is None else mode,
@@ -70,23 +70,23 @@ class KnownEndpoints:
             since=time.time(),
         )
         if replace(now, since=before.since) != before:
-            self._known[where] = now
-            self._write(where)
+            self._entries[key] = now
+            self._write(key)
 
-    def forget_mode(self, where: Where) -> None:
+    def forget_mode(self, key: EndpointKey) -> None:
         """Take back how a model is held to a form: an answer contradicts it."""
-        if self.of(where).mode is not None:
-            self._known[where] = replace(self._known[where], mode=None)
-            self._write(where)
+        if self.of(key).mode is not None:
+            self._entries[key] = replace(self._entries[key], mode=None)
+            self._write(key)
 
-    def _write(self, changed: Where) -> None:
-        """Keep what is known; a disk that does not allow it costs the next process some requests."""
+    def _write(self, changed: EndpointKey) -> None:
+        """Write the cache; a disk that does not allow it costs the next process some requests."""
         if self.file is None:
             return
         # What other processes have learnt meanwhile stays.
-        entries = _read(self.file) | {changed: self._known[changed]}
+        entries = _read(self.file) | {changed: self._entries[changed]}
         newest = sorted(entries.items(), key=lambda entry: entry[1].since)[-_MOST_ENTRIES:]
-        rows = [{"where": list(where), **asdict(known)} for where, known in newest]
+        rows = [{"where": list(key), **asdict(known)} for key, known in newest]
         temporary = ""
         try:
             self.file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -99,7 +99,7 @@ class KnownEndpoints:
                 Path(temporary).unlink(missing_ok=True)
 
 
-def _read(file: Path | None) -> dict[Where, Known]:
+def _read(file: Path | None) -> dict[EndpointKey, EndpointCapabilities]:
     """Return the entries of a file that are not too old; nothing where it cannot be read."""
     if file is None:
         return {}
@@ -110,10 +110,10 @@ def _read(file: Path | None) -> dict[Where, Known]:
         entries = dict(map(_entry, rows))
     except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return {}
-    return {where: known for where, known in entries.items() if 0.0 <= time.time() - known.since < _BELIEVED}
+    return {key: known for key, known in entries.items() if 0.0 <= time.time() - known.since < _BELIEVED}
 
 
-def _entry(row: Mapping[str, object]) -> tuple[Where, Known]:
+def _entry(row: Mapping[str, object]) -> tuple[EndpointKey, EndpointCapabilities]:
     """Return an entry of the file; raises ValueError, TypeError or KeyError where it is none."""
     service, address, model = map(str, row["where"])  # type: ignore[call-overload]
     mode, streams, since = row["mode"], row["streams"], row["since"]
@@ -123,12 +123,14 @@ def _entry(row: Mapping[str, object]) -> tuple[Where, Known]:
         raise ValueError(f"streams: {streams!r}")
     if not isinstance(since, int | float):
         raise ValueError(f"since: {since!r}")
-    return (service, address, model), Known(mode=None if mode is None else Mode(mode), streams=streams, since=since)
+    return (service, address, model), EndpointCapabilities(
+        mode=None if mode is None else Mode(mode), streams=streams, since=since
+    )
 
 
-_OF_THIS_PROCESS = KnownEndpoints(state_file("endpoints.json"))
+_PROCESS_CACHE = EndpointCache(state_file("endpoints.json"))
 
 
-def known_endpoints(settings: LLMSettings) -> KnownEndpoints:
-    """Return what has been learnt; nothing yet for a cassette, which must replay what was recorded from the start."""
-    return KnownEndpoints() if settings.cassette is not None else _OF_THIS_PROCESS
+def endpoint_cache(settings: LLMSettings) -> EndpointCache:
+    """Return the cache of this process; an empty one for a cassette, which must replay what was recorded from the start."""
+    return EndpointCache() if settings.cassette is not None else _PROCESS_CACHE

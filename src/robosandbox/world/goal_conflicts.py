@@ -1,4 +1,4 @@
-"""Why goals cannot hold together, however one goes about it: told in a scene with nothing else in the way."""
+"""Conflicts between goals that cannot hold together, told in a scene with nothing else in the way."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from dataclasses import replace
 
 from robosandbox.types import ObservedScene
 from robosandbox.world.abilities import Abilities
+from robosandbox.world.achievers import HAND_RELATIONS, Achievers, subject_of
 from robosandbox.world.contracts import find, lookup
+from robosandbox.world.effects import taken
 from robosandbox.world.facts import TABLE, Fact, fact
-from robosandbox.world.imagine import taken
+from robosandbox.world.placement_sampling import free_placements
 from robosandbox.world.predicate import View, sentence
-from robosandbox.world.spots import free_spots
-from robosandbox.world.ways import OF_THE_HAND, Ways, subject_of
 
 
-def clash(goals: Sequence[Fact], start: ObservedScene, ways: Ways, robot: Abilities) -> str | None:
+def find_conflict(goals: Sequence[Fact], start: ObservedScene, achievers: Achievers, robot: Abilities) -> str | None:
     """Return why some goals cannot hold together; None where nothing is found that speaks against it.
 
     What goals are about is brought about in order, supports first, in a scene from which all that could be put away is gone;
     what could be done first, such as to open a drawer, is taken for done.
     """
-    return _Clash(goals, start, ways, robot).told()
+    return _ConflictSearch(goals, start, achievers, robot).first()
 
 
-class _Clash:
-    def __init__(self, goals: Sequence[Fact], start: ObservedScene, ways: Ways, robot: Abilities) -> None:
+class _ConflictSearch:
+    def __init__(self, goals: Sequence[Fact], start: ObservedScene, achievers: Achievers, robot: Abilities) -> None:
         self._start = start
-        self._ways = ways
+        self._achievers = achievers
         self._robot = robot
         self._all = tuple(goals)
-        self._goals = [goal for goal in goals if lookup(goal).imagine is not None and not lookup(goal).is_last]
+        self._goals = [goal for goal in goals if lookup(goal).effect is not None and not lookup(goal).is_last]
         named = {name for goal in goals for name in lookup(goal).objects(goal.arguments)}
         self._left = {subject_of(goal) for goal in self._goals}
         kept = (item for item in start.objects if item.id in named or item.shape.stays_put)
@@ -38,7 +38,7 @@ class _Clash:
         # By which goal each thing has been placed.
         self._placed: dict[str, Fact] = {}
 
-    def told(self) -> str | None:
+    def first(self) -> str | None:
         for goal in self._goals:
             cause = self._untakeable(goal)
             if cause is not None:
@@ -57,7 +57,7 @@ class _Clash:
     def _undone_at_last(self) -> str | None:
         """Return which goal another undoes that is brought about at last, such as that a drawer is shut."""
         for last in self._all:
-            move = lookup(last).imagine
+            move = lookup(last).effect
             if not lookup(last).is_last or move is None:
                 continue
             scene = move(self._scene, *last.arguments)
@@ -77,9 +77,9 @@ class _Clash:
             return None
         name = subject_of(goal)
         causes = []
-        for way in self._ways.of(goal):
-            picks = self._ways.of(fact("holding", name))[:1] if way.picks else ()
-            needs = [need for one in (*picks, way) for need in one.needs]
+        for achiever in self._achievers.of(goal):
+            picks = self._achievers.of(fact("holding", name))[:1] if achiever.picks else ()
+            needs = [need for one in (*picks, achiever) for need in one.needs]
             own = [need for need in needs if {*lookup(need).objects(need.arguments)} <= {name}]
             finding = next((found for need in own if (found := find(need, view)).is_refuted), None)
             if finding is None or finding.remedies:
@@ -98,11 +98,11 @@ class _Clash:
             return sentence(find(goal, View.of(self._start)))
         there = replace(self._scene, objects=(*self._scene.objects, item))
         cause: str | None = None
-        for way in self._ways.of(goal):
+        for achiever in self._achievers.of(goal):
             held = taken(there, name)
             why = None
-            for need in way.needs:
-                if need.relation in OF_THE_HAND or {*lookup(need).objects(need.arguments)} <= {name}:
+            for need in achiever.needs:
+                if need.relation in HAND_RELATIONS or {*lookup(need).objects(need.arguments)} <= {name}:
                     continue
                 finding = find(need, View(scene=held, before=self._start, robot=self._robot))
                 if not finding.is_refuted:
@@ -111,7 +111,7 @@ class _Clash:
                 if not in_the_way:
                     why = sentence(finding)
                     break
-                move = lookup(in_the_way[0]).imagine
+                move = lookup(in_the_way[0]).effect
                 held = held if move is None else move(held, *in_the_way[0].arguments)
             if why is None:
                 self._place(goal, held)
@@ -122,10 +122,10 @@ class _Clash:
     def _place(self, goal: Fact, held: ObservedScene) -> None:
         name = subject_of(goal)
         item = held.find(name)
-        spot = next(free_spots(held, item), None) if item is not None and goal.arguments[1:] == (TABLE,) else None
-        # What is to be anywhere on the table gets a place of its own there.
+        spot = next(free_placements(held, item), None) if item is not None and goal.arguments[1:] == (TABLE,) else None
+        # A goal that leaves the place on the table open gets a free one.
         there = goal if spot is None else fact("at", name, *spot.xy)
-        move = lookup(there).imagine
+        move = lookup(there).effect
         self._scene = held if move is None else move(held, *there.arguments)
         self._placed[name] = goal
         self._left.discard(name)

@@ -1,4 +1,4 @@
-"""What a thing in the way can be stood on in place of the table, where that takes a call less."""
+"""Places on other things for a thing in the way, where that takes a call less than the table."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from robosandbox.types import DetectedObject, ObservedScene
 from robosandbox.world.contracts import lookup
 from robosandbox.world.facts import TABLE, Fact, fact
-from robosandbox.world.outlook import State
+from robosandbox.world.heuristic import SearchState
+from robosandbox.world.locations import location_of
 from robosandbox.world.relations import Extent, apart, extent
-from robosandbox.world.whereabouts import where
 
 # Things that are tried, the nearest first. Chosen.
 _MOST = 2
@@ -21,7 +21,9 @@ _HIGHEST = 0.2
 _AS_WIDE = 0.9
 
 
-def asides(state: State, name: str, goals: Sequence[Fact], claimed: Sequence[DetectedObject]) -> Iterator[Fact]:
+def parking_spots(
+    state: SearchState, name: str, goals: Sequence[Fact], claimed: Sequence[DetectedObject]
+) -> Iterator[Fact]:
     """Yield that a thing stands on one that no goal concerns which does not hold yet, the nearest first.
 
     Args:
@@ -36,7 +38,7 @@ def asides(state: State, name: str, goals: Sequence[Fact], claimed: Sequence[Det
         return
     lacking = [goal for goal in goals if not state.find(goal).holds]
     concerned = {name for goal in lacking for name in lookup(goal).objects(goal.arguments)} | {name}
-    # What lies in something is to be got out of there, not piled upon.
+    # Things inside a container are taken out of it, not piled upon.
     not_below = concerned | {other.id for other in scene.objects if other.shape.holds_things}
     around = extent(item)
     likely = [other for other in scene.objects if other.id not in not_below and _may_carry(other, around, scene)]
@@ -61,7 +63,7 @@ def _may_carry(other: DetectedObject, around: Extent, scene: ObservedScene) -> b
 def _below(scene: ObservedScene, item: DetectedObject) -> Iterator[str]:
     """Yield the ids of what an object stands on or lies in, downwards."""
     for _ in scene.objects:
-        place = where(scene, item)
+        place = location_of(scene, item)
         if place is None or place.arguments[-1] == TABLE:
             return
         base = scene.find(str(place.arguments[1]))

@@ -1,4 +1,4 @@
-"""`run --dry-run` and `run --confirm`: what a plan would do, shown before or in place of doing it."""
+"""Previews of plans for `run --dry-run` and `run --confirm`, shown in place of the motion or before it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from robosandbox.types import Plan
     from robosandbox.workcell.embedded import EmbeddedWorkcell
 
-_TRYING = "trying the plan on the twin"
+_ACTIVITY = "trying the plan on the twin"
 
 
-def dry_run(session: EmbeddedWorkcell, prompt: str, json: bool) -> int:
+def print_preview(session: EmbeddedWorkcell, prompt: str, json: bool) -> int:
     """Print a plan and what came of it on the twin; the world itself does not move."""
     from robosandbox.agent.preview import preview
     from robosandbox.agent.usage import metered
@@ -24,7 +24,7 @@ def dry_run(session: EmbeddedWorkcell, prompt: str, json: bool) -> int:
 
     with metered() as usage, doing("planning"):
         answer = session.agent.plan(prompt)
-    with doing(_TRYING):
+    with doing(_ACTIVITY):
         tried = None if isinstance(answer, Refusal) else preview(session.ctx, answer, session.calls)
     if json:
         dump = answer.model_dump(mode="json")
@@ -59,7 +59,7 @@ def ask_before(session: EmbeddedWorkcell, prompt: str | None) -> None:
         )
 
     def ask(plan: Plan) -> bool:
-        with doing(_TRYING):
+        with doing(_ACTIVITY):
             tried = preview(session.ctx, plan, session.calls)
         for line in tried.lines():
             print(f"    plan  {line}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Which calls promise a goal, by the skills' contracts, and what each of them needs."""
+"""Calls that achieve a goal by the skills' contracts, and the needs of each."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, Fact
 from robosandbox.world.operators import Operator
 
-# Needs that take the hand are seen to last: it is free until then.
-OF_THE_HAND = ("holding", "hand_empty", "hand_ready")
+# Relations of the hand. As needs they are brought about last: the hand is free until then.
+HAND_RELATIONS = ("holding", "hand_empty", "hand_ready")
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
-    """A call that promises a goal, for the object that the goal is about.
+class Achiever:
+    """Call whose effects include a goal, for the object that the goal is about.
 
     Attributes:
         call: With a mark, its name behind a star, for each argument that the goal leaves open.
@@ -31,12 +31,12 @@ class Way:
 
     @property
     def picks(self) -> bool:
-        """Whether something has to be in the hand for it."""
+        """True where something has to be in the hand for it."""
         return any(need.relation == "holding" for need in self.needs)
 
 
-class Ways:
-    """The skills and what calls of them promise.
+class Achievers:
+    """Index of the skills' calls by the goals that their effects include.
 
     Args:
         skills: What may be called.
@@ -45,13 +45,13 @@ class Ways:
     def __init__(self, skills: Sequence[Operator]) -> None:
         self._skills = {skill.name: skill for skill in skills}
         self._patterns = {name: _pattern(skill) for name, skill in self._skills.items()}
-        self._known: dict[Fact, tuple[Way, ...]] = {}
+        self._known: dict[Fact, tuple[Achiever, ...]] = {}
         self._contracts: dict[tuple[object, ...], Contract] = {}
 
-    def of(self, goal: Fact) -> tuple[Way, ...]:
+    def of(self, goal: Fact) -> tuple[Achiever, ...]:
         """Return the calls that promise a goal, those that do it at one go first."""
         if goal not in self._known:
-            self._known[goal] = tuple(sorted(self._found(goal), key=lambda way: way.picks))
+            self._known[goal] = tuple(sorted(self._found(goal), key=lambda achiever: achiever.picks))
         return self._known[goal]
 
     def contract(self, call: SkillCall) -> Contract:
@@ -64,7 +64,7 @@ class Ways:
             self._contracts[key] = skill.contract(**arguments)
         return self._contracts[key]
 
-    def _found(self, goal: Fact) -> Iterator[Way]:
+    def _found(self, goal: Fact) -> Iterator[Achiever]:
         subject = {HELD: str(goal.arguments[0]) if goal.arguments else None}
         for name, pattern in self._patterns.items():
             bound = next((b for gift in pattern.gives if (b := _unified(gift, goal)) is not None), None)
@@ -77,7 +77,7 @@ class Ways:
             call = SkillCall(skill=name, arguments=kept)
             needs = sorted((need.resolved(subject) for need in self.contract(call).needs), key=_takes_the_hand)
             settled = tuple(need for need in needs if not marks(need))
-            yield Way(call, settled, tuple(need for need in needs if marks(need)))
+            yield Achiever(call, settled, tuple(need for need in needs if marks(need)))
 
 
 def is_mark(value: object) -> bool:
@@ -91,7 +91,7 @@ def marks(one: Fact) -> tuple[str, ...]:
 
 
 def _takes_the_hand(need: Fact) -> bool:
-    return need.relation in OF_THE_HAND
+    return need.relation in HAND_RELATIONS
 
 
 def _pattern(skill: Operator) -> Contract:

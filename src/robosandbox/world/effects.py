@@ -1,4 +1,4 @@
-"""The scene as a step would leave it: things carried with their load, put down, drawers slid; geometry, no physics."""
+"""Effects of steps on a scene: things carried with their load, put down, drawers slid; geometry, no physics."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
+from robosandbox.world.placement_sampling import levelled
 from robosandbox.world.relations import bottom, centre, contents, parts_in, stands_on
-from robosandbox.world.spots import levelled
 
 # Height over the table at which what is held is thought of, metres: over everything that stands on tables here.
 _CARRIED = 0.5

@@ -1,4 +1,4 @@
-"""How many calls some goals still take: relaxed regression over what is in the way, with the knots among them."""
+"""Heuristic of the plan search: calls that some goals still take, by relaxed regression and its cyclic dependencies."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.world.achievers import Achievers, subject_of
 from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import Fact
 from robosandbox.world.predicate import Finding, View
-from robosandbox.world.ways import Ways, subject_of
 
-# Calls that it takes at least to put a thing aside which has to be moved twice.
-_ASIDE = 1
+# Calls that it takes at least to break a cycle: a thing in it is put aside, to be moved again later.
+_CALLS_PER_CYCLE = 1
 
 
 @dataclass(slots=True)
-class State:
-    """Where calls lead.
+class SearchState:
+    """State of the search after some calls.
 
     Attributes:
-        calls: They themselves.
-        view: What relations are told from there.
-        moved: What the calls move, by id, and what each was moved for last.
-        told: What has been found there.
+        calls: The calls.
+        view: The view in which relations are evaluated.
+        moved: The goal for which each thing was moved last, by its id.
+        told: Findings so far, by fact.
     """
 
     calls: tuple[SkillCall, ...]
@@ -48,8 +48,8 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Outlook:
-    """What lies ahead of a state.
+class Estimate:
+    """Estimate of the work that a state leaves.
 
     Attributes:
         calls: How many calls are needed at least, as far as can be told without trying.
@@ -60,32 +60,32 @@ class Outlook:
     lacking: tuple[Fact, ...]
 
 
-def outlook(state: State, goals: Sequence[Fact], ways: Ways) -> Outlook:
-    """Return what is left to do for some goals.
+def estimate(state: SearchState, goals: Sequence[Fact], achievers: Achievers) -> Estimate:
+    """Return an estimate of the calls that some goals still take.
 
     Each goal that does not hold takes a call, and more for what its needs lack, each thing in the way once (landmarks: Hoffmann,
-    Porteous and Sebastia 2004). Things that wait for one another are a knot; to undo it one of them is put aside.
+    Porteous and Sebastia 2004). Things that wait for one another are a cycle; to break it one of them is put aside.
     """
-    return _Outlook(state, goals, ways).told()
+    return _RelaxedRegression(state, goals, achievers).estimate()
 
 
-class _Outlook:
-    def __init__(self, state: State, goals: Sequence[Fact], ways: Ways) -> None:
+class _RelaxedRegression:
+    def __init__(self, state: SearchState, goals: Sequence[Fact], achievers: Achievers) -> None:
         self._state = state
-        self._ways = ways
+        self._achievers = achievers
         self._lacking = [goal for goal in goals if not state.find(goal).holds]
         self._kept = [goal for goal in goals if state.find(goal).holds]
-        # What is moved anyway, and what each of those waits for.
+        # Things that are moved in any case, and the things that each of them waits for.
         self._moving = {subject_of(goal) for goal in self._lacking}
         self._waits: dict[str, set[str]] = {name: set() for name in self._moving}
         self._counted = {*self._lacking}
         self._in_the_way: set[Fact] = set()
         self._calls = 0
 
-    def told(self) -> Outlook:
+    def estimate(self) -> Estimate:
         todo = list(self._lacking)
         while todo:
-            todo += self._before(todo.pop())
+            todo += self._unmet_needs(todo.pop())
         placed = [goal for goal in self._lacking if not lookup(goal).is_last]
         names = {subject_of(goal) for goal in placed}
         for goal in placed:
@@ -93,27 +93,27 @@ class _Outlook:
             known = lookup(goal).objects(goal.arguments)
             self._waits[subject_of(goal)].update(name for name in known[1:] if name in names)
         order = sorted(self._lacking, key=lambda goal: (lookup(goal).is_last, len(self._waits[subject_of(goal)])))
-        return Outlook(self._calls + _ASIDE * knots(self._waits), tuple(order))
+        return Estimate(self._calls + _CALLS_PER_CYCLE * feedback_vertex_count(self._waits), tuple(order))
 
-    def _before(self, goal: Fact) -> list[Fact]:
+    def _unmet_needs(self, goal: Fact) -> list[Fact]:
         """Return what has to be brought about before a goal that nothing counted yet brings about; count the goal's call."""
-        ways = self._ways.of(goal)
+        achievers = self._achievers.of(goal)
         name = subject_of(goal)
-        if ways:
+        if achievers:
             # A thing in the way is put aside with one call, where there is something to stand it on.
             self._calls += goal not in self._in_the_way
         found = []
-        for need in ways[0].needs if ways else (goal,):
+        for need in achievers[0].needs if achievers else (goal,):
             finding = self._state.find(need)
             if not finding.is_refuted:
                 continue
             if not finding.remedies:
-                # What comes after it need not make sense: the grip of what is no drawer.
+                # Later preconditions are undefined once this one fails.
                 break
             remedy = preferred(finding.remedies, self._moving)[0]
             other = subject_of(remedy)
             if other == name:
-                # What it takes of the same thing, such as to pick it.
+                # A need about the same thing, such as to hold it.
                 found.append(remedy)
                 continue
             self._waits.setdefault(name, set()).add(other)
@@ -121,7 +121,7 @@ class _Outlook:
                 self._in_the_way.add(remedy)
                 self._moving.add(other)
                 self._waits.setdefault(other, set())
-                # What holds of it has to be reached anew.
+                # Goals that hold for it now have to be reached again once it has moved.
                 found += [remedy, *(kept for kept in self._kept if subject_of(kept) == other and kept != remedy)]
         found = [one for one in found if one not in self._counted]
         self._counted.update(found)
@@ -133,8 +133,8 @@ def preferred(remedies: Sequence[Fact], moving: set[str]) -> list[Fact]:
     return sorted(remedies, key=lambda remedy: subject_of(remedy) not in moving)
 
 
-def knots(waits: dict[str, set[str]]) -> int:
-    """Return how many nodes have to be taken out of a graph so that nothing in it waits for itself, found greedily.
+def feedback_vertex_count(waits: dict[str, set[str]]) -> int:
+    """Return the size of a feedback vertex set, nodes without which a graph has no cycle, found greedily.
 
     Args:
         waits: Each node's successors.

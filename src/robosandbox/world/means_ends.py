@@ -1,4 +1,4 @@
-"""Making a call possible: what is asked for first, what it lacks, and then the call itself, by the contracts of skills."""
+"""Means-ends analysis of one call: calls that bring about what it lacks, and then the call itself, by contracts of skills."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _ELSEWHERE = 0.2
 _OF_THE_HAND = ("holding", "hand_empty", "hand_ready")
 
 
-class Enabling:
-    """Calls in the making, and the scene as they would leave it.
+class MeansEndsPlan:
+    """Plan that grows call by call, and the scene as it would leave it.
 
     Args:
         scene: What is seen now.
@@ -136,8 +136,8 @@ class Enabling:
 
 
 def _at(scene: ObservedScene, name: str, x: float, y: float) -> ObservedScene:
-    imagine = predicates()["at"].imagine
-    return scene if imagine is None else imagine(scene, name, x, y)
+    effect = predicates()["at"].effect
+    return scene if effect is None else effect(scene, name, x, y)
 
 
 def _room(item: DetectedObject, other: DetectedObject, base: tuple[float, float]) -> float:

@@ -1,4 +1,4 @@
-"""Where an object may be put: on the table, beside something, in a container; by geometry alone, without an arm."""
+"""Sampling of placements on the table, beside something and in a container, by geometry alone, without an arm."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
-from robosandbox.world.kept import kept
+from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.relations import (
     BESIDE_GAP,
     bottom,
@@ -52,8 +52,8 @@ _DROPS = (0.0, 0.007, 0.015, 0.03, 0.05)
 _MOST_PER_DROP = 16
 # Metres of height and of free space that make one place better than another; chosen as twice perception's error.
 _STEP = 0.005
-# Containers with what lies in them and what is to go in, for which the first place is kept. Chosen: a search's hundred states.
-_KEPT = 1024
+# Containers with what lies in them and what is to go in, for which the first place is cached. Chosen: a search's hundred states.
+_CACHED = 1024
 
 # Metres between points of the table at which room is looked for; chosen as half a small object.
 _APART = 0.04
@@ -68,8 +68,8 @@ _TURN_SHARES = (1.0, 0.75, 0.5, 0.25)
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
-    """Where the held object may go.
+class Placement:
+    """Placement for the held object.
 
     Attributes:
         xy: The object's origin, metres.
@@ -82,9 +82,9 @@ class Spot:
     yaws: tuple[float, ...]
 
 
-def table_spots(
+def table_placements(
     scene: ObservedScene, held: DetectedObject, points: Iterable[Array]
-) -> tuple[list[Spot], tuple[str, ...]]:
+) -> tuple[list[Placement], tuple[str, ...]]:
     """Return the free ones of these points (2,) on the table, and the ids of what occupies the others."""
     found = list(tried_on_table(scene, held, points))
     blocking = dict.fromkeys(name for _, names in found for name in names)
@@ -93,7 +93,7 @@ def table_spots(
 
 def tried_on_table(
     scene: ObservedScene, held: DetectedObject, points: Iterable[Array], spacing: float = _SPACING
-) -> Iterator[tuple[Spot, tuple[str, ...]]]:
+) -> Iterator[tuple[Placement, tuple[str, ...]]]:
     """Yield those of these points (2,) that are on the table as spots, each with the ids of what occupies it.
 
     Args:
@@ -107,13 +107,13 @@ def tried_on_table(
     level = levelled(held.pose.rotation)
     headings = turns(0.0)
     # Around the table's middle, to be compared with what is there before it is put to each point.
-    here = extent(with_pose(held, resting_pose(held, Spot((0.0, 0.0), scene.table_height, headings), level)))
+    here = extent(with_pose(held, resting_pose(held, Placement((0.0, 0.0), scene.table_height, headings), level)))
     there = [(item, extent(item)) for item in scene.objects if item.id != held.id]
     others = [(item, around) for item, around in there if around.low < here.high]
     for point in points:
         if (np.abs(point) + half > TABLE_HALF_EXTENT).any():
             continue
-        spot = Spot((float(point[0]), float(point[1])), scene.table_height, headings)
+        spot = Placement((float(point[0]), float(point[1])), scene.table_height, headings)
         x, y = spot.xy[0] + here.x, spot.xy[1] + here.y
         standing: DetectedObject | None = None
         near = []
@@ -141,7 +141,7 @@ def in_easy_reach(scene: ObservedScene, item: DetectedObject) -> bool:
     return is_easy(scene, (around.x, around.y))
 
 
-def free_spots(scene: ObservedScene, item: DetectedObject) -> Iterator[Spot]:
+def free_placements(scene: ObservedScene, item: DetectedObject) -> Iterator[Placement]:
     """Yield free spots of the table in easy reach, the nearest to an object first.
 
     Those between whose neighbours and the object a hand gets come before those where it does not.
@@ -154,10 +154,10 @@ def free_spots(scene: ObservedScene, item: DetectedObject) -> Iterator[Spot]:
         yield from (spot for spot, names in tried_on_table(scene, item, easy, spacing) if not names)
 
 
-def turning_spot(item: DetectedObject, angle: float) -> Spot:
+def turning_placement(item: DetectedObject, angle: float) -> Placement:
     """Return the spot where an object stands, turned by an angle, radians, or by a part of it: what one grip is tried for."""
     x, y, _ = item.pose.xyz
-    return Spot((x, y), bottom(item), tuple(share * angle for share in _TURN_SHARES))
+    return Placement((x, y), bottom(item), tuple(share * angle for share in _TURN_SHARES))
 
 
 def turns(first: float) -> tuple[float, ...]:
@@ -177,7 +177,7 @@ def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
     return replace(item, pose=pose)
 
 
-def resting_pose(held: DetectedObject, spot: Spot, rotation: Array) -> Pose:
+def resting_pose(held: DetectedObject, spot: Placement, rotation: Array) -> Pose:
     """Return where the object stands on a spot, turned by `rotation` (3, 3)."""
     there = with_pose(held, Pose.from_matrix(np.array([*spot.xy, 0.0]), rotation))
     return Pose.from_matrix(np.array([*spot.xy, spot.height + _DROP - bottom(there)]), rotation)
@@ -208,7 +208,9 @@ def _wrap_quarter(angle: float) -> float:
     return float((angle + np.pi / 4.0) % (np.pi / 2.0) - np.pi / 4.0)
 
 
-def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[DetectedObject]) -> Iterator[Spot]:
+def placements_in(
+    vessel: DetectedObject, held: DetectedObject, contents: Sequence[DetectedObject]
+) -> Iterator[Placement]:
     """Yield where the held object may be let go in a container: as low as can be, where there is most room.
 
     Args:
@@ -217,7 +219,7 @@ def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[De
         contents: What lies in it already.
     """
     edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]
-    # What would stand as high as the rim would be on the contents and not inside.
+    # A thing whose underside is as high as the rim stands on the contents, not inside.
     places = [place for place in _places(vessel, held, contents) if place[1] < edge]
     if not places:
         return
@@ -225,15 +227,17 @@ def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[De
     for drop in _DROPS:
         for xy, height, yaw in places[:_MOST_PER_DROP]:
             if height + drop < rim:
-                yield Spot(xy, height + drop, (yaw,))
+                yield Placement(xy, height + drop, (yaw,))
     for xy, height, yaw in places:
-        yield Spot(xy, max(rim, height), (yaw,))
+        yield Placement(xy, max(rim, height), (yaw,))
 
 
-@kept(_KEPT)
-def first_spot_in(vessel: DetectedObject, held: DetectedObject, contents: tuple[DetectedObject, ...]) -> Spot | None:
-    """Return the first of `spots_in`; None where there is none."""
-    return next(spots_in(vessel, held, contents), None)
+@cached_for_episode(_CACHED)
+def first_placement_in(
+    vessel: DetectedObject, held: DetectedObject, contents: tuple[DetectedObject, ...]
+) -> Placement | None:
+    """Return the first of `placements_in`; None where there is none."""
+    return next(placements_in(vessel, held, contents), None)
 
 
 def _inside(vessel: DetectedObject) -> tuple[Array, Array, float, float]:
@@ -288,13 +292,15 @@ def _span(item: DetectedObject, axes: Array, origin: Array) -> tuple[Array, Arra
     return (high + low) / 2.0, (high - low) / 2.0
 
 
-def spot_on(held: DetectedObject, base: DetectedObject) -> Spot:
+def placement_on(held: DetectedObject, base: DetectedObject) -> Placement:
     """Return where an object stands on another: in its middle, squared with it first."""
     point = centre(base)
-    return Spot((float(point[0]), float(point[1])), rest_height(held, base), turns(yaw_to_align(held.pose, base.pose)))
+    return Placement(
+        (float(point[0]), float(point[1])), rest_height(held, base), turns(yaw_to_align(held.pose, base.pose))
+    )
 
 
-def spots_beside(held: DetectedObject, neighbour: DetectedObject, side: Side) -> list[Array]:
+def points_beside(held: DetectedObject, neighbour: DetectedObject, side: Side) -> list[Array]:
     """Return points (2,) for the object's centre on one side of another, the best first."""
     axis = np.array([*SIDE_AXES[side], 0.0])
     across = np.array([-axis[1], axis[0]])

@@ -1,4 +1,4 @@
-"""The picture of a scene in relations: what is on, in and beside what, what is open, what is held."""
+"""Symbolic state of a scene: what is on, in and beside what, what is open, what is held."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robosandbox.world.standing import standing_on
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """A fact of the picture.
+    """Fact of the symbolic state.
 
     Attributes:
         fact: The relation and what it is between.
@@ -26,7 +26,7 @@ class Stated:
     finding: Finding
 
 
-def picture(scene: ObservedScene, robot: Abilities | None = None) -> tuple[Stated, ...]:
+def symbolic_state(scene: ObservedScene, robot: Abilities | None = None) -> tuple[Stated, ...]:
     """Return the relations that hold in a scene, or that may hold where what is seen does not settle it."""
     view = View.of(scene, robot)
     stated = (Stated(one, find(one, view)) for one in _candidates(view))

@@ -1,4 +1,4 @@
-"""Where an object is: in the gripper, on another, in a container, or on the table; and whether it is where it was."""
+"""Location of an object: in the gripper, on another, in a container, or on the table; and whether it has changed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robosandbox.world.relations import centre, lies_in, on_table, stands_on
 from robosandbox.world.standing import AT_TOLERANCE
 
 
-def where(scene: ObservedScene, item: DetectedObject) -> Fact | None:
+def location_of(scene: ObservedScene, item: DetectedObject) -> Fact | None:
     """Return what an object is held up by; None where nothing is seen to, or by several, as may be with beads.
 
     What stands on a thing in a container stands on that thing.
@@ -61,7 +61,7 @@ def point_of(item: DetectedObject) -> Fact:
 def as_before(view: View, a: str) -> Finding:
     """An object is where it was: on or in what it was then, or, where that is gone, at that point of the table."""
     item, then = view.get(a), view.before.find(a)
-    was = None if then is None else where(view.before, then)
+    was = None if then is None else location_of(view.before, then)
     if then is None or was is None:
         return Finding(holds=False, is_sure=False, cause=f"it was not seen where {a} was before")
     below = str(was.arguments[-1])

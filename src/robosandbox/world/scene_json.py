@@ -10,10 +10,10 @@ from typing import Any
 from robosandbox.shapes.hull import SphereHull
 from robosandbox.types import DetectedObject, ObservedScene
 from robosandbox.world.facts import TABLE
+from robosandbox.world.locations import location_of
+from robosandbox.world.placement_sampling import in_easy_reach
 from robosandbox.world.relations import CLOSED_WITHIN, contents, parts_in
-from robosandbox.world.spots import in_easy_reach
 from robosandbox.world.standing import TIPPED, tilt
-from robosandbox.world.whereabouts import where
 
 _CLEAR = 0.9  # Confidence, a probability, below which a model is told how sure perception is. Chosen.
 
@@ -43,7 +43,7 @@ def describe_scene(scene: ObservedScene) -> dict[str, Any]:
     return data
 
 
-def changes(before: ObservedScene, after: ObservedScene) -> dict[str, Any]:
+def scene_changes(before: ObservedScene, after: ObservedScene) -> dict[str, Any]:
     """Return what of `describe_scene` is otherwise now: things as they are now, and the ids of those that are not seen any more."""
     was, now = describe_scene(before), describe_scene(after)
     old = {thing["id"]: thing for thing in was["objects"]}
@@ -97,7 +97,7 @@ def _opening(item: DetectedObject) -> dict[str, Any]:
 
 def _support(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
     """Return what an object is held, or lies in, or stands on."""
-    place = where(scene, item)
+    place = location_of(scene, item)
     if place is None:
         return _scattered(item, scene) if item.shape.is_granular else {}
     match place.relation:
