@@ -37,7 +37,7 @@ from robosandbox.apps.viewer.dragging import level
 from robosandbox.apps.viewer.embedded import EmbeddedSource
 from robosandbox.apps.viewer.framing import FOV, View, Window, first_view
 from robosandbox.apps.viewer.layers.grasps import glyph
-from robosandbox.apps.viewer.operator import Began, Complaint, Doing, Finished, Presence, Went
+from robosandbox.apps.viewer.operator import Began, Came, Complaint, Doing, Presence, Went
 from robosandbox.apps.viewer.panels.prompt import PromptPanel
 from robosandbox.apps.viewer.panels.repairs import RepairsPanel
 from robosandbox.apps.viewer.panels.strip import Lane, strip
@@ -223,7 +223,7 @@ def test_stop_halts_the_arm_and_step_back_undoes_it(desk: Desk) -> None:
     wait_until(lambda: session.sim.time - began > 0.4, "the arm is on its way")
     button(page, "Stop").click()
     clicked.set()
-    page.get_by_text("cancelled:").wait_for(timeout=1000 * PATIENCE)
+    page.get_by_text("stopped: the arm holds").wait_for(timeout=1000 * PATIENCE)
     stopped = session.sim.state()
     assert np.abs(stopped.qd).max() < 0.02
     assert np.abs(stopped.q - home).max() > 0.01
@@ -584,11 +584,11 @@ def test_what_a_person_stopped_is_no_failure_to_repair() -> None:
     with serving("pick_cube_franka", max_replans=0) as viewer:
         control, repairs = viewer.control, next(item for item in viewer._hearing if isinstance(item, RepairsPanel))
         control.listeners.append(lambda news: control.stop() if isinstance(news, SkillStarted) else None)
-        ended: list[Finished] = []
-        control.listeners.append(lambda news: ended.append(news) if isinstance(news, Finished) else None)
+        ended: list[Came] = []
+        control.listeners.append(lambda news: ended.append(news) if isinstance(news, Came) else None)
         control.run("pick up the red cube")
         wait_until(lambda: bool(ended) and control.doing is Doing.NOTHING, "the end")
-        assert ended[0].episode.final_reason == "cancelled" and not repairs._folder.visible
+        assert ended[0].answer.data["reason"] == "cancelled" and not repairs._folder.visible
 
 
 def test_a_complaint_does_not_stand_under_the_order_before() -> None:
@@ -724,9 +724,9 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
             wait_until(lambda: frames[-1].seen.time > frames[0].seen.time + 2.0, "the arm moves")
             moving = [frame for frame in frames if np.abs(frame.seen.qd).max() > 0.05]
             viewer.control.stop()
-            wait_until(lambda: any(isinstance(item, Finished) for item in news), "the end")
-            (finished,) = [item for item in news if isinstance(item, Finished)]
-            assert finished.episode.final_reason == "cancelled"
+            wait_until(lambda: any(isinstance(item, Came) for item in news), "the end")
+            (came,) = [item for item in news if isinstance(item, Came)]
+            assert came.answer.data["reason"] == "cancelled"
             assert len(moving) > 20
             if clock.kept_real_time:
                 assert len(moving) / (moving[-1].seen.time - moving[0].seen.time) >= 20.0
