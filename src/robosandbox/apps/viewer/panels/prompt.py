@@ -125,7 +125,7 @@ class PromptPanel:
                 self._tried = True
                 for call in data.get("would_work", ()):
                     self._mark(call, "done", before="waiting")
-                self._mark(data.get("would_fail", ""), "failed", before="waiting")
+                self._mark(data.get("would_fail", ""), "stopped" if STOPPED in said else "failed", before="waiting")
             case "judge":
                 # After a prompt the verdict stands below what came of it.
                 said = self._said + said
