@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Literal
 
 import viser
@@ -35,6 +37,8 @@ class AnswersPanel:
         self._form = server.gui.add_html("")
         self._offered: tuple[str, ...] = ()
         self._do = _DO[Doing.RUNNING]
+        self._meshes: Mapping[str, Sequence[viser.GlbHandle]] = {}
+        self._clickable: list[viser.GlbHandle] = []
 
     def hear(self, news: News) -> None:
         """Take news."""
@@ -50,17 +54,25 @@ class AnswersPanel:
                 pass
 
     def adopt(self, blueprint: Blueprint, body_scene: BodyScene) -> None:
-        """Let the objects of a drawn scene be pointed at."""
-        for name, body in blueprint.object_bodies.items():
-            for mesh in body_scene.meshes(body):
-                self._bind(mesh, name)
-
-    def _bind(self, mesh: viser.GlbHandle, name: str) -> None:
-        @mesh.on_click
-        def _(_: viser.SceneNodePointerEvent[viser.GlbHandle]) -> None:
-            if name in self._offered:
-                obey(Order(do=self._do, prompt=name), self._control)
+        """Have the objects of another drawn scene pointed at."""
+        self._meshes = {name: body_scene.meshes(body) for name, body in blueprint.object_bodies.items()}
+        self._clickable = []
+        self._let_click()
 
     def _offer(self, candidates: tuple[str, ...]) -> None:
         self._offered = candidates
         self._form.content = answer_form(candidates, self._do) if candidates else ""
+        for mesh in self._clickable:
+            mesh.remove_click_callback()
+        self._clickable = []
+        self._let_click()
+
+    def _let_click(self) -> None:
+        # What can be clicked lights up under the mouse, so that nothing else may be.
+        for name in self._offered:
+            for mesh in self._meshes.get(name, ()):
+                self._clickable.append(mesh)
+                mesh.on_click(partial(self._say, name))
+
+    def _say(self, answer: str, _: viser.SceneNodePointerEvent[viser.GlbHandle]) -> None:
+        obey(Order(do=self._do, prompt=answer), self._control)
