@@ -16,8 +16,9 @@ from robosandbox.apps.viewer.scene import BodyScene
 from robosandbox.apps.viewer.source import Blueprint
 from robosandbox.types import Refusal
 
+_Do = Literal["run", "plan", "simulate"]
 # What asks once more with the answer, by what was under way when the question came up.
-_DO: dict[Doing, Literal["run", "plan", "simulate"]] = {
+_DO: dict[Doing, _Do] = {
     Doing.RUNNING: "run",
     Doing.PLANNING: "plan",
     Doing.TRYING: "simulate",
@@ -36,7 +37,7 @@ class AnswersPanel:
         self._control = control
         self._form = server.gui.add_html("")
         self._offered: tuple[str, ...] = ()
-        self._do = _DO[Doing.RUNNING]
+        self._do: _Do = _DO[Doing.RUNNING]
         self._meshes: Mapping[str, Sequence[viser.GlbHandle]] = {}
         self._clickable: list[viser.GlbHandle] = []
 
