@@ -157,8 +157,8 @@ def test_the_viewer_draws_what_is_believed_of_hardware(watched: tuple[Viewer, li
     viewer, frames, news = watched
     viewer.control.run("pick up the red cube")
     finish(viewer)
-    (came,) = [item for item in news if isinstance(item, Came)]
-    assert came.answer.failure is None
+    came, verdict = (item.answer for item in news if isinstance(item, Came))
+    assert came.failure is None and verdict.data["success"]
     last = frames[-1]
     assert viewer.source.blueprint.model is last.model
     assert last.held == "red_cube" and last.state is None
