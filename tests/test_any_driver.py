@@ -24,7 +24,7 @@ from robosandbox.apps.export.lerobot import export_lerobot
 from robosandbox.apps.viewer.app import Viewer
 from robosandbox.apps.viewer.connected import ConnectedSource
 from robosandbox.apps.viewer.embedded import EmbeddedSource
-from robosandbox.apps.viewer.operator import Complaint, Finished, News
+from robosandbox.apps.viewer.operator import Came, Complaint, News
 from robosandbox.apps.viewer.replay import recorded_frames
 from robosandbox.apps.viewer.source import Frame
 from robosandbox.errors import InputError, UnsupportedError
@@ -157,8 +157,8 @@ def test_the_viewer_draws_what_is_believed_of_hardware(watched: tuple[Viewer, li
     viewer, frames, news = watched
     viewer.control.run("pick up the red cube")
     finish(viewer)
-    (finished,) = [item for item in news if isinstance(item, Finished)]
-    assert finished.episode.success
+    came, verdict = (item.answer for item in news if isinstance(item, Came))
+    assert came.failure is None and verdict.data["success"]
     last = frames[-1]
     assert viewer.source.blueprint.model is last.model
     assert last.held == "red_cube" and last.state is None

@@ -4,6 +4,7 @@ import dataclasses
 import http.client
 import io
 import itertools
+import json
 import re
 import shutil
 import socket
@@ -14,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,11 +23,12 @@ import pytest
 pytest.importorskip("viser", reason="needs the extra `viewer`")
 pytest.importorskip("playwright", reason="needs playwright to drive a browser")
 
+import websockets.sync.client
 from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 from support.processes import SimProcess
 
-from robosandbox.agent.episode import Intended, SkillStarted
+from robosandbox.agent.episode import Intended, PhaseEntered, SkillStarted
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands import viewer as viewer_command
 from robosandbox.apps.commands.console import EXIT_USAGE, run_app
@@ -37,7 +40,8 @@ from robosandbox.apps.viewer.dragging import level
 from robosandbox.apps.viewer.embedded import EmbeddedSource
 from robosandbox.apps.viewer.framing import FOV, View, Window, first_view
 from robosandbox.apps.viewer.layers.grasps import glyph
-from robosandbox.apps.viewer.operator import Began, Complaint, Doing, Finished, Presence, Went
+from robosandbox.apps.viewer.operator import Began, Came, Complaint, Doing, News, Presence, Went
+from robosandbox.apps.viewer.panels.order_form import answer_form
 from robosandbox.apps.viewer.panels.prompt import PromptPanel
 from robosandbox.apps.viewer.panels.repairs import RepairsPanel
 from robosandbox.apps.viewer.panels.strip import Lane, strip
@@ -109,6 +113,18 @@ def open_viewer() -> Iterator[Viewer]:
 def first_page(browser: Browser, open_viewer: Viewer) -> Iterator[Page]:
     # A page's first picture, whose shaders are compiled for a CPU, takes longer than all that a test does with it.
     with page_of(browser, open_viewer) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def three() -> Iterator[Viewer]:
+    with serving("pick_from_three") as viewer:
+        yield viewer
+
+
+@pytest.fixture(scope="module")
+def first_three(browser: Browser, three: Viewer) -> Iterator[Page]:
+    with page_of(browser, three) as page:
         yield page
 
 
@@ -223,7 +239,7 @@ def test_stop_halts_the_arm_and_step_back_undoes_it(desk: Desk) -> None:
     wait_until(lambda: session.sim.time - began > 0.4, "the arm is on its way")
     button(page, "Stop").click()
     clicked.set()
-    page.get_by_text("cancelled:").wait_for(timeout=1000 * PATIENCE)
+    page.get_by_text("stopped: the arm holds").wait_for(timeout=1000 * PATIENCE)
     stopped = session.sim.state()
     assert np.abs(stopped.qd).max() < 0.02
     assert np.abs(stopped.q - home).max() > 0.01
@@ -264,6 +280,45 @@ def test_what_runs_is_what_the_box_shows_however_fast_it_is_typed_or_pasted(
     wait_until(lambda: len(began) == 1 and viewer.control.doing is Doing.NOTHING, "it was run once")
     assert began == [said] and box.input_value() == said
     page.get_by_text(f"“{said}”", exact=True).wait_for(timeout=1000 * PATIENCE)
+
+
+@needs_chromium
+@pytest.mark.parametrize("by", ["button", "scene"])
+def test_a_question_is_answered_by_a_click(first_three: Page, three: Viewer, by: str) -> None:
+    page, session = first_three, three.source.workcell
+    three.control.reset(0)
+    page.get_by_text("seed 0", exact=True).wait_for(timeout=1000 * PATIENCE)
+    say(page, "pick up the cube")
+    page.get_by_text("Which one do you mean").wait_for(timeout=1000 * PATIENCE)
+    if by == "button":
+        button(page, "red_cube").click()
+    else:
+        wait_until(lambda: red_middle(page) is not None, "the cube is seen")
+        page.mouse.click(*(red_middle(page) or (0.0, 0.0)))
+    page.get_by_text("done: pick(object=red_cube)").wait_for(timeout=1000 * PATIENCE)
+    assert session.observe().held == "red_cube" and button(page, "green_cube").count() == 0
+    assert field(page, "Prompt").input_value() == "pick up the cube"
+
+
+@needs_chromium
+def test_try_and_judge_are_buttons_and_stop_is_a_word(desk: Desk) -> None:
+    session, page = desk.session, desk.page
+    field(page, "Prompt").fill("pick up the red cube")
+    button(page, "Try").click()
+    page.get_by_text("would work, in").wait_for(timeout=1000 * PATIENCE)
+    assert session.sim.held() is None
+    button(page, "Judge").click()
+    page.get_by_text("judged on the simulated state: no success").wait_for(timeout=1000 * PATIENCE)
+    # However slowly the browser types: the arm waits for it on its way, and then goes on slowly until the word is heard.
+    typed, began = threading.Event(), session.sim.time
+    desk.watch(lambda: time.sleep(0.03) if typed.is_set() or session.sim.time - began < 0.5 else wait_for(typed))
+    button(page, "Run").click()
+    wait_until(lambda: session.sim.time - began > 0.4, "the arm is on its way")
+    field(page, "Prompt").fill("stop")
+    page.keyboard.press("Enter")
+    typed.set()
+    page.get_by_text("stopped: the arm holds").wait_for(timeout=1000 * PATIENCE)
+    assert session.sim.held() is None
 
 
 @needs_chromium
@@ -560,7 +615,7 @@ def test_a_phone_shows_the_orders_over_its_whole_width_and_the_objects_above_the
         page = browser.new_page(viewport={"width": 390, "height": 844})
         page.goto(f"{viewer.url}/?fixedDpr=0.5")
         field(page, "Prompt").wait_for(timeout=1000 * PATIENCE)
-        for name in ("Run", "Plan", "Stop", "Step back", "Reset"):
+        for name in ("Run", "Plan", "Try", "Stop", "Step back", "Judge", "Reset"):
             box = button(page, name).bounding_box()
             assert (
                 box is not None and box["x"] >= 0 and box["x"] + box["width"] <= 390 and box["y"] + box["height"] <= 844
@@ -584,11 +639,11 @@ def test_what_a_person_stopped_is_no_failure_to_repair() -> None:
     with serving("pick_cube_franka", max_replans=0) as viewer:
         control, repairs = viewer.control, next(item for item in viewer._hearing if isinstance(item, RepairsPanel))
         control.listeners.append(lambda news: control.stop() if isinstance(news, SkillStarted) else None)
-        ended: list[Finished] = []
-        control.listeners.append(lambda news: ended.append(news) if isinstance(news, Finished) else None)
+        ended: list[Came] = []
+        control.listeners.append(lambda news: ended.append(news) if isinstance(news, Came) else None)
         control.run("pick up the red cube")
         wait_until(lambda: bool(ended) and control.doing is Doing.NOTHING, "the end")
-        assert ended[0].episode.final_reason == "cancelled" and not repairs._folder.visible
+        assert ended[0].answer.data["reason"] == "cancelled" and not repairs._folder.visible
 
 
 def test_a_complaint_does_not_stand_under_the_order_before() -> None:
@@ -724,9 +779,9 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
             wait_until(lambda: frames[-1].seen.time > frames[0].seen.time + 2.0, "the arm moves")
             moving = [frame for frame in frames if np.abs(frame.seen.qd).max() > 0.05]
             viewer.control.stop()
-            wait_until(lambda: any(isinstance(item, Finished) for item in news), "the end")
-            (finished,) = [item for item in news if isinstance(item, Finished)]
-            assert finished.episode.final_reason == "cancelled"
+            wait_until(lambda: any(isinstance(item, Came) for item in news), "the end")
+            (came,) = [item for item in news if isinstance(item, Came)]
+            assert came.answer.data["reason"] == "cancelled"
             assert len(moving) > 20
             if clock.kept_real_time:
                 assert len(moving) / (moving[-1].seen.time - moving[0].seen.time) >= 20.0
@@ -756,6 +811,178 @@ def following(sim: SimProcess) -> Iterator[tuple[Viewer, list[Frame]]]:
             yield viewer, frames
         finally:
             viewer.stop()
+
+
+@pytest.fixture(scope="module", params=["embedded", "connected"])
+def steered(request: pytest.FixtureRequest) -> Iterator[Viewer]:
+    if request.param == "embedded":
+        yield request.getfixturevalue("three")
+    else:
+        with SimProcess("--task", "pick_from_three", "--pace", "fast") as sim, following(sim) as (viewer, _):
+            yield viewer
+
+
+@dataclass(frozen=True)
+class Steering:
+    """What gives orders as the page does: one message each, over its websocket."""
+
+    viewer: Viewer
+    news: list[News]
+
+    @property
+    def board(self) -> str:
+        """What the panel shows of the last order."""
+        return next(panel for panel in self.viewer._hearing if isinstance(panel, PromptPanel))._board.content
+
+    @property
+    def offered(self) -> str:
+        """What the panel offers for an answer."""
+        return self.viewer._answers._form.content
+
+    @property
+    def held(self) -> str | None:
+        return self.viewer.source.workcell.observe().held
+
+    def send(self, do: str, prompt: str = "", seed: int = 0) -> None:
+        """Send an order, which is taken when this returns."""
+        with websockets.sync.client.connect(self.viewer.url.replace("http", "ws") + "/order") as line:
+            line.send(json.dumps({"do": do, "prompt": prompt, "seed": str(seed)}))
+            assert line.recv() == ""
+
+    def give(self, do: str, prompt: str = "") -> dict[str, Any]:
+        """Send an order and wait for its end; return what came of it, as data."""
+        del self.news[:]
+        self.send(do, prompt)
+        self.wait()
+        came = [news for news in self.news if isinstance(news, Came)]
+        return came[-1].answer.data if came else {}
+
+    def wait(self) -> None:
+        wait_until(lambda: self.viewer.control.doing is Doing.NOTHING, "the end")
+
+
+@pytest.fixture
+def steering(steered: Viewer) -> Iterator[Steering]:
+    news: list[News] = []
+    steered.control.listeners.append(news.append)
+    made = Steering(steered, news)
+    made.give("reset")
+    yield made
+    steered.control.listeners.remove(news.append)
+
+
+def done(came: dict[str, Any]) -> list[str]:
+    return [step["call"] for step in came["done"]]
+
+
+def test_a_question_is_answered_by_the_next_sentence_until_a_reset(steering: Steering) -> None:
+    asked = steering.give("run", "pick up the cube")
+    assert asked["refusal"]["candidates"] == ["red_cube", "green_cube", "blue_cube"]
+    assert "Which one do you mean" in steering.board and 'value="green_cube"' in steering.offered
+    assert done(steering.give("run", "the left one")) == ["pick(object=blue_cube)"]
+    assert "pick up the cube" in steering.board and "Which one" in steering.board, "what the answer was to"
+    assert steering.offered == ""
+    assert done(steering.give("run", "put it on the green one")) == ["place_on(target=green_cube)"]
+    steering.give("run", "pick up the cube")
+    steering.give("reset")
+    assert steering.offered == "" and "Which one" not in steering.board
+    assert done(steering.give("run", "the left one")) == []
+
+
+def test_an_answer_asks_for_what_the_question_came_up_for(steering: Steering) -> None:
+    for do in ("plan", "simulate"):
+        steering.give("reset")
+        steering.give(do, "pick up the cube")
+        assert f'name="do" value="{do}"' in steering.offered
+        came = steering.give(do, "red_cube")
+        assert came.get("plan") or came["would_work"] == ["pick(object=red_cube)"]
+    assert steering.held is None
+
+
+@pytest.mark.parametrize(
+    ("written", "carried_out"),
+    [
+        ("pick(red_cube), home()", ["pick(object=red_cube)", "home()"]),
+        ("move_to(x=0.2, y=0.1, z=0.3), close_gripper()", ["move_to(x=0.2, y=0.1, z=0.3)", "close_gripper()"]),
+        ("holding(blue_cube)", ["pick(object=blue_cube)"]),
+    ],
+    ids=["calls", "hand moves", "goals"],
+)
+def test_what_is_written_out_is_carried_out(steering: Steering, written: str, carried_out: list[str]) -> None:
+    assert done(steering.give("run", written)) == carried_out
+
+
+def test_a_question_about_the_scene_is_answered_whichever_button_asks(steering: Steering) -> None:
+    for do in ("run", "plan", "simulate"):
+        assert "red_cube is on the table" in steering.give(do, "where is the red cube?")["answer"]
+        assert "red_cube is on the table" in steering.board
+
+
+def test_try_tells_what_would_come_of_a_sentence_and_moves_nothing(steering: Steering) -> None:
+    tried = steering.give("simulate", "put the red cube on the blue cube")
+    assert tried["ok"] and tried["would_work"] == ["pick(object=red_cube)", "place_on(target=blue_cube)"]
+    assert "Tried on the twin" in steering.board and "then red_cube is on blue_cube" in steering.board
+    assert steering.board.count("✓") == 2 and "nothing has moved" in steering.board
+    assert steering.held is None and steering.viewer.source.workcell.state().time == 0.0
+
+
+def test_try_tells_what_would_fail(steering: Steering) -> None:
+    tried = steering.give("simulate", "home(), move_to(x=3, y=0, z=0.3)")
+    assert tried["would_fail"] == "move_to(x=3, y=0, z=0.3)" and tried["error"]["code"] == "unreachable"
+    assert steering.board.count("✓") == 1 and steering.board.count("✗") == 1 and "would fail at plan" in steering.board
+
+
+def test_judge_tells_whether_the_task_has_succeeded(steering: Steering) -> None:
+    assert not steering.give("judge")["success"] and "state: no success" in steering.board
+    steering.give("run", "pick(green_cube)")
+    assert steering.give("judge")["success"] and "state: success" in steering.board
+    assert "done:" not in steering.board, "a verdict that was asked for stands alone"
+
+
+def test_step_back_undoes_what_was_ordered_last(steering: Steering) -> None:
+    steering.give("run", "pick up the red cube")
+    assert steering.held == "red_cube"
+    steering.give("back")
+    assert steering.held is None and "back to before: pick up the red cube" in steering.board
+
+
+@contextmanager
+def at_the_speed_of_the_clock(viewer: Viewer) -> Iterator[None]:
+    session = viewer.source.workcell
+    if isinstance(session, RemoteWorkcell):
+        session.robot.set_pace("realtime")
+    yield
+    if isinstance(session, RemoteWorkcell):
+        session.robot.set_pace("fast")
+
+
+@pytest.mark.parametrize("said", ["stop", "Halt!"])
+def test_stop_said_while_it_moves_stops_it_and_is_told_as_no_failure(steering: Steering, said: str) -> None:
+    with at_the_speed_of_the_clock(steering.viewer):
+        steering.send("run", "pick up the red cube")
+        wait_until(lambda: any(isinstance(news, PhaseEntered) for news in steering.news), "the arm moves")
+        came = steering.give("run", said)
+    assert came["reason"] == "cancelled" and steering.held is None
+    assert "stopped: the arm holds" in steering.board and "■" in steering.board
+    assert html.COLOURS["red"] not in steering.board and "failed" not in steering.viewer._strip._board.content
+    assert not next(item for item in steering.viewer._hearing if isinstance(item, RepairsPanel))._folder.visible
+    done_before = steering.board
+    assert steering.give("run", said) == {} and steering.board == done_before, "nothing moves that could be stopped"
+
+
+def test_stop_ends_a_trial(steering: Steering) -> None:
+    began = threading.Event()
+    steering.viewer.control.listeners.append(lambda news: began.set() if isinstance(news, Came) else None)
+    steering.send("simulate", "put the red cube on the blue cube, then put the green cube on the red cube")
+    assert began.wait(PATIENCE), "it is planned"
+    steering.send("stop")
+    steering.wait()
+    steering.viewer.control.listeners.pop()
+    assert "stopped: the arm holds" in steering.board and html.COLOURS["red"] not in steering.board
+
+
+def test_answers_are_shown_as_text() -> None:
+    assert "<b>" not in answer_form(["<b>"], "run")
 
 
 @pytest.mark.slow

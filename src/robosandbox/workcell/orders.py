@@ -23,6 +23,8 @@ from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, Pl
 from robosandbox.types import MAX_PROMPT_LENGTH, Plan, Refusal, StrictModel
 from robosandbox.workcell.workcell import Workcell
 
+_STOP_WORDS = frozenset({"stop", "halt", "stop it"})
+
 
 class RunArguments(StrictModel):
     """Carry out a sentence with the workcell's planner: plans, looks, plans anew after failures."""
@@ -113,12 +115,21 @@ def bind_order(name: str, arguments: Mapping[str, Any]) -> BoundOrder:
         raise InvalidArgumentError(wrong_arguments(name, error, kind)) from None
 
 
+def says_stop(sentence: str) -> bool:
+    """Tell whether who says this while something moves wants it to stop."""
+    return sentence.strip().lower().rstrip(".!") in _STOP_WORDS
+
+
 def planned(answer: Plan | Refusal) -> dict[str, Any]:
-    """Return a planner's answer as `robo-sandbox plan --json` prints it."""
+    """Return a planner's answer as `robo-sandbox plan --json` prints it, without what is empty."""
     dump = answer.model_dump(mode="json")
     if isinstance(answer, Refusal):
         return {"plan": None, "refusal": dump}
-    return {"plan": dump["steps"], "refusal": None}
+    return {
+        "plan": dump["steps"],
+        "refusal": None,
+        **{name: dump[name] for name in ("answer", "then", "note") if dump[name]},
+    }
 
 
 def ended(episode: Episode) -> Answer:

@@ -98,14 +98,15 @@ def viewer(
 def _log(news: News) -> None:
     """Write what was ordered in the browser, word for word, and what came of it to stderr."""
     from robosandbox.apps.viewer import operator
+    from robosandbox.apps.viewer.outcome import STOPPED, calls, told
 
     match news:
         case operator.Began(doing, what):
             line = f"{doing}: {what}"
-        case operator.Finished(episode, _):
-            done = "answered" if episode.answer else "done"
-            how = done if episode.success else episode.final_reason.replace("_", " ")
-            line = f"{how}: {episode.final_detail}"
+        case operator.Came():
+            line = "; ".join([*calls(news.answer.data), *(text for text, _ in told(news))])
+        case operator.Stopped():
+            line = STOPPED[0]
         case operator.Complaint(message):
             line = f"not done: {message}"
         case _:

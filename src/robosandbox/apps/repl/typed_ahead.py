@@ -11,10 +11,11 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from robosandbox.workcell.orders import says_stop
+
 # Seconds after which it is looked whether the line has been carried out; below what a person notices.
 _POLL_SECONDS = 0.05
 _BYTES = 4096
-STOP_WORDS = frozenset({"stop", "halt", "stop it", "/cancel"})
 
 
 class TypedAhead:
@@ -53,7 +54,7 @@ class TypedAhead:
                 self.left = True
                 return
             for line in typed.decode("utf-8", "replace").splitlines():
-                if line.strip().lower().rstrip(".!") in STOP_WORDS:
+                if says_stop(line) or line.strip() == "/cancel":
                     self.lines.clear()
                     os.kill(os.getpid(), signal.SIGINT)
                 elif line.strip():

@@ -21,6 +21,7 @@ from robosandbox.apps.viewer.layers.tool import BaseAndReach, HomePreview, TcpFr
 from robosandbox.apps.viewer.layers.trail import TcpTrail
 from robosandbox.apps.viewer.operator import News, Operator
 from robosandbox.apps.viewer.orders import taker
+from robosandbox.apps.viewer.panels.answers import AnswersPanel
 from robosandbox.apps.viewer.panels.cameras import CamerasPanel
 from robosandbox.apps.viewer.panels.jog import JogPanel
 from robosandbox.apps.viewer.panels.layers import LayersPanel
@@ -113,6 +114,7 @@ class Viewer:
     def _lay_out(self, playback: RecordedFrames | None) -> None:
         server, control, source = self.server, self.control, self.source
         prompt = PromptPanel(server, control)
+        self._answers = AnswersPanel(server, control)
         self._strip = StripPanel(server)
         repairs = RepairsPanel(server, control)
         tabs = server.gui.add_tab_group()
@@ -132,7 +134,7 @@ class Viewer:
         with tabs.add_tab("World"):
             world = WorldPanel(server, source, control)
         replay = (self._replay,) if self._replay is not None else ()
-        self._hearing = (prompt, self._strip, repairs, self._cameras, self._sidecar, world, *replay)
+        self._hearing = (prompt, self._answers, self._strip, repairs, self._cameras, self._sidecar, world, *replay)
 
     def _hear(self, news: News) -> None:
         """Hand news to the layers, over another world if there is one."""
@@ -156,6 +158,7 @@ class Viewer:
         for layer in self._layers:
             layer.adopt(blueprint, self._body_scene)
         self._dragging.adopt(blueprint, self._body_scene)
+        self._answers.adopt(blueprint, self._body_scene)
         self._sidecar.adopt(blueprint, self._body_scene)
         self._strip.adopt(blueprint)
 

@@ -9,11 +9,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from robosandbox.agent.episode import AgentEvent, Episode
+from robosandbox.agent.episode import AgentEvent
 from robosandbox.apps.viewer.source import WorldSource
-from robosandbox.errors import CancelledError, InternalError, RoboSandboxError, UnsupportedError
+from robosandbox.errors import CancelledError, InternalError, RoboSandboxError
 from robosandbox.tasks.task import Task
-from robosandbox.types import Plan, Refusal, Verdict
+from robosandbox.types import Plan, Refusal, RefusalCode
+from robosandbox.workcell.orders import ORDERS, Answer, BoundOrder, bind_order, says_stop
+from robosandbox.workcell.workcell import Workcell
 
 _log = logging.getLogger(__name__)
 
@@ -23,7 +25,9 @@ class Doing(StrEnum):
 
     NOTHING = "nothing"
     PLANNING = "planning"
+    TRYING = "trying"
     RUNNING = "running"
+    JUDGING = "judging"
     MOVING = "moving"
     LOADING = "loading"
 
@@ -44,19 +48,27 @@ class Idle:
 
 
 @dataclass(frozen=True, slots=True)
-class Answered:
-    """The planner's answer to a prompt that nothing was moved for."""
+class Came:
+    """What came of an order."""
 
-    prompt: str
-    answer: Plan | Refusal
+    order: BoundOrder
+    answer: Answer
+
+    @property
+    def refusal(self) -> Refusal | None:
+        """The planner's no, if it said no."""
+        refused = self.answer.data.get("refusal")
+        return Refusal.model_validate(refused) if refused else None
+
+    @property
+    def question(self) -> Refusal | None:
+        """The planner's no where it is a question, which the next sentence answers."""
+        return self.refusal if self.refusal is not None and is_question(self.refusal) else None
 
 
 @dataclass(frozen=True, slots=True)
-class Finished:
-    """An episode is over; `verdict` where the prompt was the task's own and the world can be judged."""
-
-    episode: Episode
-    verdict: Verdict | None
+class Stopped:
+    """What was under way, and is no order, was stopped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +97,16 @@ class Presence:
     away: str
 
 
-News = Began | Idle | Answered | Finished | Went | Loaded | Complaint | Presence | AgentEvent
+News = Began | Idle | Came | Stopped | Went | Loaded | Complaint | Presence | AgentEvent
+
+
+def is_question(refusal: Refusal) -> bool:
+    """Tell whether the planner asks something, which the next sentence answers."""
+    return refusal.code is RefusalCode.AMBIGUOUS
 
 
 class Operator:
-    """Runs prompts, plans, resets and loads on a world.
+    """Has orders, resets and loads carried out in a world.
 
     Args:
         source: The world.
@@ -123,17 +140,28 @@ class Operator:
     # What people click.
 
     def run(self, prompt: str) -> None:
-        """Carry out a prompt."""
-        self._begin(Doing.RUNNING, prompt, lambda: self._episode(prompt, self._work.agent.run))
+        """Carry out a prompt; "stop" stops what is under way."""
+        if says_stop(prompt):
+            self.stop()
+        else:
+            self._begin(Doing.RUNNING, prompt, lambda: self._run(prompt))
 
     def follow(self, plan: Plan) -> None:
         """Carry out a plan as it is."""
         words = ", ".join(map(str, plan.steps))
-        self._begin(Doing.RUNNING, words, lambda: self._episode(plan, self._work.agent.follow))
+        self._begin(Doing.RUNNING, words, lambda: self._carry_out("follow", steps=plan.steps))
 
     def plan(self, prompt: str) -> None:
         """Ask the planner, and move nothing."""
-        self._begin(Doing.PLANNING, prompt, lambda: self.tell(Answered(prompt, self._work.agent.plan(prompt))))
+        self._begin(Doing.PLANNING, prompt, lambda: self._carry_out("plan", prompt=prompt))
+
+    def simulate(self, prompt: str) -> None:
+        """Ask the planner, and try its plan on the twin; this world is left alone."""
+        self._begin(Doing.TRYING, prompt, lambda: self._simulate(prompt))
+
+    def judge(self) -> None:
+        """Tell whether the task has succeeded."""
+        self._begin(Doing.JUDGING, self._work.task.name, lambda: self._carry_out("judge"))
 
     def reset(self, seed: int) -> None:
         """Start over with a seed's layout."""
@@ -201,33 +229,34 @@ class Operator:
         self.tell(Loaded())
 
     @property
-    def _work(self) -> Any:
+    def _work(self) -> Workcell:
         return self.source.workcell
 
-    def _episode(self, order: Any, carry_out: Callable[[Any], Episode]) -> None:
-        work = self._work
+    def _run(self, prompt: str) -> None:
+        """Carry out a prompt, and judge what came of it where it is the task's own."""
+        came, work = self._carry_out("run", prompt=prompt), self._work
+        if came.failure is None and prompt == work.task.prompt and work.judgeable:
+            self._carry_out("judge")
+
+    def _simulate(self, prompt: str) -> None:
+        plan = self._carry_out("plan", prompt=prompt).data["plan"]
+        if plan:
+            self._carry_out("simulate", steps=plan)
+
+    def _carry_out(self, name: str, **arguments: Any) -> Answer:
+        """Carry out an order as one goal, tell what came of it, and return that."""
+        work, order = self._work, bind_order(name, arguments)
         with work.ctx.goal():
             if self._stop.is_set():
                 # A goal forgets what was cancelled before it began.
                 work.ctx.cancel()
-            episode = carry_out(order)
-        if not episode.success:
+            answer = order.carry_out(work)
+        if answer.failure is not None and ORDERS[name].moves:
             self.source.settle()
-        self.tell(Finished(episode, self._verdict(episode)))
+        self.tell(Came(order, answer))
+        return answer
 
-    def _verdict(self, episode: Episode) -> Verdict | None:
-        """Judge the task by its own prompt's outcome; None where that is not known, or was not waited for."""
-        work = self._work
-        if episode.prompt != work.task.prompt:
-            return None
-        try:
-            with work.ctx.goal():
-                verdict: Verdict | None = work.judge()
-        except (CancelledError, UnsupportedError):
-            return None
-        return verdict
-
-    def _begin(self, doing: Doing, what: str, job: Callable[[], None], *, quiet: bool = False) -> bool:
+    def _begin(self, doing: Doing, what: str, job: Callable[[], object], *, quiet: bool = False) -> bool:
         with self._lock:
             if self._doing is not Doing.NOTHING:
                 if not quiet:
@@ -239,9 +268,11 @@ class Operator:
         self.source.order(lambda: self._do(job))
         return True
 
-    def _do(self, job: Callable[[], None]) -> None:
+    def _do(self, job: Callable[[], object]) -> None:
         try:
             job()
+        except CancelledError:
+            self.tell(Stopped())
         except RoboSandboxError as error:
             self.tell(Complaint(" ".join(str(error).split())))
         except Exception as fault:

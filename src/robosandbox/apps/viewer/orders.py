@@ -19,11 +19,10 @@ PATH = "/order"
 # Seeds of NumPy's generators are not negative; JavaScript's numbers are exact up to here.
 _MAX_SEED = 2**53 - 1
 
-# The `onsubmit` of a form whose buttons are named after orders: the button that was pressed says what to do, the fields with
-# what. Orders from one page are sent one after another, so that Stop never passes the Run before it.
+# The `onsubmit` of a form: fields and the button that was pressed, by their names, say what to do and with what. Orders from one page are sent one after another, so that Stop never passes the Run before it.
 SUBMIT = """
 event.preventDefault();
-const order = JSON.stringify({...Object.fromEntries(new FormData(this)), do: event.submitter.value});
+const order = JSON.stringify({...Object.fromEntries(new FormData(this)), [event.submitter.name]: event.submitter.value});
 const answer = this.querySelector('output');
 window.orders = (window.orders ?? Promise.resolve()).then(() => new Promise(done => {
   const line = new WebSocket(location.origin.replace('http', 'ws') + '/order');
@@ -46,7 +45,7 @@ class Order(BaseModel):
 
     model_config: ClassVar[ConfigDict] = ConfigDict(frozen=True, extra="forbid")
 
-    do: Literal["run", "plan", "stop", "reset", "back"]
+    do: Literal["run", "plan", "simulate", "judge", "stop", "reset", "back"]
     prompt: Annotated[str, Field(max_length=MAX_PROMPT_LENGTH)] = ""
     seed: Annotated[int, Field(ge=0, le=_MAX_SEED)] = 0
 
@@ -80,9 +79,13 @@ def obey(order: Order, control: Operator) -> None:
             control.reset(order.seed)
         case "back":
             control.back()
-        case "run" | "plan" if not prompt:
+        case "judge":
+            control.judge()
+        case "run" | "plan" | "simulate" if not prompt:
             control.tell(Complaint("the prompt is empty: say what the robot should do"))
         case "run":
             control.run(prompt)
         case "plan":
             control.plan(prompt)
+        case "simulate":
+            control.simulate(prompt)

@@ -50,10 +50,8 @@ class FailureEvidence(Layer):
                 self._show(error)
             case SkillStarted() | operator.Went() | operator.Loaded() | operator.Began():
                 self.clear()
-            case operator.Answered(_, Refusal(candidates=names)) if self.shown:
+            case operator.Came(refusal=Refusal(candidates=names)) if self.shown:
                 self._name_all(names)
-            case operator.Finished(episode, _) if self.shown and episode.refusal is not None:
-                self._name_all(episode.refusal.candidates)
             case _:
                 pass
 

@@ -10,6 +10,7 @@ from robosandbox.apps.viewer.layers.layer import Layer
 from robosandbox.apps.viewer.operator import News
 from robosandbox.errors import Phase
 from robosandbox.types import Array, Grasp, GraspSearch
+from robosandbox.workcell.orders import Answer
 
 _MOST_SHOWN = 40  # Number of grasps that are drawn. Chosen so that they can be told apart.
 _FINGER, _STEM = 0.035, 0.05
@@ -29,7 +30,7 @@ class GraspCandidates(Layer):
                 self._show(search)
             case PhaseEntered(_, Phase.LIFT) | SkillStarted() | operator.Went() | operator.Loaded():
                 self.clear()
-            case operator.Finished(episode, _) if episode.success:
+            case operator.Came(answer=Answer(failure=None)):
                 self.clear()
             case _:
                 pass

@@ -16,6 +16,10 @@ from robosandbox.types import Pose, Vec3
 
 _STEP_MM = 10.0  # Millimetres of one press at the start. Chosen.
 _TURN_DEG = 5.0  # Degrees of one press. Chosen.
+_WRITTEN = (
+    "Keys and mouse move only a world of this process; this one is {title}. Its hand moves by what is written into the "
+    "prompt: move_to(x=0.2, y=0.1, z=0.3), open_gripper(), close_gripper()."
+)
 Key = Literal["I", "J", "K", "L", "U", "O", "N", "M", "G"]
 
 
@@ -58,9 +62,7 @@ class JogPanel:
         self._closed = False
         gui = server.gui
         if source.teleop is None:
-            gui.add_html(
-                html.block(html.line(f"By hand only in a world of this process; this one is {source.title}.", "grey"))
-            )
+            gui.add_html(html.block(html.line(_WRITTEN.format(title=source.title), "grey")))
             return
         keys = ", ".join(f"{move.key} {move.name.lower()}" for move in MOVES)
         gui.add_html(html.block(html.line(f"Keys: {keys}, G gripper. Objects are dragged with the mouse.", "grey")))

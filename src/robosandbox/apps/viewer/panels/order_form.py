@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 
 from robosandbox.apps.viewer.html import COLOURS
@@ -22,9 +23,11 @@ _STYLE = f"""
 .order button:focus-visible {{ outline: 2px solid {COLOURS["blue"]}; outline-offset: 1px; }}
 .order button[value=run] {{ flex: 2; font-weight: 600; color: #fff; background: {COLOURS["green"]}; border-color: {COLOURS["green"]}; }}
 .order button[value=run]:hover {{ background: #196f3d; }}
-.order button[value=stop], .order button[value=plan] {{ flex: 1; }}
+.order button[value=stop], .order button[value=plan], .order button[value=simulate] {{ flex: 1; }}
 .order div.more label {{ margin: 0 0 0 auto; font-weight: 400; color: {COLOURS["grey"]}; }}
 .order input[name=seed] {{ width: 4.6em; }}
+.order.answers {{ padding-bottom: 0.9em; }}
+.order.answers div {{ flex-wrap: wrap; margin-top: 0; }}
 .order output {{ display: block; color: {COLOURS["red"]}; font-size: 0.92em; margin-top: 0.35em; }}
 .order output:empty {{ display: none; }}
 """
@@ -49,12 +52,26 @@ def order_form(prompt: str) -> str:
   placeholder="What the robot should do">
 <div><button name="do" value="run" title="Enter does the same">Run</button>
 <button name="do" value="plan" title="Shows the plan and moves nothing">Plan</button>
+<button name="do" value="simulate" title="Tries the plan on the twin and moves nothing">Try</button>
 <button name="do" value="stop" title="The arm holds where it is">Stop</button></div>
 <div class="more"><button name="do" value="back" title="Back to before the last thing that changed the world">Step back</button>
+<button name="do" value="judge" title="Has the task succeeded since the last reset?">Judge</button>
 <label for="seed">Seed</label><input id="seed" name="seed" type="number" value="0" min="0" step="1"
   title="The layout that Reset makes; 0 is the task as written">
 <button name="do" value="reset" title="Starts over with the seed's layout">Reset</button></div>
 <output></output></form>"""
+
+
+def answer_form(answers: Sequence[str], do: str) -> str:
+    """Return a form with a button for each answer to a question.
+
+    Args:
+        answers: What can be said; escaped here.
+        do: What is asked for with the answer.
+    """
+    buttons = "".join(f'<button name="prompt" value="{escape(one)}">{escape(one)}</button>' for one in answers)
+    return f"""<form class="order answers" onsubmit="{escape(SUBMIT)}"><input type="hidden" name="do" value="{do}">
+<label>Answer here, in words, or with a click in the scene</label><div>{buttons}</div><output></output></form>"""
 
 
 def mood(moving: bool) -> str:

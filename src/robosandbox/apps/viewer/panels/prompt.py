@@ -6,11 +6,18 @@ import viser
 
 from robosandbox.agent import episode as events
 from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.operator import Doing, News, Operator
+from robosandbox.apps.viewer.operator import Came, Doing, News, Operator
+from robosandbox.apps.viewer.outcome import STOPPED, Line, calls, told
 from robosandbox.apps.viewer.panels.order_form import mood, order_form
-from robosandbox.types import Plan, Refusal, SkillCall
+from robosandbox.error_codes import ErrorCode
 
-_SIGNS = {"waiting": ("·", "grey"), "running": ("▶", "blue"), "done": ("✓", "green"), "failed": ("✗", "red")}
+_SIGNS = {
+    "waiting": ("·", "grey"),
+    "running": ("▶", "blue"),
+    "done": ("✓", "green"),
+    "failed": ("✗", "red"),
+    "stopped": ("■", "grey"),
+}
 
 
 class PromptPanel:
@@ -31,7 +38,12 @@ class PromptPanel:
         self._head = ""
         self._phase = ""
         self._away = ""
-        self._said: tuple[str, str] | None = None
+        self._said: list[Line] = []
+        self._tried = False
+        self._note = ""
+        # What was said before, from the sentence that a question was asked about on, and the question that is open.
+        self._before: list[str] = []
+        self._question = ""
         self._draw()
 
     def hear(self, news: News) -> None:
@@ -43,28 +55,32 @@ class PromptPanel:
         """Take what the operator does; say whether it was that."""
         match news:
             case operator.Began(doing, what):
-                self._phase, self._said = "", None
-                if doing in (Doing.RUNNING, Doing.PLANNING):
-                    self._head, self._steps = what, []
+                self._phase = ""
+                if doing in (Doing.RUNNING, Doing.PLANNING, Doing.TRYING):
+                    self._before = [*self._before, self._head, self._question] if self._question else []
+                    self._question = ""
+                    self._head, self._steps, self._note, self._tried = f"“{what}”", [], "", False
+                self._said = self._asked()
             case operator.Idle():
                 self._phase = ""
-            case operator.Answered(_, answer):
-                self._answer(answer)
-            case operator.Finished(episode, verdict):
-                self._said = _outcome(episode, verdict)
+            case Came():
+                self._take_what_came(news)
+                self._question = news.question.message if news.question else self._question
+            case operator.Stopped():
+                self._said = [STOPPED]
             case operator.Went(how):
-                self._steps, self._head, self._said = [], "", (how, "grey")
+                self._clear((how, "grey"))
             case operator.Loaded():
                 task = self._control.source.workcell.task
                 self._form.content = order_form(task.prompt)
-                self._steps, self._head, self._said = [], "", (f"loaded {task.name}", "grey")
+                self._clear((f"loaded {task.name}", "grey"))
             case operator.Presence(away):
                 self._away = away
             case operator.Complaint(message):
                 if self._control.doing is Doing.NOTHING:
                     # It is about what was just asked for, and not about the order that is over.
-                    self._steps, self._head = [], ""
-                self._said = (message, "red")
+                    self._steps, self._head, self._note = [], "", ""
+                self._said = [*self._asked(), (message, "red")]
             case _:
                 return False
         return True
@@ -73,31 +89,53 @@ class PromptPanel:
         """Take what the robot does; say whether it was that."""
         match news:
             case events.Planned(plan, replan):
-                self._answer(plan)
+                self._steps, self._note = [(str(call), "waiting") for call in plan.steps], plan.note
                 self._phase = "planned anew" if replan else "planned"
             case events.SkillStarted(call, index, _):
                 self._steps[index] = (str(call), "running")
             case events.PhaseEntered(_, phase):
                 self._phase = phase
             case events.SkillEnded(call, result):
-                self._mark(call, "done")
+                self._mark(str(call), "done")
                 self._steps += [(effect, "waiting") for effect in result.side_effects]
             case events.SkillFailed(call, error):
-                self._mark(call, "failed")
-                self._said = (f"{call} at {error.phase}: {error.message}", "red")
+                if error.code == ErrorCode.CANCELLED:
+                    self._mark(str(call), "stopped")
+                else:
+                    self._mark(str(call), "failed")
+                    self._said = [(f"{call} at {error.phase}: {error.message}", "red")]
             case _:
                 return False
         return True
 
-    def _answer(self, answer: Plan | Refusal) -> None:
-        if isinstance(answer, Refusal):
-            self._steps, self._said = [], (f"refused ({answer.code}): {answer.message}", "amber")
-        else:
-            self._steps = [(str(call), "waiting") for call in answer.steps]
+    def _asked(self) -> list[Line]:
+        """Return the question that is open still, if one is."""
+        return [(self._question, "amber")] if self._question else []
 
-    def _mark(self, call: SkillCall, state: str) -> None:
+    def _clear(self, said: Line) -> None:
+        self._steps, self._head, self._note, self._said = [], "", "", [said]
+        self._before, self._question = [], ""
+
+    def _take_what_came(self, came: Came) -> None:
+        data, said = came.answer.data, told(came)
+        match came.order.name:
+            case "plan":
+                self._steps, self._note = [(call, "waiting") for call in calls(data)], data.get("note", "")
+            case "simulate":
+                self._tried = True
+                for call in data.get("would_work", ()):
+                    self._mark(call, "done", before="waiting")
+                self._mark(data.get("would_fail", ""), "stopped" if STOPPED in said else "failed", before="waiting")
+            case "judge":
+                # After a prompt the verdict stands below what came of it.
+                said = self._said + said
+            case _:
+                pass
+        self._said = said
+
+    def _mark(self, call: str, state: str, *, before: str = "running") -> None:
         for index, (what, was) in enumerate(self._steps):
-            if was == "running" and what == str(call):
+            if was == before and what == call:
                 self._steps[index] = (what, state)
                 return
 
@@ -111,26 +149,16 @@ class PromptPanel:
             lines.append(html.line(f"{doing}{': ' + self._phase if self._phase else ''}", "blue", bold=True, mark="●"))
         elif not self._away:
             lines.append(html.line("ready", "grey", mark="●"))
+        lines += [html.line(text, "grey") for text in self._before if text]
         if self._head:
-            lines.append(html.line(f"“{self._head}”", bold=True))
+            lines.append(html.line(self._head, bold=True))
         if self._steps:
-            lines.append(html.heading("Plan"))
+            lines.append(html.heading("Tried on the twin" if self._tried else "Plan"))
             for what, state in self._steps:
                 sign, colour = _SIGNS[state]
                 lines.append(html.line(what, colour, bold=state == "running", mark=sign))
-        if self._said is not None:
-            text, colour = self._said
-            lines += [html.heading("Outcome"), html.line(text, colour)]
+        if self._note:
+            lines.append(html.line(self._note, "grey"))
+        if self._said:
+            lines += [html.heading("Outcome"), *(html.line(text, colour) for text, colour in self._said)]
         self._board.content = html.block(*lines)
-
-
-def _outcome(episode: events.Episode, verdict: object) -> tuple[str, str]:
-    judged = getattr(verdict, "success", None)
-    if episode.refusal is not None and not episode.attempts:
-        return f"refused ({episode.refusal.code}): {episode.refusal.message}", "amber"
-    if not episode.success:
-        return f"{episode.final_reason.replace('_', ' ')}: {episode.final_detail}", "red"
-    if episode.answer:
-        return episode.answer, "green"
-    seen = "" if judged is None else "; judged on the simulated state: " + ("success" if judged else "no success")
-    return f"done: {episode.final_detail}{seen}", "red" if judged is False else "green"

@@ -14,6 +14,7 @@ from robosandbox.apps.viewer.operator import Doing, News, Operator
 from robosandbox.error_codes import ErrorCode
 from robosandbox.errors import ErrorRecord, Repair
 from robosandbox.types import Plan
+from robosandbox.workcell.orders import ORDERS
 
 # Of the evidence, what is in metres whatever the error.
 _LENGTHS = frozenset(
@@ -54,11 +55,11 @@ class RepairsPanel:
             case SkillFailed(_, error):
                 # What a person stopped needs no repair.
                 self._error = None if error.code == ErrorCode.CANCELLED else error
-            case operator.Began(Doing.RUNNING | Doing.PLANNING, _) | operator.Went() | operator.Loaded():
+            case operator.Began(Doing.RUNNING | Doing.PLANNING | Doing.TRYING, _) | operator.Went() | operator.Loaded():
                 self._error = None
                 self._show()
-            case operator.Finished(episode, _):
-                self._error = None if episode.success else self._error
+            case operator.Came(order, answer) if ORDERS[order.name].moves:
+                self._error = None if answer.failure is None else self._error
                 self._show()
             case _:
                 pass

@@ -16,6 +16,7 @@ from robosandbox.apps.viewer.html import COLOURS, number
 from robosandbox.apps.viewer.operator import Doing, News
 from robosandbox.apps.viewer.source import Blueprint, Frame
 from robosandbox.apps.viewer.timeline import Phase, Recording, Timeline
+from robosandbox.error_codes import ErrorCode
 from robosandbox.types import Array
 
 # Seconds between drawings. Chosen: each is some 15 kB of SVG; four a second read as live and cost a browser little.
@@ -113,7 +114,7 @@ class StripPanel:
                 self._timeline.enter(what)
             case events.PhaseEntered(_, phase):
                 self._timeline.enter(phase)
-            case events.SkillFailed():
+            case events.SkillFailed(_, error) if error.code != ErrorCode.CANCELLED:
                 self._timeline.fail()
             case _:
                 pass

@@ -42,7 +42,8 @@ class RemoteContext(GoalContext):
         Raises:
             SkillError: The sim is busy, or refuses.
         """
-        return self._robot.order("simulate", steps=[call.model_dump(mode="json") for call in plan.steps])
+        steps = [call.model_dump(mode="json") for call in plan.steps]
+        return self._robot.order("simulate", stop=self._cancelled, steps=steps)
 
     def _allow(self, timeout: float | None) -> None:
         self._timeout = self._left = timeout

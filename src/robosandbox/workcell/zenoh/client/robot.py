@@ -208,12 +208,15 @@ class RemoteRobot:
             raise
         return goal
 
-    def order(self, name: str, *, timeout: float | None = None, **arguments: Any) -> dict[str, Any]:
+    def order(
+        self, name: str, *, timeout: float | None = None, stop: threading.Event | None = None, **arguments: Any
+    ) -> dict[str, Any]:
         """Have the sim carry out an order with its own planner, and return what came of it.
 
         Args:
             name: `run`, `plan`, `follow`, `achieve`, `check`, `simulate` or `judge`.
             timeout: Simulated seconds after which it is stopped.
+            stop: Stops it when it is set.
             arguments: What it takes, as `prompt` or `goals`.
 
         Raises:
@@ -222,7 +225,9 @@ class RemoteRobot:
         goal = self.send(name, arguments, timeout=timeout)
         try:
             for _ in goal.follow():
-                pass
+                if stop is not None and stop.is_set():
+                    self.cancel(goal)
+                    stop = None
         finally:
             self.forget(goal)
         if goal.goal.answer is None:
