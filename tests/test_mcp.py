@@ -373,6 +373,37 @@ def test_a_client_works_in_a_sim_process_through_the_server() -> None:
     asyncio.run(visit())
 
 
+async def _converses_reaches_goals_and_goes_back(client: Client) -> None:
+    """What every other mouth can do, too: answers, calls, goals, hand moves, the way back."""
+    asked = await client.call_tool("run", {"prompt": "pick up the cube"})
+    assert asked.is_error and structured(asked)["refusal"]["candidates"] == ["red_cube", "green_cube", "blue_cube"]
+    answered = structured(await client.call_tool("run", {"prompt": "the left one"}))
+    assert [step["call"] for step in answered["done"]] == ["pick(object=blue_cube)"]
+    assert structured(await client.call_tool("undo"))["undone"] == "the left one"
+    steps = [{"skill": "move_to", "arguments": {"x": 0.2, "y": 0.1, "z": 0.3}}]
+    assert structured(await client.call_tool("check", {"steps": steps}))["ok"]
+    assert structured(await client.call_tool("follow", {"steps": steps}))["success"]
+    assert structured(await client.call_tool("achieve", {"goals": ["holding(green_cube)"]}))["success"]
+    assert structured(await client.call_tool("judge"))["success"]
+    assert structured(await client.call_tool("run", {"prompt": "holding(green_cube)"}))["answer"].startswith("It is so")
+    assert structured(await client.call_tool("reset", {"seed": 0}))["seed"] == 0
+    assert structured(await client.call_tool("run", {"prompt": "open_gripper(), home()"}))["success"]
+
+
+@pytest.mark.parametrize("way", ["stdio", "http", "connect"])
+def test_a_client_converses_reaches_goals_moves_the_hand_and_goes_back(way: str) -> None:
+    async def visit() -> None:
+        if way != "connect":
+            async with WAYS[way]("--task", "pick_from_three") as client:
+                await _converses_reaches_goals_and_goes_back(client)
+            return
+        with sim_process("--task", "pick_from_three", "--pace", "fast") as endpoint:
+            async with over_stdio("--connect", endpoint) as client:
+                await _converses_reaches_goals_and_goes_back(client)
+
+    asyncio.run(visit())
+
+
 @contextlib.contextmanager
 def sim_process(*arguments: str) -> Iterator[str]:
     with socket.socket() as free:

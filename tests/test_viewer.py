@@ -1064,7 +1064,7 @@ def test_the_page_says_that_the_process_with_the_world_went_away() -> None:
 def test_a_connected_viewer_says_when_its_sim_goes_away(capsys: pytest.CaptureFixture[str]) -> None:
     with (
         SimProcess("--task", "home") as sim,
-        viewer_command._there(Connection(connect=[sim.endpoint]), USUAL) as (source, _, link),
+        viewer_command._connected_source(Connection(connect=[sim.endpoint]), USUAL) as (source, _, link),
     ):
         viewer = Viewer(source, 0)
         prompt = next(item for item in viewer._hearing if isinstance(item, PromptPanel))
