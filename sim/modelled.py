@@ -184,8 +184,14 @@ class SafeModelled(SafeSimulated):
             FaultError: Nothing moves before `recover`.
         """
         self.safety.begin()
+        self.safety.moving()
+        try:
+            self._modelled.replay(controls, push)
+        except BaseException as error:
+            self._broken_off(error)
+            raise
         self._last = None
-        self._modelled.replay(controls, push)
+        self.safety.arrived()
 
     def fork(self) -> Modelled:
         """Return a copy that shares the model and nothing that moves, not even the limits."""

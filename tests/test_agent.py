@@ -33,10 +33,13 @@ class Clock:
         self.loop = ControlLoop()
         self.guards = self.loop.guards
         self.subscribe = self.loop.subscribe
-        none = np.zeros(0)
-        bounds = {"lower": none, "upper": none, "velocity_limits": none, "acceleration_limits": none}
+        one = np.ones(1)
+        bounds = {"lower": -one, "upper": one, "velocity_limits": one, "acceleration_limits": one}
         self.spec = SimpleNamespace(limits=None, name="nothing", files=None, **bounds)
         self.capabilities = Capabilities(clock="simulated")
+
+    def state(self) -> SimpleNamespace:
+        return SimpleNamespace(time=self.time, q=np.zeros(1), qd=np.zeros(1))
 
     def stop(self) -> None:
         pass
