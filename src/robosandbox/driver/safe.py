@@ -13,6 +13,7 @@ from robosandbox.driver.clamps import Clamps
 from robosandbox.driver.passing import PassingDriver
 from robosandbox.driver.protocols import Driver, Guard, Refereed, Simulated
 from robosandbox.driver.safety import Safety
+from robosandbox.errors import LimitError
 
 if TYPE_CHECKING:
     from robosandbox.types import Array, Scene, Trajectory, Truth
@@ -155,8 +156,12 @@ class SafeDriver(PassingDriver):
         # What asks to end a motion, as a cancel, is left for the next one to hear.
         self._braking = True
         try:
-            while self.safety.mode == "stopping":
-                self._inner.wait(self.control_timestep)
+            while self.safety.is_stopping:
+                try:
+                    self._inner.wait(self.control_timestep)
+                except LimitError:
+                    # It brakes against something: it was told to stop where it is now, and is to stand there in time.
+                    continue
         finally:
             self._braking = False
 

@@ -56,7 +56,8 @@ class Safety:
         self.fault: str = ""
         self.stopped_after: float | None = None
         self._evidence: LimitEvidence | None = None
-        self._stop_began = 0.0
+        # When the arm was told to stop, by the driver's time; None where it has stood since, or moves again.
+        self._stop_began: float | None = None
         self._ticked_at = 0.0
         if driver.spec.limits is not None:
             self.limit(driver.spec.limits)
@@ -150,7 +151,7 @@ class Safety:
 
     def moving(self) -> None:
         """Take note that the arm moves; a stop that it was in is over."""
-        self.mode = "moving"
+        self.mode, self._stop_began = "moving", None
 
     def arrived(self) -> None:
         """Take note that the motion has ended."""
@@ -164,9 +165,15 @@ class Safety:
         self._stop_began = self._driver.time
         self.stopped_after = None
 
+    @property
+    def is_stopping(self) -> bool:
+        """Whether the arm was told to stop, and has not been seen to stand since."""
+        return self._stop_began is not None
+
     def anew(self) -> None:
         """Take note that the world was put into another state: faults and stops of the one before are over."""
         self.mode, self.fault, self._evidence, self.stopped_after = "ready", "", None, None
+        self._stop_began = None
 
     def recover(self) -> None:
         """End a fault, somebody having looked after it.
@@ -188,18 +195,17 @@ class Safety:
 
     def ticked(self) -> SkillError | None:
         """Return why the arm has to hold, or None; called after every control tick."""
-        if self.mode == "stopping":
-            self._watch_stop()
-            if self.fault:
-                return self._error(self.fault)
+        was = self.fault
+        if self._stop_began is not None:
+            self._watch_stop(self._stop_began)
         elif self.mode == "moving":
-            was = self.fault
             self._check_host()
             self._check_link()
-            if self.fault != was:
-                return self._error(f"{self.fault}; the arm holds, and nothing moves before recover() is called")
+        if self.fault != was:
+            return self._error(f"{self.fault}; nothing moves before recover() is called")
         for guard in self._workspaces:
-            if (error := guard()) is not None:
+            # An arm that brakes outside is on its way to a stop already.
+            if (error := guard()) is not None and self._stop_began is None:
                 return self._at(error)
         if self._force is not None and (error := self._force()) is not None:
             return self._at(error)
@@ -210,13 +216,15 @@ class Safety:
     def _at(self, error: SkillError) -> SkillError:
         return error if self.phase is None else error.at(self.phase)
 
-    def _watch_stop(self) -> None:
-        speed, gone = self._speed(), self._driver.time - self._stop_began
+    def _watch_stop(self, began: float) -> None:
+        speed, gone = self._speed(), self._driver.time - began
         if speed < TOLERANCES.still:
-            self.mode, self.stopped_after = "stopped", gone
+            self._stop_began, self.stopped_after = None, gone
+            if not self.fault:
+                self.mode = "stopped"
         elif gone > self.stop_deadline:
             self._failed(
-                "fault",
+                "lost" if self.mode == "lost" else "fault",
                 f"the arm was told to stop {gone:.2f} s ago and moves at {speed:.3g} rad/s (or m/s); it has to stand, below "
                 f"{TOLERANCES.still:g}, within {self.stop_deadline:.2f} s",
                 "speed after a stop, rad/s or m/s",
@@ -256,7 +264,8 @@ class Safety:
         return float(np.abs(self._driver.state().qd).max())
 
     def _failed(self, mode: Literal["fault", "lost"], why: str, quantity: str, value: float, most: float) -> None:
-        self.mode, self.fault = mode, why
+        # A stop that is not over is no longer waited for.
+        self.mode, self.fault, self._stop_began = mode, why, None
         self._evidence = LimitEvidence(quantity=quantity, value=value, low=0.0, high=most)
         _log.error("%s: %s", self._driver.spec.name, why)
 

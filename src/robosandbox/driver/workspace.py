@@ -10,9 +10,9 @@ from robosandbox.types import Workspace
 # How far outside a TCP may be, metres; chosen well above the 0.6 mm by which the bundled arm was measured to leave its
 # planned path, for arms with weaker servos; the line itself is the planner's business.
 TOLERANCE = 0.01
-# How much farther out a TCP has to come to be stopped again, metres; chosen far below the 1 mm that it moves in a tick
-# at 0.1 m/s, and far above rounding.
-_PROGRESS = 1e-4
+# How much farther out than it was let be a TCP has to come to be stopped again, metres; chosen as a fifth of that, above what
+# encoders' noise of 0.2 mrad makes of a TCP that stands (0.4 mm).
+_PROGRESS = 0.2 * TOLERANCE
 AXES = "xyz"
 
 
@@ -27,6 +27,7 @@ class WorkspaceGuard:
     def __init__(self, sim: Driver, workspace: Workspace) -> None:
         self._sim = sim
         self._workspace = workspace
+        # How far outside it was let be: where it was told of, or came back to since.
         self._outside: dict[str, float] = {}
         self._time = 0.0
 
@@ -40,8 +41,9 @@ class WorkspaceGuard:
         for axis, value in zip(AXES, state.tcp_pose.xyz, strict=True):
             now = _outside(axis, value, self._workspace)
             before = self._outside.get(axis, now)
-            self._outside[axis] = now
+            self._outside[axis] = min(now, before)
             if now > max(TOLERANCE, before + _PROGRESS):
+                self._outside[axis] = now
                 return violation("the tool centre point", axis, value, self._workspace, TOLERANCE, Phase.APPROACH)
         return None
 
