@@ -401,7 +401,7 @@ def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch)
 
 @pytest.mark.gl
 def test_the_robot_is_masked_without_drawing_it(session):
-    sim = session.sim
+    sim = backend(session.sim)
     seen = sim.capture("scene")
     silhouette = RobotMask(RobotShapes(sim.model, sim.robot))
     silhouette.place(seen.q, seen.gripper_q)
