@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Self
 
-from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.agent.goal import GoalContext
-from robosandbox.agent.sliding import SlideGuard, slides_under
-from robosandbox.agent.workspace import WorkspaceGuard, check_call
-from robosandbox.driver import Driver, Guard, require
-from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, LimitError, Phase, Repair, SkillError
+from robosandbox.driver import Driver, Safety, made_safe
+from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
+from robosandbox.grasp.hand import FRICTION
 from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.motion.protocols import MotionPlanner
@@ -21,10 +18,12 @@ from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.protocols import Glancing, Perception
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import Executor
+from robosandbox.skills.primitives.sliding import slides_under
 from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, SkillResult, Tempo, force_limits
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure
-from robosandbox.world.operators import BoundCall
+from robosandbox.world.operators import BoundCall, meant_by
+from robosandbox.world.workspace import check_call
 
 _log = logging.getLogger(__name__)
 # Failures that a sidecar with a wrong joint list, home, tool centre point, gripper or base brings about.
@@ -55,6 +54,7 @@ class AgentContext(GoalContext):
         advise: Whether a failure on a robot with a sidecar of its own names what static checks find wrong with the sidecar.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         tempo: How fast the arm goes.
+        safety: Of the driver that `sim` is a view of; where it is left out, `sim` is put behind its robot's limits.
         phase: The phase that began last.
         seen: What perception saw when it last looked.
     """
@@ -68,47 +68,26 @@ class AgentContext(GoalContext):
     advise: bool = True
     limits: Limits | None = None
     tempo: Tempo = DEFAULT_TEMPO
+    safety: Safety | None = field(default=None, repr=False)
     phase: str = field(default=Phase.CHECK, init=False)
     seen: ObservedScene | None = field(default=None, init=False, repr=False)
-    _force: ForceGuard | None = field(default=None, init=False, repr=False)
-    _sliding: SlideGuard | None = field(default=None, init=False, repr=False)
+    _safety: Safety = field(init=False, repr=False)
+    _tells_apart: bool = field(default=False, init=False, repr=False)
     _started: float = field(default=0.0, init=False, repr=False)
     _deadline: float | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if self.safety is None:
+            safe = made_safe(self.sim)
+            self.sim, self.safety = safe, safe.safety
+        self._safety = self.safety
+        self._safety.phase = Phase(self.phase)
+        if self.limits is not None:
+            self._safety.limit(self.limits)
+        # Who is not told what is touched cannot mean to touch it.
+        self._tells_apart = self.sim.capabilities.contact == "named"
+        self._safety.expect(() if self._tells_apart else None)
         self.sim.guards.append(self._ended)
-        for limits in self._all_limits():
-            if limits.workspace is not None:
-                self.sim.guards.append(self._now(WorkspaceGuard(self.sim, limits.workspace)))
-        has = self.sim.capabilities
-        if has.contact is not None or has.wrist_wrench:
-            self._force = ForceGuard(self.sim, *force_limits(*self._all_limits()))
-            self.sim.guards.append(self._now(self._force))
-            if has.contact == "named":
-                self._sliding = SlideGuard(self.sim)
-                self.sim.guards.append(self._now(self._sliding))
-            return
-        for limits in self._all_limits():
-            force = limits.max_force_n or limits.max_unintended_force_n
-            if force is not None:
-                require(
-                    self.sim, "contact", f"limits.max_force_n, {force:g} N, is kept with it, or with a wrist_wrench"
-                )
-        _log.warning(
-            "force: the driver of %s tells neither contact nor a wrench at the wrist, so that no limit of force is kept",
-            self.sim.spec.name,
-        )
-
-    def _now(self, guard: Callable[[], LimitError | None]) -> Guard:
-        """Return a guard whose errors name the phase that the arm is in."""
-
-        def check() -> LimitError | None:
-            error = guard()
-            if error is not None:
-                error.at(Phase(self.phase))
-            return error
-
-        return check
 
     @property
     def max_force_n(self) -> float:
@@ -158,14 +137,13 @@ class AgentContext(GoalContext):
         Raises:
             LimitError: It leads outside.
         """
-        if self._force is not None:
-            held = self.seen.held if self.seen else None
-            meant = meant_by(call, held)
-            self._force.mean(meant)
-            if self._sliding is not None:
-                # What only moves the arm, as going home, gets out of wherever it is.
-                named = {*meant, *(value for value in call.arguments.values() if isinstance(value, str))}
-                self._sliding.keep(slides_under(self.planning, self.seen, named) if meant and self.seen else {})
+        held = self.seen.held if self.seen else None
+        meant = meant_by(call, held)
+        # What only moves the arm, as going home, gets out of wherever it is.
+        named = {*meant, *(value for value in call.arguments.values() if isinstance(value, str))}
+        keeps = self._tells_apart and meant and self.seen
+        slides = slides_under(self.planning, self.seen, named) if keeps and self.seen else {}
+        self._safety.expect(meant if self._tells_apart else None, slides, FRICTION)
         for limits in self._all_limits():
             if limits.workspace is not None:
                 check_call(call.call, self.look(), limits.workspace)
@@ -229,6 +207,7 @@ class AgentContext(GoalContext):
             GoalTimeoutError: The deadline passed.
         """
         self.phase = phase
+        self._safety.phase = Phase(phase)
         ended = self._ended()
         if ended is not None:
             raise ended

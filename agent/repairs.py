@@ -24,7 +24,14 @@ _MOST_TRIED = 16
 _MOVED = 0.010
 # Ends of a call that say nothing of the world.
 _NO_FAILURE = frozenset(
-    {ErrorCode.CANCELLED, ErrorCode.GOAL_TIMEOUT, ErrorCode.INTERNAL, ErrorCode.BUSY, ErrorCode.CONNECTION_LOST}
+    {
+        ErrorCode.CANCELLED,
+        ErrorCode.GOAL_TIMEOUT,
+        ErrorCode.INTERNAL,
+        ErrorCode.BUSY,
+        ErrorCode.CONNECTION_LOST,
+        ErrorCode.FAULT,
+    }
 )
 
 

@@ -32,7 +32,10 @@ PARTS = {
     "forces and guards": (
         "sim/pressing.py:",
         "sim/simulation.py:force",
-        "agent/force.py:",
+        "driver/force.py:",
+        "driver/sliding.py:",
+        "driver/safety.py:",
+        "driver/safe.py:_after_tick",
         "agent/context.py:_ended",
         "driver/bare.py:ticked",
         "skills/primitives/loads.py:",

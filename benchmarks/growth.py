@@ -28,7 +28,7 @@ from support.processes import SimProcess
 
 from robosandbox import open_session
 from robosandbox.driver import Driver
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import modelled
 from robosandbox.sim.saved_state import continue_from
 from robosandbox.types import Plan, Pose, Scene, SceneObject, SkillCall
 from robosandbox.workcell.recording.settings import RecordSettings, open_recorder
@@ -224,10 +224,10 @@ def _pictures(sim: Driver, names: Sequence[str]) -> None:
 
 def _step_ms(sim: Driver, steps: int) -> float:
     """Return the CPU of a bare physics step from where a world is, ms; the world itself stays."""
-    assert isinstance(sim, MuJoCoBackend)
-    data = mujoco.MjData(sim.model)
-    continue_from(sim.model, data, sim.snapshot())
-    return cpu_ms(partial(mujoco.mj_step, sim.model, data, steps)) / steps
+    world = modelled(sim, "its bare physics is timed")
+    data = mujoco.MjData(world.model)
+    continue_from(world.model, data, world.snapshot())
+    return cpu_ms(partial(mujoco.mj_step, world.model, data, steps)) / steps
 
 
 def _cpu_of(pid: int) -> float:

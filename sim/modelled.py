@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import mujoco
 
-from robosandbox.driver import Driver, Simulated
+from robosandbox.driver import Driver, SafeSimulated, Simulated, face_of
 from robosandbox.errors import UnsupportedError
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
@@ -97,6 +97,105 @@ class Modelled(Simulated, Protocol):
     def fork(self) -> Modelled:
         """Return a copy that shares the model and nothing that moves."""
         ...
+
+
+@face_of(Modelled)
+class SafeModelled(SafeSimulated):
+    """A simulated world with a MuJoCo model, behind its robot's limits."""
+
+    def __init__(self, inner: Modelled) -> None:
+        super().__init__(inner)
+        self._modelled = inner
+
+    @property
+    def world(self) -> World:
+        """The compiled scene."""
+        return self._modelled.world
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled model."""
+        return self._modelled.model
+
+    @property
+    def robot(self) -> Robot:
+        """The robot bound to the model."""
+        return self._modelled.robot
+
+    @property
+    def compilations(self) -> int:
+        """How often a model was compiled."""
+        return self._modelled.compilations
+
+    @property
+    def sidecar(self) -> Sidecar:
+        """The robot's roles, as written or inferred."""
+        return self._modelled.sidecar
+
+    @property
+    def body_names(self) -> Sequence[str]:
+        """What people call each body."""
+        return self._modelled.body_names
+
+    @property
+    def object_bodies(self) -> Mapping[str, int]:
+        """Body ids of the objects."""
+        return self._modelled.object_bodies
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras."""
+        return self._modelled.cameras
+
+    @property
+    def render_size(self) -> tuple[int, int]:
+        """(height, width) of camera pictures, pixels."""
+        return self._modelled.render_size
+
+    @property
+    def controls(self) -> Array:
+        """What is commanded to the actuators now, shape (actuators,)."""
+        return self._modelled.controls
+
+    def camera_in_model(self, name: str) -> str:
+        """Return what the model calls a camera."""
+        return self._modelled.camera_in_model(name)
+
+    def log(self, capacity: int) -> StepRecorder:
+        """Return a log that can take down this world's state."""
+        return self._modelled.log(capacity)
+
+    def held(self) -> str | None:
+        """Return the object that both sides of the gripper touch."""
+        return self._modelled.held()
+
+    def contact_forces(self) -> list[tuple[float, int, int]]:
+        """Return normal force, N, and body ids of every contact of the robot."""
+        return self._modelled.contact_forces()
+
+    def contacts_around(self, carried: Iterable[str] = ()) -> list[tuple[str, str, float]]:
+        """Return (link or carried object, what it touches, N) of the robot and of these objects."""
+        return self._modelled.contacts_around(carried)
+
+    def replay(self, controls: Array, push: Array | None = None) -> None:
+        """Let one control tick pass with recorded commands, which are sent as they are; limits of place and force are kept.
+
+        Raises:
+            FaultError: Nothing moves before `recover`.
+        """
+        self.safety.begin()
+        self.safety.moving()
+        try:
+            self._modelled.replay(controls, push)
+        except BaseException as error:
+            self._broken_off(error)
+            raise
+        self._last = None
+        self.safety.arrived()
+
+    def fork(self) -> Modelled:
+        """Return a copy that shares the model and nothing that moves, not even the limits."""
+        return self._modelled.fork()
 
 
 def modelled(driver: Driver, purpose: str) -> Modelled:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from robosandbox.agent import episode as events
@@ -13,7 +14,7 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode, FinalReason
 from robosandbox.agent.protocols import Attempt
-from robosandbox.driver import ControlLoop, Driver
+from robosandbox.driver import Capabilities, ControlLoop, Driver, Guard
 from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, PushError, SkillError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
@@ -32,13 +33,21 @@ class Clock:
         self.loop = ControlLoop()
         self.guards = self.loop.guards
         self.subscribe = self.loop.subscribe
-        self.spec = SimpleNamespace(limits=None, name="nothing", files=None)
-        self.capabilities = SimpleNamespace(contact=None, wrist_wrench=False)
+        one = np.ones(1)
+        bounds = {"lower": -one, "upper": one, "velocity_limits": one, "acceleration_limits": one}
+        self.spec = SimpleNamespace(limits=None, name="nothing", files=None, **bounds)
+        self.capabilities = Capabilities(clock="simulated")
 
-    def step(self, seconds: float) -> None:
+    def state(self) -> SimpleNamespace:
+        return SimpleNamespace(time=self.time, q=np.zeros(1), qd=np.zeros(1))
+
+    def stop(self) -> None:
+        pass
+
+    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
         for _ in range(round(seconds / 0.01)):
             self.time += 0.01
-            self.loop.ticked(lambda: None)
+            self.loop.ticked(self.stop, guards)
 
 
 class Eyes:
@@ -59,7 +68,7 @@ class Act(Skill):
     def run(self, ctx: SkillContext) -> SkillResult:
         """Act."""
         ctx.enter("approach")
-        cast(Clock, ctx.sim).step(1.0)
+        ctx.sim.wait(1.0)
         outcome = self.outcomes.pop(0) if self.outcomes else None
         if outcome:
             raise outcome
@@ -214,7 +223,7 @@ def test_deadline_stops_a_skill_with_the_time_it_took() -> None:
     assert ep.final_reason is FinalReason.TIMED_OUT and len(ep.steps) == 1
     error = ep.attempts[0].error
     assert isinstance(error, GoalTimeoutError) and error.evidence
-    cast(Clock, ctx.sim).step(5.0)
+    ctx.sim.wait(5.0)
 
 
 def test_cancel_before_a_goal_does_not_reach_it() -> None:

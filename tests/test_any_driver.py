@@ -108,7 +108,7 @@ def test_what_hardware_lacks_is_answered_in_one_line(sim: SimProcess, ask: str, 
 def test_a_picture_of_a_driver_without_cameras_is_refused_by_name() -> None:
     loader = TaskLoader(WorkcellOptions(task=_TASK, driver="hardware", perception="rgbd"))
     host = loader.first()
-    host.sim._capabilities = replace(host.sim.capabilities, cameras={})  # type: ignore[attr-defined]
+    host.sim._inner._capabilities = replace(host.sim.capabilities, cameras={})  # type: ignore[attr-defined]
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     session, _ = open_listener(endpoint)
     with session, SimServer(host, session, robot_id="arm-1", load=loader.load), connect(endpoint) as client:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.behind import backend
 
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.change_detection import Reference, changed, disparity_of, table_disparity
@@ -175,7 +176,7 @@ def test_what_is_nudged_between_two_looks_is_seen_where_it_is():
         address = sim.model.joint(
             next(n for n in map(lambda k: sim.model.joint(k).name, range(sim.model.njnt)) if cube in n)
         )
-        sim._live.qpos[address.qposadr[0]] += 0.02
+        backend(sim)._live.qpos[address.qposadr[0]] += 0.02
         sim.wait(0.1)
         moved = ctx.look(cube).find(cube).pose
         truth = sim.truth().objects[cube].pose

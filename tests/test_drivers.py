@@ -14,10 +14,10 @@ from support.performing import perform
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
-from robosandbox.agent.force import ForceGuard
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance import check_driver
 from robosandbox.driver import Capabilities, Guard, driver_factory, load_driver
+from robosandbox.driver.force import ForceGuard
 from robosandbox.drivers.hardware import Hardware
 from robosandbox.errors import ErrorCode, InputError, UnsupportedError
 from robosandbox.grasp.analytic import AnalyticTopDown
@@ -57,9 +57,9 @@ def hardware() -> Iterator[Hardware]:
 
 
 def test_drivers_are_installed_by_name_and_opened_on_a_scene_with_options() -> None:
-    with load_driver("mujoco:control_timestep=0.02", Scene(), supplied={"render_size": (48, 64)}) as sim:  # type: ignore[attr-defined]
-        assert isinstance(sim, MuJoCoBackend)
-        assert (sim.control_timestep, sim.render_size) == (0.02, (48, 64))
+    with load_driver("mujoco:control_timestep=0.02", Scene(), supplied={"render_size": (48, 64)}) as sim:
+        world = modelled(sim, "it is of the size that was asked for")
+        assert (world.control_timestep, world.render_size) == (0.02, (48, 64))
 
 
 @pytest.mark.parametrize(

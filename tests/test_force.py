@@ -6,22 +6,24 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from support.behind import backend
 from support.performing import bound
 
-from robosandbox.agent.force import ForceGuard, meant_by
-from robosandbox.agent.sliding import slides_under
 from robosandbox.driver import Capabilities
+from robosandbox.driver.force import ForceGuard
 from robosandbox.errors import LimitError, Phase, PushError
 from robosandbox.evidence import LimitEvidence, PushEvidence
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.primitives.sliding import slides_under
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import Array, Limits, Pose, Scene, SceneObject, SkillCall, SkillResult, Trajectory, force_limits
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
+from robosandbox.world.operators import meant_by
 
 SKILLS = {skill.name: skill for skill in load_skills()}
 # m/s at which a hand that meets the table presses and does not knock.
@@ -30,7 +32,7 @@ SLOW = 0.005
 
 def raw_force(sim: MuJoCoBackend, thing: str) -> Array:
     """Return the force of the robot on a thing, N in the world, shape (3,), from MuJoCo's contacts alone."""
-    model, data, robot = sim.model, sim._live, sim.robot.bodies
+    model, data, robot = sim.model, backend(sim)._live, sim.robot.bodies
     total, local = np.zeros(3), np.zeros(6)
     for k in range(data.ncon):
         first, second = (int(model.geom_bodyid[geom]) for geom in data.contact.geom[k])

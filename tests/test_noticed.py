@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.behind import backend
 from support.listening import on_phases
 
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
@@ -388,12 +389,12 @@ def test_a_hand_on_the_destination_of_what_it_carries_counts_as_touching_it() ->
         pick(session)
         monitor, hand = ContactMonitor(session.sim, session.agent.skills), Intervention(session.sim)
         monitor.begin(SkillCall(skill="place_on", arguments={"target": "other"}))
-        session.sim.wait()
+        session.sim.wait(session.sim.control_timestep)
         assert not monitor.touched
         # From above, away from the cube between the fingers.
         x, y, z = session.sim.state().tcp_pose.xyz
         hand.set_pose("other", Pose(xyz=(x, y, z + 0.12)))
-        session.sim.wait()
+        session.sim.wait(session.sim.control_timestep)
         assert any(pair.endswith(" on other") and not pair.startswith("cube ") for pair in monitor.touched)
         assert monitor.worst_force > 0.0
 
@@ -437,9 +438,9 @@ def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
 
 def test_an_arm_that_is_stopped_while_it_arrives_does_not_go_on_to_its_goal() -> None:
     with world(CUBE) as (session, _):
-        sim = session.sim
+        # Commanded at once, so that all of the way is left when the command was given, which only the driver behind takes.
+        sim = backend(session.sim)
         begin = sim.state().q
-        # Commanded at once, so that all of the way is left when the command was given.
         sim.follow(Trajectory(q=np.array([begin, begin + 0.3]), dt=0.01))
         with pytest.raises(LookupError):
             sim.wait(0.5, guards=(lambda: LookupError("hold"),))

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.behind import backend
 
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import run_app
@@ -256,7 +257,7 @@ def test_two_drawers_are_told_apart():
     with open_session(scene, perception="rgbd", sensor="realsense") as session:
         for seed in range(6):
             session.reset(0)
-            session.sim.sensor = replace(SENSORS["realsense"], seed=seed)
+            backend(session.sim).sensor = replace(SENSORS["realsense"], seed=seed)
             drawers = [item for item in session.observe().objects if item.kind == "drawer"]
             true = [session.sim.truth().objects[name].pose.xyz for name in places]
             frames = session.ctx.perception.frames
@@ -401,7 +402,7 @@ def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch)
 
 @pytest.mark.gl
 def test_the_robot_is_masked_without_drawing_it(session):
-    sim = session.sim
+    sim = backend(session.sim)
     seen = sim.capture("scene")
     silhouette = RobotMask(RobotShapes(sim.model, sim.robot))
     silhouette.place(seen.q, seen.gripper_q)

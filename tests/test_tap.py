@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from support.behind import backend
 from support.performing import perform
 
 from robosandbox.driver import Driver
@@ -24,7 +25,7 @@ OBJECTS = (
 
 def session_of(*objects: SceneObject, robot: Path | None = None) -> EmbeddedWorkcell:
     session = open_session(Scene(objects=objects), robot=robot, what_if=False)
-    session.sim.feel([item.id for item in objects])
+    backend(session.sim).feel([item.id for item in objects])
     return session
 
 

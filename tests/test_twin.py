@@ -16,7 +16,7 @@ from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import modelled
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.pick import Pick
 from robosandbox.types import SkillCall
@@ -42,7 +42,8 @@ def test_the_twin_is_as_what_is_believed() -> None:
         assert session.run("pick up the cube").success
         truth = session.sim.truth()
         twin = session.ctx.twin().sim
-        assert isinstance(twin, MuJoCoBackend) and twin.model is not session.sim.model
+        twin = modelled(twin, "it is a model of what is believed")
+        assert twin.model is not session.sim.model
         believed = twin.truth()
         assert believed.held == truth.held == "cube"
         assert believed.time > truth.time and np.abs(believed.q - truth.q).max() < 2e-3

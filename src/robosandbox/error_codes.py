@@ -13,6 +13,7 @@ class ErrorCode(StrEnum):
     LIMIT = "limit"
     COLLISION = "collision"
     TRACKING = "tracking"
+    FAULT = "fault"
     GRASP = "grasp"
     NOT_HOLDING = "not_holding"
     ALREADY_HOLDING = "already_holding"

@@ -17,6 +17,7 @@ RoboSandboxError
     ├── LimitError               the task forbids the arm to go there
     ├── CollisionError           the only ways there touch something
     ├── TrackingError            the arm did not arrive where it was sent
+    ├── FaultError               the driver has stopped and waits to be recovered
     ├── GraspError               none found, missed, or slipped
     ├── NotHoldingError          the gripper is empty
     ├── AlreadyHoldingError      the gripper is full
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
         DrawerError as DrawerError,
         ErrorCode as ErrorCode,
         ErrorRecord as ErrorRecord,
+        FaultError as FaultError,
         ForbiddenError as ForbiddenError,
         GoalTimeoutError as GoalTimeoutError,
         GraspError as GraspError,

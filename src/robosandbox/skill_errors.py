@@ -167,6 +167,13 @@ class LimitError(SkillError):
     evidence_type: ClassVar[type[Evidence] | None] = LimitEvidence
 
 
+class FaultError(SkillError):
+    """The driver has stopped and moves nothing before somebody has looked after it and called `recover`."""
+
+    code = ErrorCode.FAULT
+    evidence_type: ClassVar[type[Evidence] | None] = LimitEvidence
+
+
 class CollisionError(SkillError):
     """The only ways there touch something."""
 
@@ -322,6 +329,7 @@ SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
         LimitError,
         CollisionError,
         TrackingError,
+        FaultError,
         GraspError,
         NotHoldingError,
         AlreadyHoldingError,

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
+from robosandbox.driver.clamps import TOLERANCES
 from robosandbox.errors import Phase, UnsupportedError
 
 if TYPE_CHECKING:
     from robosandbox.driver.protocols import Driver, Simulated
     from robosandbox.types import Intrinsics, Pose
-
-# Joint speed below which an arm counts as still, rad/s or m/s: chosen so that it moves by 0.1 mm in a tick at a metre's reach.
-_STILL_SPEED = 0.01
 
 # What people read of a driver without each capability.
 _SAID = {
@@ -63,6 +61,8 @@ class Capabilities:
         reset: Whether its world can start over.
         truth: Whether it knows the true state of its world.
         clock: Whether time passes by itself ("wall") or only while the driver is asked to let it pass ("simulated").
+        link_timeout: Seconds without news of the robot after which it is lost: `state().time` is when it last told. None where
+            the driver does not tell, or there is no link.
     """
 
     gripper_force: bool = False
@@ -75,6 +75,7 @@ class Capabilities:
     reset: bool = False
     truth: bool = False
     clock: Literal["simulated", "wall"] = "wall"
+    link_timeout: float | None = None
 
 
 class Named(Protocol):
@@ -100,7 +101,9 @@ class Declares(Protocol):
         ...
 
 
-CAPABILITIES: tuple[str, ...] = tuple(item.name for item in fields(Capabilities) if item.name != "clock")
+CAPABILITIES: tuple[str, ...] = tuple(
+    item.name for item in fields(Capabilities) if item.name not in ("clock", "link_timeout")
+)
 
 
 def require(driver: Declares, capability: str, purpose: str) -> None:
@@ -150,6 +153,6 @@ def come_to_rest(driver: Driver, seconds: float = 0.5) -> None:
     """Hold the arm and let time pass until it is still, `seconds` at most."""
     driver.stop()
     for _ in range(round(seconds / driver.control_timestep)):
-        if float(np.abs(driver.state().qd).max()) < _STILL_SPEED:
+        if float(np.abs(driver.state().qd).max()) < TOLERANCES.still:
             return
         driver.wait(driver.control_timestep)

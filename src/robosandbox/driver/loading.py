@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from inspect import signature
 from typing import TYPE_CHECKING, Any
 
+from robosandbox.driver.safe import SafeDriver, made_safe
 from robosandbox.errors import InputError
 from robosandbox.plugins import bind_plugin, load_plugin
 
@@ -21,8 +22,8 @@ SUPPLIED = ("render_size", "felt", "wait_hook", "start_q")
 
 def load_driver(
     name: str, scene: Scene, options: Mapping[str, Any] | None = None, *, supplied: Mapping[str, Any] | None = None
-) -> Driver:
-    """Return an installed driver, connected to a robot that stands before a scene; see `driver_factory`.
+) -> SafeDriver:
+    """Return an installed driver behind its robot's limits, connected to a robot that stands before a scene; see `driver_factory`.
 
     Raises:
         InputError: There is none of that name, it takes no such option, a value is of another type, or it cannot be opened.
@@ -30,8 +31,8 @@ def load_driver(
     return driver_factory(name, options)(scene, **(supplied or {}))
 
 
-def driver_factory(name: str, options: Mapping[str, Any] | None = None) -> Callable[..., Driver]:
-    """Return what opens an installed driver, its options checked and given.
+def driver_factory(name: str, options: Mapping[str, Any] | None = None) -> Callable[..., SafeDriver]:
+    """Return what opens an installed driver behind its robot's limits, its options checked and given.
 
     Args:
         name: As registered under `robosandbox.drivers`, often with options behind it: "hardware:latency=0.02,seed=3". The
@@ -54,9 +55,13 @@ def driver_factory(name: str, options: Mapping[str, Any] | None = None) -> Calla
     bound = bind_plugin("drivers", name, positional=1, options=given, supplied=SUPPLIED, flags=flags)
     takes = signature(factory).parameters
 
-    def connect(scene: Scene, **supplied: Any) -> Driver:
+    def connect(scene: Scene, **supplied: Any) -> SafeDriver:
         driver: Driver = bound(scene, **{key: value for key, value in supplied.items() if key in takes})
-        return driver
+        try:
+            return made_safe(driver)
+        except BaseException:
+            driver.close()
+            raise
 
     return connect
 

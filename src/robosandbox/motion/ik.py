@@ -13,7 +13,7 @@ from robosandbox.motion.line import line_path, unreachable
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.time_optimal import optimal_trajectory
-from robosandbox.motion.timing import join, spline, time_path
+from robosandbox.motion.timing import bounded_spline, join, time_path
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array, Observation, Pose, Speed, Timing, Trajectory
@@ -238,7 +238,11 @@ class DLSMotionPlanner:
 
     def _joint_path(self, knots: Array) -> Array:
         distance = float(np.abs(np.diff(knots, axis=0)).max(axis=1).sum())
-        return spline(knots, int(np.clip(np.ceil(distance / _JOINT_STEP), 2, self.n_waypoints - 1)) + 1)
+        return self._curve(knots, int(np.clip(np.ceil(distance / _JOINT_STEP), 2, self.n_waypoints - 1)) + 1)
+
+    def _curve(self, knots: Array, samples: int) -> Array:
+        """Return a smooth curve through knots that leaves the joints' limits no further than they do."""
+        return bounded_spline(knots, samples, self._robot.lower, self._robot.upper)
 
     def _detours(self, q_start: Array, q_goal: Array) -> list[Array]:
         """Return knots of ways over the obstacles: up, across, down; and by way of home."""
@@ -260,9 +264,9 @@ class DLSMotionPlanner:
     def _timed(self, path: Array, speed: Speed) -> Trajectory:
         robot = self._robot
         if isinstance(speed, Timing):
-            return self._optimal(spline(path, max(2 * len(path), _SAMPLES)), speed)
+            return self._optimal(self._curve(path, max(2 * len(path), _SAMPLES)), speed)
         # Differences need a path finer than the waypoints that were checked; the spline runs through all of them.
-        fine = spline(path, max(2 * len(path), 33)) if len(path) > 2 else path
+        fine = self._curve(path, max(2 * len(path), 33)) if len(path) > 2 else path
         return time_path(fine, speed * robot.velocity_limits, speed * robot.acceleration_limits, self.dt)
 
     def _optimal(self, path: Array, timing: Timing) -> Trajectory:

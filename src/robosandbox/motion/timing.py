@@ -46,6 +46,52 @@ def spline(knots: Array, samples: int) -> Array:
     return curve
 
 
+def bounded_spline(knots: Array, samples: int, lower: Array, upper: Array) -> Array:
+    """Return a spline as `spline` does, but for joints that would leave their limits on it: these go from knot to knot only.
+
+    Between two knots such a joint turns nowhere, with a continuous velocity: Fritsch and Carlson, "Monotone piecewise cubic
+    interpolation" (SIAM Journal on Numerical Analysis, 1980), with the slopes of Fritsch and Butland (1984).
+
+    Args:
+        knots: Shape (k, n).
+        samples: How many points.
+        lower: Joint limits, shape (n,).
+        upper: Likewise.
+    """
+    curve = spline(knots, samples)
+    lower, upper = np.minimum(lower, knots.min(axis=0)), np.maximum(upper, knots.max(axis=0))
+    out = ((curve < lower) | (curve > upper)).any(axis=0)
+    if out.any():
+        distance = np.linalg.norm(knots[1:] - knots[:-1], axis=1)
+        apart = np.concatenate([[True], distance > 1e-9])
+        u, knots = np.concatenate([[0.0], np.cumsum(distance[apart[1:]])]), knots[apart][:, out]
+        curve[:, out] = np.clip(_monotone(u, knots, samples), lower[out], upper[out])
+    return curve
+
+
+def _monotone(u: Array, knots: Array, samples: int) -> Array:
+    """Return `samples` points, shape (samples, n), of the curve that is at `knots` (k, n) at `u` (k,), monotone between them."""
+    at = np.linspace(0.0, u[-1], samples)
+    h = (u[1:] - u[:-1])[:, None]
+    secant = (knots[1:] - knots[:-1]) / h
+    slope = np.concatenate([secant[:1], np.zeros_like(knots[1:-1]), secant[-1:]])
+    before, after = secant[:-1], secant[1:]
+    goes_on = before * after > 0.0
+    near, far = 2.0 * h[1:] + h[:-1], h[1:] + 2.0 * h[:-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (near + far) / (near / before + far / after)
+    slope[1:-1] = np.where(goes_on, mean, 0.0)
+    k = np.clip(np.searchsorted(u, at, side="right") - 1, 0, len(h) - 1)
+    along, width = ((at - u[k]) / h[k, 0])[:, None], h[k]
+    curve: Array = (
+        (2.0 * along**3 - 3.0 * along**2 + 1.0) * knots[k]
+        + (along**3 - 2.0 * along**2 + along) * width * slope[k]
+        + (3.0 * along**2 - 2.0 * along**3) * knots[k + 1]
+        + (along**3 - along**2) * width * slope[k + 1]
+    )
+    return curve
+
+
 def time_path(path: Array, velocity: Array, acceleration: Array, dt: float) -> Trajectory:
     """Return a rest-to-rest trajectory along `path` that keeps both limits at every joint.
 

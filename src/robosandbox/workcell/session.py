@@ -13,7 +13,7 @@ import numpy as np
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.planners import make_planner
-from robosandbox.driver import Driver, driver_factory, fitted
+from robosandbox.driver import SafeDriver, driver_factory, fitted
 from robosandbox.errors import InputError
 from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.protocols import MotionPlanner
@@ -54,7 +54,7 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
     check_types(options)
     task = _task_of(options)
     skills: list[Operator] = [*load_skills()]
-    sim: Driver
+    sim: SafeDriver
     planner_options = dict(options.planner_options or {})
     if options.camera is not None:
         camera = options.camera
@@ -79,6 +79,7 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
             raise InputError(f"{task.name}: camera {options.camera!r} is not one of {cameras}")
         ctx = AgentContext(
             sim=eyes.view(sim),
+            safety=sim.safety,
             perception=eyes,
             grasp=grasps,
             motion=paths,
@@ -162,7 +163,7 @@ def resolve_task(task: Task | Scene | Path | str | None) -> Task:
             return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
 
 
-def _opened(connect: Callable[..., Driver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> Driver:
+def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> SafeDriver:
     """Return the driver, opened on the task's scene: as written where it can start over, on the seed's layout where not."""
     try:
         sim = connect(task.scene)
@@ -180,7 +181,7 @@ def _opened(connect: Callable[..., Driver], task: Task, layouts: Layouts, seed: 
     return layouts.lay_out(seed, lambda scene, q: _begun_at(connect(scene, start_q=q), q, task))
 
 
-def _begun_at(sim: Driver, q: Array, task: Task) -> Driver:
+def _begun_at(sim: SafeDriver, q: Array, task: Task) -> SafeDriver:
     """Return a driver that stands where the task wants the arm to begin."""
     off = float(np.abs(sim.state().q - q).max())
     if task.start_q is not None and off > _BEGUN:

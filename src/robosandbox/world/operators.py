@@ -12,6 +12,7 @@ from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import SkillCall
 from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import HELD
 
 if TYPE_CHECKING:
     from robosandbox.world.alternatives import Alternative, Failure
@@ -90,3 +91,17 @@ def bind(call: SkillCall, skills: Mapping[str, Operator]) -> BoundCall:
         )
     arguments = skill.check(call.arguments)
     return BoundCall(skill, call, arguments, skill.contract(**arguments))
+
+
+def meant_by(call: BoundCall, held: str | None) -> frozenset[str]:
+    """Return the names that a call means the robot to press: what its contract brings something about for, and what is held.
+
+    Args:
+        call: Which one; of one that promises nothing, every name in it is meant.
+        held: Id of what the gripper holds.
+    """
+    if call.contract.gives:
+        named = {name for name in call.contract.subjects if name != HELD}
+    else:
+        named = {value for value in call.arguments.values() if isinstance(value, str)}
+    return frozenset(named | ({held} if held else set()))

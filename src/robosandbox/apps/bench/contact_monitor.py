@@ -6,11 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from robosandbox.agent.force import meant_by
 from robosandbox.sim.modelled import Modelled
 from robosandbox.skills.events import SkillStarted
 from robosandbox.types import SkillCall
-from robosandbox.world.operators import Operator, bind
+from robosandbox.world.operators import Operator, bind, meant_by
 from robosandbox.world.relations import contents
 
 _TABLE = "table"

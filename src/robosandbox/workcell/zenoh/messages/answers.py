@@ -98,6 +98,7 @@ class Info(Message):
         pace: How simulated time passes.
         control_timestep: Seconds between commands.
         truth: Whether `truth` answers.
+        unprotected: What is not kept of this robot, in sentences: a limit that its driver cannot keep, or that nobody gives.
         doing: The running skill, or "reset" and the like; None when it is free.
     """
 
@@ -115,6 +116,7 @@ class Info(Message):
     pace: Literal["realtime", "fast"]
     control_timestep: Positive
     truth: bool
+    unprotected: tuple[str, ...] = ()
     doing: str | None = None
 
 

@@ -70,6 +70,7 @@ def info_of(
         pace=pace,
         control_timestep=served.sim.control_timestep,
         truth=truth,
+        unprotected=served.ctx.safety.unprotected if served.ctx.safety is not None else (),
     )
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from robosandbox.driver import Driver
+import numpy as np
+
+from robosandbox.driver.protocols import Driver
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.types import Array
-from robosandbox.world.facts import HELD
-from robosandbox.world.operators import BoundCall
 
 # Control ticks in a row over the limit that make pressing out of a knock, and so many ticks ahead are looked; the knocks of
 # the bundled tasks last one (measured: up to 43 N in close_drawer and put_in_drawer).
@@ -20,20 +20,6 @@ _TICKS = 2
 _RUNNING_ON = 1.1
 # Share of its limit below which a force that has been told of is over, so that the next one is told of; chosen.
 _OVER = 0.8
-
-
-def meant_by(call: BoundCall, held: str | None) -> frozenset[str]:
-    """Return the names that a call means the robot to press: what its contract brings something about for, and what is held.
-
-    Args:
-        call: Which one; of one that promises nothing, every name in it is meant.
-        held: Id of what the gripper holds.
-    """
-    if call.contract.gives:
-        named = {name for name in call.contract.subjects if name != HELD}
-    else:
-        named = {value for value in call.arguments.values() if isinstance(value, str)}
-    return frozenset(named | ({held} if held else set()))
 
 
 class ForceGuard:
@@ -55,14 +41,18 @@ class ForceGuard:
         self._contact = sim.capabilities.contact
         self._intended = intended
         self._unintended = unintended
-        self._meant: frozenset[str] = frozenset()
+        self._meant: frozenset[str] | None = frozenset()
         self._before: Mapping[str, float] = {}
         self._over: Mapping[str, int] = {}
         self._told: set[str] = set()
 
-    def mean(self, names: Iterable[str]) -> None:
-        """Take note of what the next call means to touch."""
-        self._meant = frozenset(names)
+    def allow(self, intended: float, unintended: float) -> None:
+        """Keep other limits from now on, N."""
+        self._intended, self._unintended = intended, unintended
+
+    def mean(self, names: Iterable[str] | None) -> None:
+        """Take note of what the next call means to touch; None where nobody can tell things apart: whatever it touches."""
+        self._meant = None if names is None else frozenset(names)
 
     def __call__(self) -> LimitError | None:
         """Return what is wrong with a force that is, or is about to be, over its limit for longer than a knock lasts.
@@ -94,12 +84,14 @@ class ForceGuard:
 
     def _forces(self) -> Mapping[str, Array]:
         if self._contact is not None:
-            return self._sim.forces()
+            forces = self._sim.forces()
+            return {"something": np.sum(tuple(forces.values()), axis=0)} if forces and self._meant is None else forces
         force = self._sim.force_on(None)
         return {"something": force} if force.any() else {}
 
     def _limit(self, name: str) -> float:
-        return self._unintended if self._contact == "named" and name not in self._meant else self._intended
+        told_apart = self._contact == "named" and self._meant is not None
+        return self._unintended if told_apart and name not in (self._meant or ()) else self._intended
 
     def _error(self, name: str, force: float, limit: float) -> LimitError:
         field = "max_force_n" if limit == self._intended else "max_unintended_force_n"

@@ -1,0 +1,175 @@
+"""What a command may ask for: joint limits, speeds and accelerations of the robot; checked before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robosandbox.errors import LimitError, Phase
+from robosandbox.evidence import LimitEvidence
+
+if TYPE_CHECKING:
+    from robosandbox.types import Array, Trajectory
+    from robosandbox.types.robot import RobotSpec
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tolerances:
+    """How exactly limits are kept; nothing else in this room is a number of its own.
+
+    Attributes:
+        position: By how much a command may pass a joint's limit, rad or m: what encoders' noise leaves of a configuration
+            that was read at a limit (0.2 mrad in the driver `hardware`), a few times over, and a quarter of what skills call
+            arrived.
+        share: By which share a command may pass a speed or an acceleration: ten times what a trajectory that is timed to a
+            limit is off by (0.1 %).
+        window: Over how many seconds a joint's acceleration is taken, the time in which a servo's position loop answers
+            (20 rad/s): a corner of a path of straight pieces that is rounded within it is none. How far a joint may go in
+            that time is also how far off a command may begin.
+        still: Joint speed below which an arm stands, rad/s or m/s: it moves by 0.1 mm in a tick of 10 ms at a metre's reach.
+        braking: In how many times the time that the slowest joint brakes in from its full speed a stop has to be over: one to
+            hear of it, one to brake, one for the servo to swing out.
+    """
+
+    position: float = 1e-3
+    share: float = 0.01
+    window: float = 0.05
+    still: float = 0.01
+    braking: float = 3.0
+
+
+TOLERANCES = Tolerances()
+_MOVED_NOT = "nothing has moved"
+
+
+class Clamps:
+    """The limits of a robot's commands.
+
+    Args:
+        spec: Whose.
+    """
+
+    def __init__(self, spec: RobotSpec) -> None:
+        self._spec = spec
+        self._least, self._most = spec.lower - TOLERANCES.position, spec.upper + TOLERANCES.position
+        self._speed = (1.0 + TOLERANCES.share) * spec.velocity_limits
+        self._change = (1.0 + TOLERANCES.share) * spec.acceleration_limits
+        self._leap = TOLERANCES.window * self._speed
+
+    def check_trajectory(self, trajectory: Trajectory, last: Array | None, measured: Callable[[], Array]) -> None:
+        """Check every row of a trajectory, and that it begins where the arm is.
+
+        Args:
+            trajectory: What is to be followed.
+            last: The configuration that was commanded last, shape (n,), if the arm still goes by it.
+            measured: Returns the configuration that the arm has, shape (n,); asked only where it matters.
+
+        Raises:
+            LimitError: A row passes a limit of position, speed or acceleration, or the first is elsewhere.
+            ValueError: It is of another shape, or holds a number that is not finite.
+        """
+        q, dt = trajectory.q, trajectory.dt
+        self._check_numbers(q, "a trajectory", 2)
+        self._check_positions(q, measured)
+        self._check_leap(q[0], "the trajectory begins", last, measured)
+        if len(q) < 2:
+            return
+        if not dt > 0.0:
+            raise ValueError(f"a trajectory has {dt} s between its rows; give seconds above 0")
+        velocity = (q[1:] - q[:-1]) / dt
+        if (np.abs(velocity) > self._speed).any():
+            raise self._too_much(np.abs(velocity), self._spec.velocity_limits, "move at", "rad/s (or m/s)", "speed")
+        # The most that a joint's speed changes within a window, however it does so.
+        rows = min(len(velocity), max(2, round(TOLERANCES.window / dt) + 1))
+        if len(velocity) > 1:
+            seconds = max(TOLERANCES.window, (rows - 1) * dt)
+            windows = np.lib.stride_tricks.sliding_window_view(velocity, rows, axis=0)
+            change = (windows.max(axis=-1) - windows.min(axis=-1)) / seconds
+            if (change > self._change).any():
+                unit = "rad/s^2 (or m/s^2)"
+                raise self._too_much(change, self._spec.acceleration_limits, "accelerate by", unit, "acceleration")
+
+    def check_step(self, goal: Array, last: Array | None, measured: Callable[[], Array]) -> None:
+        """Check a configuration, shape (n,), that is commanded at once; arguments and errors as in `check_trajectory`."""
+        self._check_numbers(goal, "a goal", 1)
+        self._check_positions(goal[None], measured)
+        self._check_leap(goal, "the goal is", last, measured)
+
+    def _check_numbers(self, q: Array, what: str, dimensions: int) -> None:
+        if q.ndim != dimensions or q.shape[-1] != self._spec.n or not len(q):
+            raise ValueError(f"{what} has shape {q.shape}; {self._spec.name} has {self._spec.n} joints")
+        if not np.isfinite(q).all():
+            raise ValueError(f"{what} holds a number that is not finite; {_MOVED_NOT}")
+
+    def _check_positions(self, q: Array, measured: Callable[[], Array]) -> None:
+        if not ((q < self._least) | (q > self._most)).any():
+            return
+        # An arm that stands outside may come in.
+        stands = measured()
+        lower = np.minimum(self._least, stands - TOLERANCES.position)
+        upper = np.maximum(self._most, stands + TOLERANCES.position)
+        over = np.maximum(lower - q, q - upper)
+        if over.max() <= 0.0:
+            return
+        row, joint = (int(index) for index in np.unravel_index(over.argmax(), over.shape))
+        name, low, high = self._spec.joints[joint], float(self._spec.lower[joint]), float(self._spec.upper[joint])
+        raise self._refused(
+            f"{name} would be at {q[row, joint]:.4g} rad (or m){_in_row(row, len(q))}, and its limits are {low:.4g}..{high:.4g}",
+            f"position of {name}, rad or m",
+            float(q[row, joint]),
+            low,
+            high,
+        )
+
+    def _check_leap(self, q: Array, what: str, last: Array | None, measured: Callable[[], Array]) -> None:
+        if last is not None and not (np.abs(q - last) > self._leap).any():
+            return
+        stands = measured()
+        off = np.abs(q - stands)
+        if not (off > self._leap).any():
+            return
+        joint = int((off / np.maximum(self._leap, 1e-9)).argmax())
+        name, most = self._spec.joints[joint], float(self._leap[joint])
+        raise self._refused(
+            f"{name} is at {stands[joint]:.4g} rad (or m), and {what} at {q[joint]:.4g}: {off[joint]:.3g} away, and in "
+            f"{TOLERANCES.window:g} s it goes {most:.3g}",
+            f"leap of {name}, rad or m",
+            float(off[joint]),
+            0.0,
+            most,
+            remedy="begin where the arm stands",
+        )
+
+    def _too_much(self, values: Array, limits: Array, does: str, unit: str, what: str) -> LimitError:
+        row, joint = (int(index) for index in np.unravel_index((values - limits).argmax(), values.shape))
+        name, value, limit = self._spec.joints[joint], float(values[row, joint]), float(limits[joint])
+        return self._refused(
+            f"{name} would {does} {value:.3g} {unit}{_in_row(row, len(values))}, and its limit is {limit:.3g}",
+            f"{what} of {name}, {unit}",
+            value,
+            0.0,
+            limit,
+            remedy="make the trajectory slower",
+        )
+
+    def _refused(
+        self, said: str, quantity: str, value: float, low: float, high: float, *, remedy: str = "send another"
+    ) -> LimitError:
+        return LimitError(
+            f"{said}; {_MOVED_NOT}: {remedy}",
+            phase=Phase.CHECK,
+            evidence=LimitEvidence(quantity=quantity, value=value, low=low, high=high),
+        )
+
+
+def braking_seconds(spec: RobotSpec) -> tuple[float, float]:
+    """Return the shortest and the longest time in which a joint of a robot brakes from its full speed, s."""
+    seconds = spec.velocity_limits / spec.acceleration_limits
+    return float(seconds.min()), float(seconds.max())
+
+
+def _in_row(row: int, rows: int) -> str:
+    return f" in row {row} of {rows}" if rows > 1 else ""
