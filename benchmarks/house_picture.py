@@ -15,7 +15,7 @@ VALUES = "core"
 # Fewer importing files than these are not drawn, but for a room that has no stronger arrow.
 FEWEST = 3
 # Pixels.
-BOX, ROW, GAP, MARGIN, FOOT = (156, 58), 118, 40, 20, 40
+BOX, ROW, GAP, MARGIN, FOOT = (290, 58), 118, 40, 20, 40
 
 
 @dataclass(frozen=True)
