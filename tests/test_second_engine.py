@@ -9,11 +9,11 @@ import pytest
 
 from robosandbox.apps.bench.bench import BenchSettings, run_bench
 from robosandbox.apps.conformance import check_driver
-from robosandbox.driver import load_driver
-from robosandbox.errors import InputError, UnsupportedError
+from robosandbox.driver import load_driver, made_safe
+from robosandbox.errors import InputError, LimitError, UnsupportedError
 from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
 from robosandbox.tasks.loader import find_task
-from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.types import Pose, Scene, SceneObject, Trajectory
 from robosandbox.workcell.session import open_session
 
 pytest.importorskip("robosandbox_pybullet", reason="the group `engines` is not installed")
@@ -28,7 +28,7 @@ _PIXEL = 0.003
 
 
 def opened(scene: Scene) -> PyBulletDriver:
-    driver = load_driver("pybullet", scene)
+    driver = load_driver("pybullet", scene)._inner
     assert isinstance(driver, PyBulletDriver)
     return driver
 
@@ -42,6 +42,18 @@ def driver() -> Iterator[PyBulletDriver]:
 
 def test_the_driver_passes_the_check(driver: PyBulletDriver) -> None:
     check_driver(driver)
+
+
+def test_it_is_commanded_within_the_limits_alone_and_seen_to_stand_after_a_stop(driver: PyBulletDriver) -> None:
+    safe, q = made_safe(driver), driver.state().q
+    goal = q + 0.5 * np.eye(len(q))[0]
+    with pytest.raises(LimitError, match=r"would move at 5 rad/s .* its limit is 2\.17"):
+        safe.follow(Trajectory(q=np.array([q, goal]), dt=0.1))
+    safe.follow(Trajectory(q=np.array([q, goal]), dt=0.25))
+    safe.stop()
+    safe.wait(safe.safety.stop_deadline)
+    assert safe.safety.mode == "stopped" and safe.safety.stopped_after is not None
+    assert [text.partition(":")[0] for text in safe.safety.unprotected] == ["sliding", "workspace"]
 
 
 def test_the_engine_and_the_planner_agree_where_the_hand_is(driver: PyBulletDriver) -> None:
