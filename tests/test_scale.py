@@ -170,7 +170,9 @@ def test_a_head_that_dies_is_said_and_the_bench_goes_on_from_its_rows(tmp_path: 
         pytest.skip("needs the extra `scale`")
     # In a process of its own: Ray ends, a minute later, the process whose head is gone.
     file = tmp_path / "rows.jsonl"
-    done = subprocess.run([sys.executable, "-c", _LOST_HEAD, str(file)], capture_output=True, text=True, timeout=180)
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}
+    command = [sys.executable, "-c", _LOST_HEAD, str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=180, env=environment)
     assert "the head of the Ray cluster" in done.stdout and "--resume" in done.stdout, done.stderr
     found = file.read_bytes().splitlines(keepends=True)
     assert 1 <= len(found) < 400
