@@ -352,7 +352,7 @@ def test_a_sim_that_dies_is_waited_for_and_the_work_goes_on(people, tmp_path):
         person.sees("the sim of 'robot' is back")
         person.sees("done: pick(object=red_cube)")
         person.is_asked()
-        person.says("/undo", "the sim does not have the state before it any more; /reset starts over")
+        person.says("/undo", "the sim does not have the state before it any more; reset starts over")
     person.sees("the sim of 'robot' went away")
     person.types("/scene\r")
     person.sees("\x1b[?2004l")
