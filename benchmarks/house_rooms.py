@@ -48,7 +48,7 @@ class Arrow:
 
     @property
     def upwards(self) -> bool:
-        """Whether it points at a room above."""
+        """True where it points at a room above."""
         return RANK[self.to] > RANK[self.at]
 
 

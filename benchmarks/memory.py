@@ -1,4 +1,4 @@
-"""How a long-lived process's memory grows with the calls that it answers, a row a call.
+"""Growth of a long-lived process's memory with the calls that it answers, a row a call.
 
     uv run benchmarks/memory.py [--calls 300] [--only "service load" "mcp simulate"] [--json]
 

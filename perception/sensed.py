@@ -21,7 +21,7 @@ class SensedSim(PassingDriver):
 
     @property
     def capabilities(self) -> Capabilities:
-        """What the sim can do, without what only a simulation can."""
+        """Capabilities of the sim, less those that only a simulation has."""
         whole = super().capabilities
         felt = whole.contact and "felt"
         return replace(whole, contact=felt, fork=False, reset=False, truth=False)

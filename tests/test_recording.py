@@ -17,6 +17,7 @@ from robosandbox.apps.bench.bench import BenchSettings, run_bench
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import run_app
 from robosandbox.errors import InputError, SkillError
+from robosandbox.skills.events import SkillStarted
 from robosandbox.tasks.judge.checks import Lifted
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import SkillCall
@@ -183,6 +184,16 @@ def test_goals_of_a_sim_process_are_recorded_one_by_one(tmp_path: Path) -> None:
     assert first.meta.prompt == "pick(object=red_cube)" and first.result is not None and first.result.success
     assert second.result is not None and second.result.reason == "object_not_found"
     assert "skill_failed" in [line["event"] for line in second.events()]
+
+
+def test_a_call_whose_end_nobody_told_does_not_take_in_the_next_one(tmp_path: Path) -> None:
+    first, second = (SkillCall(skill="pick", arguments={"object": name}) for name in ("red_cube", "moon"))
+    with open_session("pick_cube_franka") as session:
+        recorder = Recorder(tmp_path, session)
+        recorder.on_event(SkillStarted(first))
+        recorder.on_event(SkillStarted(second))
+        recorder.close()
+    assert [RecordedEpisode.load(path).meta.prompt for path in find_episodes(tmp_path)] == [str(first), str(second)]
 
 
 def test_bench_keeps_successes_only_where_asked_to(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Adjectives that name no colour, size or place: what they say of a thing, and how much that binds."""
+"""Words about a thing that only its name may tell: stuff, or a state that is a verb as well."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ class Nouns(Modifiers):
         return found
 
     def adjectives(self, i: int) -> Found[Ref]:
-        """What is asked of a thing without a noun: "round", "big and round", "in the middle"."""
+        """Properties asked of a thing without a noun: "round", "big and round", "in the middle"."""
         found = self._adjectives(i, Ref(text="", one=True), 0)
         found += [(j, Ref(text="", one=True, ranks=(rank,))) for j, rank in self._place_rank(i)]
         return [(j, replace(ref, text=self.said(i, j), determiner="bare")) for j, ref in found if j > i]

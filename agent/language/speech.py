@@ -74,7 +74,7 @@ MANNERS = "".join(
     )
     for words in product(*(part.split("|") for part in said))
 )
-"""How fast or with how much care, which no skill is told: a plan is made, and its note says so."""
+"""Words of speed and care, which no skill is told: a plan is made, and its note says so."""
 PREAMBLES = (
     "you please, please you, now you, you now, "
     "you are welcome to, be sure and, why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, could you possibly, can you maybe, can you perhaps, can you possibly, would you maybe, would you perhaps, maybe you could, perhaps you could, maybe you can, perhaps you can, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "

@@ -194,7 +194,7 @@ class Recorder:
             case events.Planned(plan, replan):
                 self.note("planned", replan=replan, plan=plan.steps)
             case events.SkillStarted(call, index, total):
-                if self._open is None or self._open.ended is not None:
+                if self._open is None or self._open.ended is not None or self._alone:
                     self.begin(str(call))
                     self._alone = True
                 self.enter(call.skill, "")
