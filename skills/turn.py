@@ -52,8 +52,8 @@ turned
 turning : slot
   = angle:turned_angle
 turned_angle : product
-  = "um"? of+:NUMBER of+:ANGLE of+:SENSE?
-  = of+:SENSE "um"? of+:NUMBER of+:ANGLE
+  = "um"? of+:count of+:ANGLE of+:SENSE?
+  = of+:SENSE "um"? of+:count of+:ANGLE
 """
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from support.scored import language, sentences
 
-from robosandbox.agent.language.foreign import ENGLISH, language_of
-from robosandbox.agent.language.inflection import LexiconError
+from robosandbox.agent.language.front import ENGLISH, language_of
+from robosandbox.agent.language.vocabulary import LexiconError
 from robosandbox.agent.language.lexicon import WORDS
 from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
 from robosandbox.agent.language.places import DIRECTIONS, RELATIONS
-from robosandbox.agent.language.rulebook import BUILT_IN, Rulebook, bring, rulebook
+from robosandbox.agent.language.ruleset import BUILT_IN, Ruleset, bring, ruleset
 from robosandbox.agent.language.things import AMOUNTS, POSITIONS, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.cli import app
@@ -125,7 +125,7 @@ def test_refusals_are_in_german_and_name_the_word() -> None:
 
 
 def test_no_sign_is_an_english_word() -> None:
-    signs = rulebook("german").lexicon.signs
+    signs = ruleset("german").vocabulary.signs
     assert signs
     assert not signs & WORDS
 
@@ -141,26 +141,26 @@ def test_german_is_taken_for_german() -> None:
 
 
 def test_every_rule_and_class_is_used() -> None:
-    book = rulebook("german")
+    book = ruleset("german")
     used = {
         "sentence",
-        "SKIP",
-        "THEN",
-        "FIRST",
+        "COURTESY",
+        "IN_TURN",
+        "AT_FIRST",
         "QUESTION",
         *BUILT_IN,
-        *(name for pair in book.lexicon.joins for name in pair),
+        *(name for pair in book.vocabulary.joins for name in pair),
     }
     while True:
-        more = {ref for name in used & {*book.rules} for ref in book.names(name)} - used
+        more = {ref for name in used & {*book.written} for ref in book.names(name)} - used
         if not more:
             break
         used |= more
-    assert {*book.rules, *book.lexicon.classes} - used == set()
+    assert {*book.written, *book.vocabulary.classes} - used == set()
 
 
 def test_meanings_are_those_of_english() -> None:
-    classes = rulebook("german").lexicon.classes
+    classes = ruleset("german").vocabulary.classes
     assert {*classes["NOUN"]} <= {*NOUN_CLASS, "bar"}
     assert {*classes["COLOUR"], *classes["PLAIN_COLOUR"]} <= {*CANONICAL_COLOUR}
     assert {*classes["UNIT"]} <= {*UNITS.values()}
@@ -182,11 +182,11 @@ def test_a_skill_brings_its_own_words() -> None:
 
 def test_a_mistake_in_a_file_is_told_with_its_line() -> None:
     with pytest.raises(LexiconError, match=r"a\.rules, line 2: '= nonsense\.nom'"):
-        Rulebook.read({"a.rules": "sentence : Sentence\n  = nonsense.nom"})
+        Ruleset({"a.rules": "sentence : Sentence\n  = nonsense.nom"})
     with pytest.raises(LexiconError, match="sentence names nonsense"):
-        Rulebook.read({"a.rules": "sentence : Sentence\n  = nonsense"})
+        Ruleset({"a.rules": "sentence : Sentence\n  = nonsense"})
     with pytest.raises(LexiconError, match="no line begins with"):
-        Rulebook.read({"a.lexicon": "  cube = der Würfel"})
+        Ruleset({"a.lexicon": "  cube = der Würfel"})
 
 
 def test_a_command_lists_rules_and_words(capsys: pytest.CaptureFixture[str]) -> None:
@@ -195,7 +195,7 @@ def test_a_command_lists_rules_and_words(capsys: pytest.CaptureFixture[str]) -> 
     assert "sentence : Sentence" in text
     assert "cube = der Würfel" in text
     assert run_app(app, "robo-sandbox", ["grammar", "klingon"]) == 2
-    assert "there is german" in capsys.readouterr().err
+    assert "there is english, german" in capsys.readouterr().err
 
 
 def test_plans_name_installed_skills_alone() -> None:

@@ -1,131 +1,88 @@
-"""Ellipsis and pronouns: the verb of the step before, the noun of the thing behind it; and the logical form that fields fill."""
+"""Ellipsis and pronouns: the verb of the step before, the noun of the thing behind it, and what a pronoun agrees with."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace as changed
-from typing import Any, NamedTuple
+from typing import Any
 
 from robosandbox.agent.language.discourse import RefusedError, listed
-from robosandbox.agent.language.inflection import EVERYTHING, Lexicon
-from robosandbox.agent.language.intent import Command, Place, Rank, Ref, Region, Relation, Sentence, Table, replace
-from robosandbox.agent.language.logic import Bound, Condition, If, Is, Not, Steps, There, mapped, stripped
+from robosandbox.agent.language.intent import Command, Place, Ref, Relation, Sentence, replace
+from robosandbox.agent.language.logic import Condition, If, Is, Steps, There, mapped, stripped
+from robosandbox.agent.language.ruleset import COSTS
+from robosandbox.agent.language.vocabulary import EVERYTHING, Vocabulary
 from robosandbox.types import RefusalCode
 
-# Number of digits behind the point of a length or an angle that is said: a micrometre. Chosen.
-_DIGITS = 12
-
-
-class Filled(NamedTuple):
-    """One field of a form; `more` adds to it."""
-
-    field: str
-    value: Any
-    more: bool
-
-
 UNSAID: Any = ""
-"""The verb of a command that has none: it gets that of the one before it (binding.py)."""
-Fields = tuple[Filled, ...]
+"""The verb of a command that has none: it gets that of the one before it."""
+OPPOSITE = {"left": "right", "right": "left", "forward": "back", "back": "forward"}
+SAME, OTHER = "same", "opposite"
+"""Directions that are told by the one before."""
+_ONES = ("one", "ones")
+THERE_TOO = "there_too"
+"""The text of a thing that is the place of the step before."""
 
 
-class Misfit(Exception):
-    """A form cannot have these fields, so that this is no way to read the words."""
+def with_verbs(steps: Steps) -> Steps | None:
+    """Return steps, each that lacks a verb with that of the one before it; None where that makes no sense."""
+    made: list[Command] = []
+    for step in steps:
+        if step.verb == UNSAID:
+            last = made[-1] if made else None
+            told = _after(last, step, made) if last is not None and not last.control else None
+            if told is None:
+                return None
+            step = replace(told, bare=COSTS[1])
+        made.append(step)
+    return tuple(made)
 
 
-def gathered(fields: Sequence[Filled]) -> dict[str, Any]:
-    """Return the value of each field.
-
-    Raises:
-        Misfit: A field that takes one value is filled twice and differently.
-    """
-    values: dict[str, Any] = {}
-    for name, value, more in fields:
-        if more:
-            # A list of things is a plain tuple; a thing is one with names.
-            values[name] = (*values.get(name, ()), *(value if type(value) is tuple else (value,)))
-        elif values.setdefault(name, value) != value:
-            raise Misfit
-    return values
-
-
-def formed(form: str, fields: Sequence[Filled], text: str) -> Any:
-    """Return a logical form.
-
-    Args:
-        form: Its name, one of FORMS.
-        fields: What rules filled it with.
-        text: The words that it was read from.
-
-    Raises:
-        Misfit: It cannot have these fields.
-    """
-    return FORMS[form](gathered(fields), text)
+def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | None:
+    """Return a step without a verb as one like the last before it."""
+    objects = step.objects
+    if objects and objects[0].determiner == "all" and objects[0].without and not (objects[0].nouns or objects[0].names):
+        # "..., all but the red one" is about what was just named.
+        return None
+    if objects and step == Command(UNSAID, objects, times=step.times):
+        return replace(last, objects=objects, times=step.times or last.times)
+    if step.distance is not None and not (objects or step.place or step.direction) and last.direction:
+        return replace(last, distance=step.distance)
+    if step.direction in (SAME, OTHER):
+        if not last.direction or len({each.direction for each in made if each.direction}) > 1:
+            return None
+        way = last.direction if step.direction == SAME else OPPOSITE[last.direction]
+        distance = step.distance if step.distance is not None else last.distance
+        return replace(last, objects=objects or last.objects, direction=way, distance=distance)
+    if step.direction == "back" and not objects and step.distance is None and last.direction:
+        return replace(last, direction=OPPOSITE[last.direction])
+    if isinstance(step.place, Relation) and [ref.text for ref in step.place.refs] == [THERE_TOO]:
+        if not isinstance(last.place, Relation):
+            return None
+        return replace(step, verb=last.verb, place=step.place._replace(refs=last.place.refs))
+    if any(bool(a) != bool(b) for a, b in zip(_arguments(step), _arguments(last), strict=True)):
+        return None
+    distance = step.distance if step.distance is not None or step.place else last.distance
+    return replace(step, verb=last.verb, skill=last.skill, objects=objects or last.objects, distance=distance)
 
 
-def _thing(values: dict[str, Any], text: str) -> Ref:
-    nth, key = values.pop("nth", None), values.pop("key", "")
-    if nth is not None:
-        values["ranks"] = (*values.get("ranks", ()), Rank(key, int(nth)))
-    if values.get("number") is not None:
-        if int(values["number"]) != values["number"]:
-            raise Misfit
-        values["number"] = int(values["number"])
-    # What is picked out by its order alone is said without a noun.
-    return Ref(**{"text": text, **values})
+def _arguments(command: Command) -> tuple[object, ...]:
+    return (command.place, command.direction, command.slots)
 
 
-def _list(values: Mapping[str, Any], text: str) -> tuple[Any, ...]:
-    return tuple(values["item"])
-
-
-def _product(values: Mapping[str, Any], text: str) -> float:
-    return float(round(math.prod(values["of"]), _DIGITS))
-
-
-def _slot(values: Mapping[str, Any], text: str) -> tuple[tuple[str, Any], ...]:
-    return tuple(values.items())
-
-
-def _command(values: dict[str, Any], text: str) -> Command:
-    values.pop("denied", None)
-    values["times"] = int(values.get("times", 1))
-    return Command(**{"verb": UNSAID, **values})
-
-
-def _sentence(values: Mapping[str, Any], text: str) -> Sentence:
-    return Sentence(tuple(values.get("steps", ())), tuple(values.get("avoid", ())))
-
-
-def _plain(kind: Any, *, said: bool = False) -> Callable[[dict[str, Any], str], Any]:
-    """Return a maker of a form that takes its fields as they are; `said` where it tells its words."""
-    return lambda values, text: kind(**{**({"text": text} if said else {}), **values})
-
-
-FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
-    "any": lambda values, text: values["is"],
-    "list": _list,
-    "product": _product,
-    "slot": _slot,
-    "Ref": _thing,
-    "Command": _command,
-    "Sentence": _sentence,
-    "Rank": _plain(Rank),
-    "Relation": _plain(Relation),
-    "Region": _plain(Region),
-    "Table": _plain(Table),
-    "Bound": _plain(Bound),
-    "If": _plain(If),
-    "Is": _plain(Is, said=True),
-    "Not": _plain(Not),
-    "There": _plain(There, said=True),
-}
-"""The forms that a rule may name: those of `intent` and `logic`, the value of `is`, all of `item`, the product of `of`, an argument."""
-
-
-# Strain, a number of units, of a verb that is left unsaid, chosen as the grammar of English counts it.
-_FETCHED = 0.3
+def with_nouns(refs: Sequence[Ref], agree: Callable[[Ref, Ref], bool] = lambda one, other: True) -> tuple[Ref, ...]:
+    """Return things of a list, each without a noun as what the next is that agrees with it: "the red and the blue cube"."""
+    made: list[Ref] = []
+    for ref in reversed(refs):
+        after = made[-1] if made else None
+        open_ended = ref.one and not ref.nouns and not ref.other and not ref.text.endswith(_ONES)
+        if after is not None and open_ended and (after.nouns or after.names) and agree(ref, after):
+            ref = replace(ref, nouns=after.nouns, names=(*ref.names, *after.names), one=False)
+        if ref.options:
+            ref = replace(ref, options=with_nouns(ref.options, agree))
+        if ref.instead:
+            ref = replace(ref, instead=with_nouns((*ref.instead, replace(ref, instead=())), agree)[:-1])
+        made.append(ref)
+    return tuple(reversed(made))
 
 
 class Binder:
@@ -133,31 +90,30 @@ class Binder:
 
     Args:
         genders: What each description agrees with.
-        lexicon: Of the language.
+        vocabulary: Of the language.
     """
 
-    def __init__(self, genders: Mapping[Ref, int], lexicon: Lexicon) -> None:
+    def __init__(self, genders: Mapping[Ref, int], vocabulary: Vocabulary) -> None:
         self._genders = genders
-        self._lexicon = lexicon
+        self._vocabulary = vocabulary
         self._named: list[Ref] = []
         self._theme: Ref | None = None
 
-    def bound(self, sentence: Sentence) -> Sentence | None:
-        """Return a sentence with its verbs, nouns and pronouns bound; None if a step without a verb has none before it.
+    def bound(self, sentence: Sentence) -> Sentence:
+        """Return a sentence with its nouns and pronouns bound.
 
         Raises:
             RefusedError: A pronoun agrees with nothing that was said before, or with several things.
         """
-        steps = _with_verbs(sentence.steps)
-        if steps is None:
-            return None
-        return changed(sentence, steps=tuple(self._step(step) for step in steps))
+        return changed(sentence, steps=self._steps(sentence.steps))
+
+    def _steps(self, steps: Steps) -> Steps:
+        return tuple(self._step(step) for step in steps)
 
     def _step(self, step: Command) -> Command:
-        objects = tuple(self._thing(ref) for ref in self._with_nouns(step.objects))
-        place = self._place(step.place)
-        step = replace(step, objects=objects, place=place)
-        self._named += [ref for ref in (*objects, *_refs(place)) if ref.determiner != "it"]
+        objects, place = self._things(step.objects), self._place(step.place)
+        step = replace(step, objects=objects, place=place, tower=self._things(step.tower))
+        self._named += [ref for ref in (*objects, *refs_of(place)) if ref.determiner != "it"]
         if len(objects) == 1 and objects[0].determiner != "it":
             self._theme = objects[0]
         if isinstance(step.control, If):
@@ -177,41 +133,25 @@ class Binder:
     def _named_again(self, ref: Ref) -> Ref:
         """Return what a pronoun of a condition stands for by its name: conditions are looked at before anything is done."""
         told = self._thing(ref)
-        if told.determiner != "it" or told.plural or self._theme is None:
+        if told.determiner != "it" or told.plural or self._theme is None or not self._is_gendered(ref):
             return told
         return replace(self._theme, determiner="the")
 
-    def _steps(self, steps: Steps) -> Steps:
-        return tuple(self._step(step) for step in steps)
-
     def _place(self, place: Place | None) -> Place | None:
-        if not isinstance(place, Relation):
-            return place
-        return place._replace(refs=tuple(self._thing(ref) for ref in self._with_nouns(place.refs)))
+        return place._replace(refs=self._things(place.refs)) if isinstance(place, Relation) else place
 
-    def _with_nouns(self, refs: Sequence[Ref]) -> tuple[Ref, ...]:
-        """Return things of a list, each without a noun as what the next is that agrees with it: "the red and the blue cube"."""
-        made: list[Ref] = []
-        for ref in reversed(refs):
-            after = made[-1] if made else None
-            if after is not None and ref.one and after.nouns and self._agree(ref, after):
-                ref = self._like(ref, nouns=after.nouns)
-            if ref.options:
-                ref = self._like(ref, options=self._with_nouns(ref.options))
-            if ref.instead:
-                ref = self._like(ref, instead=self._with_nouns((*ref.instead, replace(ref, instead=())))[:-1])
-            made.append(ref)
-        return tuple(reversed(made))
-
-    def _like(self, ref: Ref, **fields: object) -> Ref:
-        one = ref.one and "nouns" not in fields
-        return replace(ref, one=one, **fields)
+    def _things(self, refs: Sequence[Ref]) -> tuple[Ref, ...]:
+        return tuple(self._thing(ref) for ref in with_nouns(refs, self._agree))
 
     def _agree(self, one: Ref, other: Ref) -> bool:
         return bool(self._gender(one) & self._gender(other))
 
     def _gender(self, ref: Ref) -> int:
-        return self._lexicon.any_case(self._genders.get(ref, EVERYTHING))
+        mask = self._genders.get(ref, EVERYTHING)
+        return self._vocabulary.any_case(mask) if self._vocabulary.has_gender else EVERYTHING
+
+    def _is_gendered(self, ref: Ref) -> bool:
+        return self._vocabulary.has_gender and ref in self._genders
 
     def _thing(self, ref: Ref) -> Ref:
         """Return what a pronoun stands for where that is not what was acted on last; other descriptions as they are.
@@ -219,7 +159,7 @@ class Binder:
         Raises:
             RefusedError: Not one thing that was said before agrees with it.
         """
-        if ref.determiner != "it" or ref.plural or not self._named or ref not in self._genders:
+        if ref.determiner != "it" or ref.plural or not self._named or not self._is_gendered(ref):
             return ref
         if self._theme is not None and self._agree(ref, self._theme):
             return ref
@@ -230,6 +170,11 @@ class Binder:
         return replace(fitting[0], determiner="the")
 
 
+def refs_of(place: Place | None) -> tuple[Ref, ...]:
+    """Return the things that a place is told by."""
+    return place.refs if isinstance(place, Relation) else ()
+
+
 def _spoken_of(condition: Condition) -> list[Ref]:
     """Return the things that a condition is about."""
     inner, _ = stripped(condition)
@@ -238,33 +183,3 @@ def _spoken_of(condition: Condition) -> list[Ref]:
             return [ref]
         case _:
             return []
-
-
-def _refs(place: Place | None) -> tuple[Ref, ...]:
-    return place.refs if isinstance(place, Relation) else ()
-
-
-def _with_verbs(steps: Steps) -> Steps | None:
-    made: list[Command] = []
-    for step in steps:
-        if step.verb == UNSAID:
-            if not made or not _same_arguments(made[-1], step):
-                return None
-            last = made[-1]
-            if step == Command(UNSAID, step.objects):
-                # "put the cube in the bin and then the ball": there as well.
-                step = replace(last, objects=step.objects)
-            step = replace(step, verb=last.verb, skill=last.skill, bare=_FETCHED)
-        made.append(step)
-    return tuple(made)
-
-
-def _same_arguments(one: Command, other: Command) -> bool:
-    """Say whether two commands have the same arguments, so that what one is told to do can be done with the other."""
-    alone = bool(other.objects) and other == Command(UNSAID, other.objects)
-    same = all(map(lambda a, b: bool(a) == bool(b), _arguments(one), _arguments(other)))
-    return one.control is None and (alone or same)
-
-
-def _arguments(command: Command) -> Iterator[object]:
-    yield from (command.objects, command.place, command.direction, command.slots, command.control)

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError
 from robosandbox.agent.language.draft import Draft, Step
-from robosandbox.agent.language.foreign import ENGLISH, language_of, thing_in
+from robosandbox.agent.language.front import ENGLISH, language_of, thing_in
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace

@@ -265,10 +265,11 @@ class Element(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
-    """What to do, in order, and what to keep away from."""
+    """What to do, in order, what to keep away from, and how: the words of speed and care, which no skill is told."""
 
     steps: tuple[Command, ...]
     avoid: tuple[Ref, ...] = ()
+    manners: tuple[str, ...] = ()
 
 
 def replace(node: N, /, **changes: Any) -> N:

@@ -16,7 +16,7 @@ from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.corrections import may_correct, set_right
 from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.foreign import ENGLISH, language_of, read_in, says_in_turn, told_in
+from robosandbox.agent.language.front import ENGLISH, Readings, language_of, read_in, says_in_turn, told_in
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.lexicon import LEXICON
@@ -43,6 +43,7 @@ from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5
+CLOSE_RULES = 0.2
 _MOST_REMEMBERED = 500  # Characters of a prompt that is remembered and read again. Chosen: longer ones are no commands.
 STRANGE = 20.0  # Strain, a number of units as of strain.py, from which a reading is too strange to act on. Chosen.
 _STEPS_AGAIN = 4_000  # Number of steps of a second reading. Chosen: less than half of the first.
@@ -66,7 +67,6 @@ _SAID_AS = {"namelyonly": "only", "backagain": "back again"}
 _PERHAPS_MISREAD = frozenset(
     {RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED, RefusalCode.IMPOSSIBLE}
 )
-Readings = tuple[tuple[float, Sentence], ...]
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 
 
@@ -76,6 +76,8 @@ def interpret(
     skills: Iterable[str],
     discourse: Discourse | None = None,
     chosen: Mapping[str, str] | None = None,
+    *,
+    by_rules: bool = False,
 ) -> Draft | Refusal:
     """Return the plan that a sentence asks for in a scene, or why there is none.
 
@@ -85,9 +87,12 @@ def interpret(
         skills: Names of the skills at hand.
         discourse: What was spoken of before; updated when a plan comes out.
         chosen: Answers to questions asked before: unclear words and the ids that they mean.
+        by_rules: Read English by its rules.
     """
     names = tuple(skills)
     language = language_of(prompt)
+    if by_rules and language == ENGLISH:
+        return _by_rules(prompt, scene, names, discourse, chosen)
     if language != ENGLISH:
         return _interpreted_in(language, prompt, scene, names, discourse, chosen)
     goes_on = discourse is not None and discourse.last is not None
@@ -106,6 +111,21 @@ def interpret(
         return with_offer(made, said.tokens, said.grammar, works)
     except (TooLongError, TooComplicatedError):
         return made
+
+
+def _by_rules(
+    prompt: str,
+    scene: ObservedScene,
+    names: tuple[str, ...],
+    discourse: Discourse | None,
+    chosen: Mapping[str, str] | None,
+) -> Draft | Refusal:
+    found = read_in(ENGLISH, prompt, tuple(item.id for item in scene.objects))
+    return (
+        found
+        if isinstance(found, Refusal)
+        else _once_each(prompt, choose(found, scene, names, discourse, chosen, close=CLOSE_RULES))
+    )
 
 
 def _accounted(prompt: str, scene: ObservedScene, draft: Draft, *, goes_on: bool) -> Draft | Refusal:
@@ -356,26 +376,34 @@ def choose(
     skills: Sequence[str],
     discourse: Discourse | None = None,
     chosen: Mapping[str, str] | None = None,
+    *,
+    close: float = CLOSE,
 ) -> Draft | Refusal:
     """Return the plan of the plainest reading that has one; two different plans of equal right are ambiguous."""
     plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
     refused: list[tuple[RefusedError, Sentence]] = []
     best, limit = 0.0, float("inf")
     for strain, reading in readings:
-        if (plans and strain > best + CLOSE) or strain > limit:
+        if (plans and strain > best + close) or strain > limit:
             break
         context = deepcopy(discourse) if discourse else Discourse()
         try:
             draft = build(reading, scene, skills, context, chosen)
             felt = [f"“{word}”" for word in unseen(reading) if word in FEELINGS]
-            draft = replace(draft, note=f"I do not see what is {listed(felt)}.") if felt else draft
+            notes = (
+                [f"No skill takes {listed([f'“{word}”' for word in reading.manners])}: I go at my usual speed."]
+                if reading.manners
+                else []
+            )
+            notes += [f"I do not see what is {listed(felt)}."] if felt else []
+            draft = replace(draft, note=" ".join(notes))
         except RefusedError as error:
             # Without its frames it is freed at once, and no garbage piles up.
             refused.append((error.with_traceback(None), reading))
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
                 unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS) and not error.firm
-                limit = min(limit, strain + (3 * CLOSE if unclear else CLOSE))
+                limit = min(limit, strain + (3 * close if unclear else close))
             continue
         best = strain if not plans else best
         if not any(_same_in_the_end(_effect(draft), other) for other in plans):

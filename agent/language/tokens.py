@@ -85,7 +85,7 @@ _PIECES = lazy_regex.compile(
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SceneWords:
     """The words of one scene's ids.
 

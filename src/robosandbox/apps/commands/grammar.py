@@ -16,25 +16,25 @@ def grammar(
     json: Annotated[bool, typer.Option("--json", help="One JSON document.")] = False,
 ) -> None:
     """List the languages that are pairs of files, or print the rules and words of one; nothing moves."""
-    from robosandbox.agent.language.foreign import learn_translations
-    from robosandbox.agent.language.rulebook import languages, rulebook
+    from robosandbox.agent.language.front import learn_translations
+    from robosandbox.agent.language.ruleset import languages, ruleset
     from robosandbox.skills.catalogue import load_skills
 
     learn_translations(load_skills())
     known = languages()
     if language and language not in known:
         hint = did_you_mean(language, known) or f"; there is {', '.join(known)}"
-        raise InputError(f"no language {language[:60]!r}{hint}; English is read by agent/language/grammar.py")
+        raise InputError(f"no language {language[:60]!r}{hint}")
     if language:
-        lines = list(rulebook(language).listed())
+        lines = list(ruleset(language).listed())
         if json:
             print_json({"language": language, "lines": lines})
         else:
             print("\n".join(lines))
         return
-    books = {name: rulebook(name) for name in known}
+    books = {name: ruleset(name) for name in known}
     rows = [
-        {"language": name, "name": book.lexicon.name, "rules": len(book.rules), "lines": book.lines}
+        {"language": name, "name": book.vocabulary.name, "rules": len(book.rules), "lines": book.lines}
         for name, book in books.items()
     ]
     if json:

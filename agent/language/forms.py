@@ -1,0 +1,691 @@
+"""The logical forms that fields fill, and what a sentence leaves unsaid: verbs, nouns of a list."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from robosandbox.agent.language.binding import UNSAID, with_nouns, with_verbs
+from robosandbox.agent.language.intent import (
+    At,
+    ByRobot,
+    Command,
+    Matching,
+    Offset,
+    Original,
+    Rank,
+    Ref,
+    Region,
+    Relation,
+    Sentence,
+    Spot,
+    Table,
+    replace,
+)
+from robosandbox.agent.language.logic import (
+    Alike,
+    Bound,
+    ForEach,
+    If,
+    Is,
+    More,
+    Not,
+    Several,
+    There,
+    UntilLeft,
+    While,
+    mapped,
+    stripped,
+)
+from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.measures import Measure
+
+_SIDES = ("left", "right", "front", "back")
+
+
+class Filled(NamedTuple):
+    """One field of a form; `more` adds to it."""
+
+    field: str
+    value: Any
+    more: bool
+
+
+class Misfit(Exception):
+    """A form cannot have these fields, so that this is no way to read the words."""
+
+
+def gathered(fields: Sequence[Filled]) -> dict[str, Any]:
+    """Return the value of each field."""
+    values: dict[str, Any] = {}
+    for name, value, more in fields:
+        if name == "dropped":
+            continue
+        if more:
+            values[name] = (*values.get(name, ()), *(value if type(value) is tuple else (value,)))
+        elif values.setdefault(name, value) != value:
+            raise Misfit
+    return values
+
+
+def formed(form: str, fields: Sequence[Filled], text: str) -> tuple[Any, float]:
+    """Return a logical form, and what it costs besides."""
+    try:
+        made = FORMS[form](gathered(fields), text)
+    except (KeyError, TypeError) as error:
+        raise Misfit from error
+    return (made[0], made[1]) if type(made) is Costly else (made, 0.0)
+
+
+class Costly(tuple):  # type: ignore[type-arg]
+    """A form, and what it costs."""
+
+
+def _thing(values: dict[str, Any], text: str) -> Any:
+    nth, key = values.pop("nth", None), values.pop("key", "")
+    if nth is None and key and not values.get("plural"):
+        raise Misfit
+    if nth is not None or key:
+        values["ranks"] = (*values.get("ranks", ()), Rank(key, 0 if nth is None else int(nth)))
+    if values.get("number") is not None:
+        if int(values["number"]) != values["number"] or values["number"] < 1:
+            raise Misfit
+        values["number"] = int(values["number"])
+        if values["number"] == 1:
+            values["plural"] = False
+            values["determiner"] = "a" if values.get("determiner") == "bare" else values.get("determiner", "the")
+    if values.get("without") and not (values.get("plural") or values.get("determiner") in ("all", "a", "bare")):
+        raise Misfit
+    if any(
+        ref.determiner == "it" or (ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names))
+        for ref in values.get("instead", ())
+    ):
+        raise Misfit
+    values["without"] = (*values.get("without", ()), *values.pop("less", ()))
+    if len(values.get("colours", ())) > 1 and not values.pop("either", False):
+        raise Misfit
+    values.pop("either", None)
+    if (
+        text in ("a little", "one", "ones")
+        and values.get("determiner") in ("a", "bare")
+        and "number" not in values
+        and not values.pop("counted", False)
+    ):
+        raise Misfit
+    values.pop("counted", None)
+    if values.get("without") and any(
+        ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names or ref.relations)
+        for ref in values["without"]
+    ):
+        raise Misfit
+    made = Ref(**{"text": text or "it", **values})
+    if made.plural and made.number is None and any(rank.strict and rank.nth == 1 for rank in made.ranks):
+        return Costly((made, 0.6))
+    if not made.without:
+        return made
+    return replace(
+        made,
+        without=tuple(
+            replace(_of_kind(ref, made), text=f"but {ref.text}" if not text.startswith("all but") else ref.text)
+            for ref in made.without
+        ),
+    )
+
+
+def _list(values: dict[str, Any], text: str) -> Any:
+    items = tuple(values["item"])
+    # "everything but the can and the ball" leaves out both.
+    return Costly((items, 0.7)) if any(ref.without for ref in items[:-1]) else items
+
+
+def _spread(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
+    """As in "the red and blue cubes": each adjective with what they share."""
+    each = values.pop("each")
+    if values.get("plural") and values.get("number") in (len(each), None) and values.get("number"):
+        values["number"] = None
+    base = _thing(values, text)
+    base = base[0] if type(base) is Costly else base
+    return tuple(
+        replace(
+            base,
+            plural=base.plural and not any(rank.strict and rank.nth == 1 for rank in one.ranks),
+            text=f"{one.text} {' '.join(base.nouns)}",
+            **{n: getattr(one, n) for n in ("colours", "ranks", "shades", "names") if getattr(one, n)},
+        )
+        for one in each
+    )
+
+
+def _measure(values: dict[str, Any], text: str) -> Measure:
+    return Measure(values.get("dimension", ""), float(values["metres"]))
+
+
+def _product(values: dict[str, Any], text: str) -> float:
+    return float(round(math.prod(values["of"]), 12))
+
+
+def _sum(values: dict[str, Any], text: str) -> float:
+    return float(sum(values["of"]))
+
+
+def _of_kind(ref: Ref, whole: Ref) -> Ref:
+    """As in "the cubes, all but the red one": a cube."""
+    if ref.one and not ref.nouns and not ref.names and (whole.nouns or whole.names):
+        return replace(ref, nouns=whole.nouns, names=whole.names, one=False)
+    return ref
+
+
+def _command(values: dict[str, Any], text: str) -> Any:
+    values.pop("denied", None)
+    values["times"] = int(values.get("times", 1))
+    if values.get("order") == ():
+        values.pop("order")
+    high = values.pop("high", None)
+    if high is not None:
+        number = sum(
+            (ref.number or 0) if ref.plural or ref.determiner == "all" else 1 for ref in values.get("objects", ())
+        )
+        if (number and number != high) or (not number and values.get("objects")):
+            raise Misfit
+    if values.get("verb") == "stack" and values.get("order") in ("up", "down"):
+        ends = with_nouns(tuple(reversed(values.get("objects", ()))))[::-1]
+        if len(ends) == 2 and all(len(ref.ranks) == 1 and ref.ranks[0].strict for ref in ends) and ends[0].nouns:
+            # "the biggest cube at the bottom, the smallest on top": all cubes, and the others between them.
+            every = Ref(text=ends[0].text, determiner="all", nouns=ends[0].nouns, plural=True)
+            levels = ("bottom", "top") if values["order"] == "up" else ("top", "bottom")
+            values["objects"], values["order"] = (every,), tuple(zip(levels, ends, strict=True))
+    if isinstance(values.get("order"), tuple) and len(values.get("objects", ())) > 1:
+        # "a, b and c, the biggest at the bottom": the biggest of those.
+        these = with_nouns(values["objects"])
+        values["order"] = tuple(
+            (
+                level,
+                replace(ref, options=these, one=False)
+                if ref.one and ref.ranks and not (ref.colours or ref.names or ref.nouns)
+                else ref,
+            )
+            for level, ref in values["order"]
+        )
+    chosen = values.pop("whichever", ())
+    if chosen:
+        if len(values.get("objects", ())) != 1 or not values["objects"][0].options:
+            raise Misfit
+        values["objects"] = (replace(values["objects"][0], ranks=chosen),)
+    of = values.pop("of", None)
+    if of is not None:
+        if not of.plural or of.determiner == "all" or (of.number and of.number != len(values["objects"])):
+            raise Misfit
+        values["objects"] = tuple(_of_kind(ref, of) for ref in values["objects"])
+    turn = values.pop("turn", "")
+    if turn:
+        whole = values.get("objects", ())
+        if len(whole) != 1 or not (whole[0].plural or whole[0].determiner == "all") or whole[0].ranks:
+            raise Misfit
+        values["objects"] = (replace(whole[0], ranks=(Rank(turn, 0),)),)
+    further = values.pop("further", None)
+    if further is not None:
+        if values.get("distance") is not None:
+            raise Misfit
+        place = values.get("place")
+        if isinstance(place, Offset) and place.distance is None:
+            values["place"] = Offset(place.direction, further)
+        elif (
+            isinstance(place, Relation) and place.kind in ("left", "right", "front", "back") and place.distance is None
+        ):
+            values["place"] = place._replace(distance=further)
+        elif values.get("direction") or (isinstance(place, Relation) and place.kind in ("towards", "away")):
+            values["distance"] = further
+        else:
+            raise Misfit
+    if getattr(values.get("place"), "kind", "") == "discard" and any(
+        ref.determiner == "all" and not ref.nouns for ref in values.get("objects", ())
+    ):
+        raise Misfit
+    without = values.pop("without", ())
+    if any(ref.determiner == "it" for ref in without):
+        raise Misfit
+    if without:
+        whole = values.get("objects", ())
+        if any(rank.key in ("top", "bottom") for ref in without for rank in ref.ranks) or any(
+            ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names) for ref in without
+        ):
+            raise Misfit
+        if len(whole) != 1 or not (whole[0].plural or whole[0].determiner == "all") or whole[0].without:
+            raise Misfit
+        values["objects"] = (
+            replace(
+                whole[0], without=tuple(replace(_of_kind(ref, whole[0]), text=f"but {ref.text}") for ref in without)
+            ),
+        )
+    made = Command(**{"verb": UNSAID, **values})
+    if (
+        made.verb in ("put", "push", "tap", "pick", "pour", "open", "close", "swap", "aside", "unstack")
+        and not made.objects
+    ):
+        raise Misfit
+    return made
+
+
+def _sentence(values: dict[str, Any], text: str) -> Any:
+    steps = with_verbs(values.get("steps", ()))
+    if steps is None:
+        raise Misfit
+    for before, step in zip((None, *steps), steps, strict=False):
+        place = step.place
+        if before is not None and step.control and step.bare:
+            raise Misfit
+        named = bool(step.objects) and step.objects[0].determiner != "it"
+        if (
+            before is None
+            and named
+            and (
+                isinstance(place, Original)
+                or (isinstance(place, Relation) and any(ref.text == "there" for ref in place.refs))
+            )
+        ):
+            # "put the cup back", "put the cube there": where?
+            raise Misfit
+        if before is None and isinstance(place, Offset) and place.direction == "back" and place.distance is None:
+            raise Misfit
+        if (
+            before is not None
+            and step.verb == "push"
+            and step.bare
+            and isinstance(before.place, Relation)
+            and before.place.kind in _SIDES
+        ):
+            # "put the red cube left of the bowl and the blue one to the right": of the bowl.
+            raise Misfit
+    told: list[Command] = []
+    for step in steps:
+        if (
+            told
+            and told[-1].verb in ("aside", "unstack")
+            and step.verb == "put"
+            and not isinstance(step.place, Original)
+            and [ref.determiner for ref in step.objects] == ["it"]
+        ):
+            # "get it out of the way, put it behind the mug": that is where it goes.
+            step = replace(step, objects=told.pop().objects)
+        told.append(step)
+    return Sentence(tuple(told), tuple(values.get("avoid", ())))
+
+
+def _steps(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    steps = (*values.get("first", ()), *values.get("then", ()), *values.get("last", ()))
+    told = with_verbs(steps) if steps and steps[0].verb != UNSAID else steps
+    if told is None:
+        raise Misfit
+    return told
+
+
+def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "put the blocks in the tray, but first tap them": told in another order than done; "them" was named before."""
+    last, first = values["last"], values["first"]
+    told = with_verbs((*last, *first))
+    if told is None:
+        raise Misfit
+    last, first = told[: len(last)], told[len(last) :]
+    there = last[0].place
+    first = tuple(
+        replace(step, place=there)
+        if isinstance(step.place, Relation) and there is not None and [ref.text for ref in step.place.refs] == ["there"]
+        else step
+        for step in first
+    )
+    theme = last[0].objects if last[0].objects and len(last[0].objects) == 1 else ()
+
+    def named(ref: Ref) -> Ref:
+        if ref.determiner != "it" or ref.relations:
+            return ref
+        if (
+            not theme
+            or theme[0].determiner == "it"
+            or len(last) > 1
+            or ref.plural != (theme[0].plural or theme[0].determiner == "all")
+        ):
+            raise Misfit
+        return theme[0]
+
+    def done(step: Command) -> Command:
+        place = step.place
+        told = bool(step.objects) and step.objects[0].determiner != "it"
+        if isinstance(place, Relation) and told and theme:
+            place = place._replace(refs=tuple(map(named, place.refs)))
+        return replace(step, objects=tuple(map(named, step.objects)), place=place)
+
+    return (*map(done, first), *last)
+
+
+def _tower(values: dict[str, Any], text: str) -> Command:
+    """As in "red on blue on white": what is on what, from the top down."""
+    return Command(values.pop("verb"), (values["on"][0],), Relation("on", (values["on"][1],)), tuple(values["on"][2:]))
+
+
+def _at(values: dict[str, Any], text: str) -> At:
+    return At(float(values["x"]) * values.get("unit", 1), float(values["y"]) * values.get("unit", 1))
+
+
+def _levels(values: dict[str, Any], text: str) -> Command:
+    """As in "red at the bottom, then green, and blue on top"."""
+    items = with_nouns(values["item"])
+    if len(items) == 2 and all(len(ref.ranks) == 1 and ref.ranks[0].strict for ref in items):
+        # "the biggest cube at the bottom, the smallest on top": all cubes.
+        named = next((ref for ref in items if ref.nouns), None)
+        if named is None:
+            raise Misfit
+        every = Ref(text=named.text, determiner="all", nouns=named.nouns, plural=True)
+        ends = ("bottom", "top") if values["order"] == "up" else ("top", "bottom")
+        return Command("stack", (every,), order=tuple(zip(ends, items, strict=True)))
+    return Command("stack", items, order=values["order"])
+
+
+def _level(values: dict[str, Any], text: str) -> tuple[tuple[str, Ref], ...]:
+    return ((values["level"], values["what"]),)
+
+
+def _rank(values: dict[str, Any], text: str) -> Rank:
+    return Rank(values.pop("key", ""), int(values.pop("nth", 1)), **values)
+
+
+def _amended(values: dict[str, Any], text: str) -> Any:
+    """As in "put the red cube in the bin, no, the blue one": the better words take the place of what is most like them."""
+    step = values["step"]
+    step = step if type(step) is tuple else (step,)
+    *before, last = step[-1:] if type(step) is not tuple else step
+    made, cost = amended(last, values)
+    if made is None:
+        raise Misfit
+    return Costly(((*before, made), cost))
+
+
+def amended(step: Command, values: dict[str, Any]) -> tuple[Command | None, float]:
+    """Return a command with one of its arguments changed."""
+    if "place" in values and step.place is not None:
+        place = values["place"]
+        if (
+            isinstance(place, Relation)
+            and isinstance(step.place, Relation)
+            and [ref.determiner for ref in place.refs] == ["it"]
+        ):
+            place = place._replace(refs=step.place.refs)
+        return replace(step, place=place), 0.0
+    if "direction" in values and step.direction is not None:
+        return replace(step, direction=values["direction"], distance=values.get("distance", step.distance)), 0.0
+    if "distance" in values and step.distance is not None:
+        return replace(step, distance=values["distance"]), 0.0
+    if "ref" not in values:
+        return None, 0.0
+    ref = values["ref"]
+    place = step.place if isinstance(step.place, Relation) and len(step.place.refs) == 1 else None
+    if len(step.objects) != 1 and place is None:
+        return None, 0.0
+    if (
+        place
+        and place.kind in ("in", "to")
+        and len(step.objects) == 1
+        and _holder(ref)
+        and not _holder(step.objects[0])
+    ):
+        return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),))), 0.0
+    of_object = likeness(ref, step.objects[0]) if len(step.objects) == 1 else -1
+    of_place = likeness(ref, place.refs[0]) if place else -1
+    if place and of_place > of_object:
+        return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),))), 0.0
+    if of_object == of_place:
+        return None, 0.0
+    return replace(step, objects=(_filled_in(ref, step.objects[0]),)), 0.0
+
+
+_HOLDERS = frozenset({"bin", "bowl", "drawer", "plate", "box", "mug"})
+
+
+def _holder(ref: Ref) -> bool:
+    return bool(ref.nouns) and NOUN_CLASS.get(ref.nouns[0], "") in _HOLDERS
+
+
+def likeness(new: Ref, old: Ref) -> int:
+    """Return how much a description looks like another: the same noun, else the same kinds of words."""
+    if new.nouns and old.nouns:
+        holders = [NOUN_CLASS.get(ref.nouns[0], "") in _HOLDERS for ref in (new, old)]
+        return 3 if new.nouns == old.nouns else 1 if holders[0] == holders[1] else 0
+    if old.nouns and not new.one and new.names and NOUN_CLASS.get(old.nouns[0], "") in _HOLDERS:
+        return 0
+    if new.one or not (new.nouns or new.names):
+        return 1 + 2 * (
+            bool(new.colours) == bool(old.colours)
+            and bool(new.colours or new.ranks)
+            and bool(new.ranks) == bool(old.ranks)
+        )
+    return 1 if bool(new.names) == bool(old.names) else 0
+
+
+def _filled_in(new: Ref, old: Ref) -> Ref:
+    return (
+        replace(new, one=False, nouns=old.nouns, names=tuple(n for n in old.names if n not in new.names))
+        if new.one and not new.nouns and (old.nouns or old.names)
+        else new
+    )
+
+
+def _plain(kind: Any, *, said: bool = False) -> Callable[[dict[str, Any], str], Any]:
+    return lambda values, text: kind(**{**({"text": text} if said else {}), **values})
+
+
+def _sorted(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "sort the cubes: red ones in the red bin, blue ones in the blue bin"."""
+    head = values["head"].objects[0]
+
+    def named(ref: Ref) -> Ref:
+        several = head.plural and ref.determiner == "bare"
+        return (
+            replace(ref, nouns=head.nouns, names=(*ref.names, *head.names), one=False, plural=ref.plural or several)
+            if ref.one and not ref.nouns
+            else ref
+        )
+
+    return tuple(replace(step, objects=tuple(map(named, step.objects))) for step in values["then"])
+
+
+def _respective(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "put the lemon, the cube and the mug in the bowl, the tray and the crate respectively"."""
+    ways = values.get("ways") or tuple(Relation(values["kind"], (ref,)) for ref in with_nouns(values["refs"]))
+    objects = with_nouns(values["objects"])
+    if len(ways) != len(objects) or len(ways) < 2 or any(ref.plural for ref in objects):
+        raise Misfit
+    if "refs" in values:
+        return tuple(Command("put", (ref,), way) for ref, way in zip(objects, ways, strict=True))
+    return tuple(
+        Command("push", (ref,), direction=way, distance=values.get("distance"))
+        for ref, way in zip(objects, ways, strict=True)
+    )
+
+
+def _turned(values: dict[str, Any], text: str) -> Command:
+    """As in "put the blue cube on the red one, no, the other way round"."""
+    step: Command = values["step"]
+    place = getattr(step, "place", None)
+    if not isinstance(place, Relation) or len(place.refs) != 1 or len(step.objects) != 1 or step.tower:
+        raise Misfit
+    return replace(step, objects=place.refs, place=place._replace(refs=step.objects))
+
+
+def _if(values: dict[str, Any], text: str) -> Command:
+    then, otherwise = values["then"], list(values.get("otherwise", ()))
+    if any(step.verb == UNSAID for step in otherwise):
+        told = with_verbs((then[-1], *otherwise))
+        if told is None:
+            raise Misfit
+        otherwise = list(told[1:])
+        values["otherwise"] = tuple(otherwise)
+    condition = values["condition"]
+    theme = then[0].objects if then and len(then[0].objects) == 1 else ()
+    after = values.pop("after", False)
+    if after and theme and theme[0].determiner not in ("it", "all"):
+        named = replace(theme[0], determiner="the")
+        place = then[0].place
+        of = stripped(condition)[0]
+        if (
+            isinstance(of, There)
+            and isinstance(place, Relation)
+            and len(place.refs) == 1
+            and place.refs[0].determiner == "the"
+        ):
+            # "put the key on the block unless something is already on it": on the block.
+            named = place.refs[0]
+        condition = values["condition"] = mapped(
+            condition, lambda ref: named if ref.determiner == "it" and not ref.plural else ref
+        )
+    inner, denied = stripped(condition)
+    if isinstance(inner, There) and any(
+        ref.determiner == "it" for relation in inner.what.relations for ref in relation.refs
+    ):
+        raise Misfit
+    subject = inner.what if isinstance(inner, There) else inner.subject if isinstance(inner, Is) else None
+    if (
+        subject is not None
+        and not denied
+        and not subject.plural
+        and subject.determiner in ("the", "a")
+        and then
+        and [ref.determiner for ref in then[0].objects] == ["it"]
+        and not then[0].objects[0].plural
+    ):
+        # "and if there is an orange can, tap it": that can, whatever was moved before.
+        named = replace(subject, determiner="the", number=None)
+        then = values["then"] = (replace(then[0], objects=(named,)), *then[1:])
+    spoken = then[0].place if then and isinstance(then[0].place, Relation) else None
+    if (
+        spoken
+        and otherwise
+        and isinstance(otherwise[0].place, Relation)
+        and [ref.determiner for ref in otherwise[0].place.refs] == ["it"]
+    ):
+        # "..., otherwise put the walnut in there": where the other thing would have gone.
+        otherwise[0] = replace(otherwise[0], place=otherwise[0].place._replace(refs=spoken.refs))
+        values["otherwise"] = tuple(otherwise)
+    # "tap the key, go home if the plum is green, otherwise tap the plum": what is done otherwise in place of what?
+    bare = 1.0 if after and values.get("otherwise") else 0.0
+    return Command(
+        "control",
+        bare=bare,
+        control=If(
+            values["condition"], tuple(values["then"]), tuple(values.get("otherwise", ())), values.get("unless", False)
+        ),
+    )
+
+
+def _while(values: dict[str, Any], text: str) -> Command:
+    return Command("control", control=While(values["condition"], tuple(values["body"])))
+
+
+def _until(values: dict[str, Any], text: str) -> Command:
+    if len(values["body"].objects) != 1:
+        raise Misfit
+    return Command(
+        "control", control=UntilLeft(values["body"], values.get("bound", Bound(1, None)), values.get("spared"), text)
+    )
+
+
+def _each(values: dict[str, Any], text: str) -> Command:
+    return Command("control", control=ForEach(values["what"], tuple(values["body"])))
+
+
+def _bound(values: dict[str, Any], text: str) -> Bound:
+    if "exactly" in values:
+        values["least"] = values["most"] = values.pop("exactly")
+    if "over" in values:
+        values["least"] = values.pop("over") + 1
+    if "under" in values:
+        values["most"] = values.pop("under") - 1
+    whole: dict[str, Any] = {name: int(v) if type(v) in (int, float) else v for name, v in values.items()}
+    return Bound(**whole)
+
+
+def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "the small bottle: pick it up": what is spoken of before it is."""
+    first, *rest = values["steps"]
+    if values.get("about") and not any(
+        ref.determiner == "it" for ref in (*first.objects, *getattr(first.place, "refs", ()))
+    ):
+        # "the can is fragile, put everything in the bin": is that meant as well?
+        raise Misfit
+    told = tuple(
+        replace(ref, determiner="the" if ref.determiner in ("a", "bare") and not ref.plural else ref.determiner)
+        for ref in values["spoken"]
+    )
+    if len(first.objects) == 1 and first.objects[0].determiner == "it":
+        return (replace(first, objects=told), *rest)
+    if isinstance(first.place, Relation) and len(told) == 1 and [ref.determiner for ref in first.place.refs] == ["it"]:
+        return (replace(first, place=first.place._replace(refs=told)), *rest)
+    return (replace(first, spoken=(*told, *first.spoken)), *rest)
+
+
+def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "do not put the ball in the box, put it on the plate"."""
+    not_so, (first, *rest) = values["denied"], values["steps"]
+    not_so = not_so[0] if type(not_so) is tuple else not_so
+    other = not_so.verb != first.verb and (
+        (first.objects[:1] and first.objects[0].determiner != "it") or not_so.verb == "tap"
+    )
+    if not not_so.objects or not first.objects or other or first.control or not_so.control:
+        raise Misfit
+    spoken = () if first.objects[0].determiner != "it" else not_so.objects[:1]
+    if spoken and first.place == not_so.place and first.direction == not_so.direction:
+        raise Misfit
+    objects = tuple(not_so.objects) if spoken else first.objects
+    if not spoken and first.place is None and not_so.place is not None:
+        raise Misfit
+    return (replace(first, objects=objects), *rest)
+
+
+def _split(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "the red mug left, the black one right of the sponge"."""
+    near, verb = values["refs"], values.get("verb", "put")
+    pairs = zip(values["item"], values["kind"], strict=True)
+    return tuple(Command(verb, (item,), Relation(kind, near)) for item, kind in pairs)
+
+
+def _may_be(ref: Ref, told: Ref) -> bool:
+    """Say whether a description is a shorter one for what was named."""
+    said = {*ref.nouns, *ref.names, *ref.colours, *(rank.key for rank in ref.ranks)}
+    return bool(said) and said <= {*told.nouns, *told.names, *told.colours, *(rank.key for rank in told.ranks)}
+
+
+def _turns(values: dict[str, Any], text: str) -> Any:
+    """As in "the cubes in the bin, the red one first"; "red in the bowl and blue in the crate, blue first"."""
+    steps = with_verbs(values["steps"])
+    if steps is None or values.get("avoid"):
+        raise Misfit
+    ref, when = values["what"], values["when"]
+    if ref.instead or (ref.one and not (ref.colours or ref.ranks or ref.names)):
+        raise Misfit
+    if (
+        len(steps) == 1
+        and (
+            steps[0].objects
+            and (steps[0].objects[0].plural or len(steps[0].objects) > 1 or steps[0].objects[0].determiner == "all")
+        )
+        and steps[0].order is None
+    ):
+        return (replace(steps[0], order=((when, ref),)),)
+    if len(steps) > 1 and all(len(step.objects) == 1 for step in steps):
+        meant = [step for step in steps if _may_be(ref, step.objects[0])]
+        if len(meant) == 1:
+            others = tuple(step for step in steps if step is not meant[0])
+            return (meant[0], *others) if when == "first" else (*others, meant[0])
+    raise Misfit
+
+
+FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
+    "any": lambda values, text: values["is"],
+    "list": _list, "slot": lambda values, text: tuple(values.items()),
+    "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
+    "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied, "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
+    "Relation": lambda values, text: Relation(**{**values, "distance": None if values.get("distance") is None else float(values["distance"])}),
+    "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
+    "Table": _plain(Table), "Matching": _plain(Matching), "Bound": _bound, "If": _if, "While": _while, "UntilLeft": _until, "ForEach": _each,
+    "Is": _plain(Is, said=True), "Not": _plain(Not), "There": _plain(There, said=True), "More": _plain(More, said=True), "Alike": _plain(Alike, said=True),
+    "Several": _plain(Several, said=True),
+}  # fmt: skip

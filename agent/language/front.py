@@ -1,0 +1,222 @@
+"""A sentence of a language that is a pair of files: its readings, or a refusal that names what was not understood."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Protocol, runtime_checkable
+
+from robosandbox.agent.language.binding import Binder
+from robosandbox.agent.language.chart import TooComplicatedError
+from robosandbox.agent.language.chat import add_chat
+from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.intent import Ref, Sentence
+from robosandbox.agent.language.lexicon import WORDS
+from robosandbox.agent.language.parser import Parser
+from robosandbox.agent.language.ruleset import COSTS, GRAMMARS, Ruleset, bring, languages, ruleset
+from robosandbox.agent.language.text import MAX_CHARACTERS, Said, TooLongError, classes_of, said
+from robosandbox.agent.language.tokens import SceneWords, scene_words
+from robosandbox.agent.language.vocabulary import Token, logical_lines, spelled
+from robosandbox.types import Refusal, RefusalCode
+
+ENGLISH = "english"
+# How alike a word has to be to one of the language to be offered for it, a ratio as of difflib, and the number of letters
+# up to which none is: a slip in a word of six letters.
+_NEAR, _SHORT = 0.8, 3
+# Share of a sentence's words that a language has to know for it to be that sentence's: what is not known is refused in that
+# language, and an English sentence has more words of English.
+_LEAST_KNOWN = 1.0 / 3.0
+# Words; ids, which have underscores, are of no language.
+_WORD = re.compile(r"(?<![\w_])[^\W\d_]+(?![\w_])")
+_SLOT = re.escape("{}")
+Readings = tuple[tuple[float, Sentence], ...]
+
+
+@runtime_checkable
+class Translated(Protocol):
+    """A skill that says how people ask for it in languages that are data."""
+
+    name: str
+    translations: Mapping[str, str]
+
+
+def learn_translations(skills: Iterable[object]) -> None:
+    """Take in what skills say for themselves in other languages."""
+    for skill in skills:
+        if isinstance(skill, Translated) and skill.translations:
+            bring(skill.name, skill.translations)
+
+
+@lru_cache(maxsize=1)
+def _signs() -> dict[str, frozenset[str]]:
+    """The words by which each language is known, from the first lines of its lexicon; no more of it is read for that."""
+    found: dict[str, frozenset[str]] = {}
+    for name in languages():
+        spelling: dict[str, str] = {}
+        words: set[str] = set()
+        for _, line in logical_lines((GRAMMARS / f"{name}.lexicon").read_text(encoding="utf-8")):
+            kind, _, rest = line.partition(" ")
+            if kind == "spelling":
+                spelling = {a.strip(): b.strip() for pair in rest.split(",") for a, b in [pair.split("=")]}
+            elif kind == "signs":
+                words.update(spelled(rest.split(), spelling))
+            elif kind == "agree":
+                break
+        found[name] = frozenset(words)
+    return found
+
+
+def language_of(prompt: str) -> str:
+    """Return the name of the language that a sentence is in.
+
+    It is another one than English where it has a word that English lacks, such as an article, and where that language
+    knows a third of its words and more of them than English does.
+    """
+    words = _WORD.findall(prompt[:MAX_CHARACTERS].lower())
+    for name, signs in _signs().items():
+        if not signs.isdisjoint(words):
+            vocabulary = ruleset(name).vocabulary
+            own = sum(bool(vocabulary.split(vocabulary.folded(word))) for word in words)
+            if own >= _LEAST_KNOWN * len(words) and own > sum(word in WORDS for word in words):
+                return name
+    return ENGLISH
+
+
+@lru_cache(maxsize=32)
+def read_in(language: str, prompt: str, ids: tuple[str, ...]) -> Readings | Refusal:
+    """Return the readings of a sentence, the plainest first, or a refusal that names what was not understood.
+
+    Args:
+        language: Its name.
+        prompt: What was said.
+        ids: Those of the scene.
+    """
+    book, words = ruleset(language), scene_words(ids)
+    try:
+        told = said(prompt, words, book)
+        if not told.tokens:
+            return _unrecognized("Tell me what to do, for example: pick up the red cube.")
+        parser, readings = _read(told, words, book)
+        if book.vocabulary.has_gender and not readings:
+            # Whoever learns the language may have a noun's gender wrong.
+            lenient, readings = _read(told, words, book, lenient=True)
+            parser = lenient if readings else parser
+        if not readings and any(token.text == "er" for token in told.tokens):
+            told = Said(tuple(_without_hesitations(told.tokens)), told.manners)
+            parser, readings = _read(told, words, book)
+        if not readings or readings[0][0] >= COSTS[-1]:
+            mended = said(prompt, words, book, mend=True)
+            if mended.tokens != told.tokens:
+                told = mended
+                parser, better = _read(told, words, book)
+                readings = sorted([*better, *readings], key=lambda reading: reading[0])
+    except TooLongError as error:
+        return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
+    except TooComplicatedError:
+        return _unrecognized("That is too complicated for me; please say it in shorter sentences.")
+    bound: dict[Sentence, float] = {}
+    refused: Refusal | None = None
+    binder_of = parser.genders
+    for cost, sentence in readings:
+        try:
+            made = Binder(binder_of, book.vocabulary).bound(sentence)
+            bound.setdefault(replace(made, manners=told.manners), cost)
+        except RefusedError as error:
+            refused = refused or error.refusal
+    if bound:
+        return tuple((cost, sentence) for sentence, cost in bound.items())
+    return refused or _not_understood(parser, book, words)
+
+
+def _without_hesitations(tokens: Sequence[Token]) -> Iterator[Token]:
+    """Yield the tokens without "er" and the pauses around it: "put the cube, er, in the bin" takes nothing back."""
+    texts = ["", *(token.text for token in tokens), ""]
+    for k, token in enumerate(tokens, 1):
+        if token.text != "er" and not (token.text == "," and "er" in (texts[k - 1], texts[k + 1])):
+            yield token
+
+
+def _read(
+    told: Said, words: SceneWords, book: Ruleset, *, lenient: bool = False
+) -> tuple[Parser, list[tuple[float, Sentence]]]:
+    classes = classes_of(told.tokens, words, book, lenient=lenient)
+    add_chat(classes, told.tokens, words, book.vocabulary)
+    parser = Parser(told.tokens, book, classes)
+    readings = [(cost, sentence) for cost, sentence in parser.readings() if sentence.steps or sentence.avoid]
+    if lenient:
+        parser.genders.clear()
+    return parser, readings
+
+
+def thing_in(language: str, prompt: str, ids: tuple[str, ...]) -> Ref | None:
+    """Return the description that a whole prompt is, if it is one: an answer to a question."""
+    book, words = ruleset(language), scene_words(ids)
+    try:
+        told = said(prompt[:MAX_CHARACTERS], words, book)
+        parser = Parser(told.tokens, book, classes_of(told.tokens, words, book))
+        found = parser.readings("thing")
+    except (TooLongError, TooComplicatedError):
+        return None
+    return found[0][1] if found and found[0][1].determiner != "it" else None
+
+
+def says_in_turn(language: str, prompt: str) -> bool:
+    """Say whether a word tells that one step follows another."""
+    vocabulary = ruleset(language).vocabulary
+    return any(vocabulary.is_form(vocabulary.folded(word), "IN_TURN") for word in _WORD.findall(prompt))
+
+
+def told_in(language: str, refusal: Refusal) -> Refusal:
+    """Return a refusal in a language, where its lexicon has the words for it."""
+    for english, own in ruleset(language).vocabulary.says:
+        match = re.fullmatch(re.escape(english).replace(_SLOT, "(.+?)"), refusal.message)
+        if match:
+            return refusal.model_copy(
+                update={"message": own.format(*(_listed_in(language, t) for t in match.groups()))}
+            )
+    return refusal
+
+
+def _listed_in(language: str, text: str) -> str:
+    """Return "a, b and c" with the language's own word between the last two."""
+    words = ruleset(language).vocabulary.classes
+    last, word = next(((w, name) for w, name in ((" and ", "AND"), (" or ", "OR")) if w in text), ("", ""))
+    if not last or word not in words:
+        return text
+    return text.replace(last, f" {next(iter(words[word].values()))[0]} ")
+
+
+def _not_understood(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal:
+    tokens, vocabulary = parser.tokens, book.vocabulary
+    if {"QUESTION", "BE"} & {*parser.classes[0]}:
+        return Refusal(
+            code=RefusalCode.UNSUPPORTED,
+            message="Questions are answered in English only; I carry out orders in this language.",
+        )
+    if any(
+        reading.end and all(t.kind == "mark" for t in tokens[reading.end :]) for reading in parser.rule("things", 0)
+    ):
+        told = " ".join(token.raw for token in tokens if token.kind != "mark")
+        return Refusal(code=RefusalCode.AMBIGUOUS, message=f"What should I do with “{told}”?")
+    strange = [t.raw for t in tokens if t.kind == "word" and t.text not in book.known and t.text not in words.parts]
+    if not strange and parser.reach < len(tokens) and tokens[parser.reach].kind != "mark" and vocabulary.has_gender:
+        strange = [tokens[parser.reach].raw]
+    if not strange:
+        return _unrecognized(
+            f"I know the words but not the sentence “{parser.said(0, len(tokens))}”; please say it differently."
+        )
+    quoted = listed([f"“{word}”{_perhaps(word, book)}" for word in strange])
+    return _unrecognized(f"I do not understand {quoted} here.", strange)
+
+
+def _perhaps(word: str, book: Ruleset) -> str:
+    folded = book.vocabulary.folded(word)
+    near = difflib.get_close_matches(folded, book.vocabulary.words, n=1, cutoff=_NEAR) if len(folded) > _SHORT else []
+    return f" ({near[0]}?)" if near and near[0] != folded else ""
+
+
+def _unrecognized(message: str, candidates: Sequence[str] = ()) -> Refusal:
+    return Refusal(code=RefusalCode.UNRECOGNIZED, message=message, candidates=tuple(candidates), sure=False)
