@@ -40,6 +40,9 @@ def with_verbs(steps: Steps) -> Steps | None:
 def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | None:
     """Return a step without a verb as one like the last before it."""
     objects = step.objects
+    if step == Command(UNSAID, times=step.times):
+        # "tap the cube and do it again"; of several it is not said what "it" is.
+        return last if len(last.objects) == 1 and not last.bare else None
     if objects and objects[0].determiner == "all" and objects[0].without and not (objects[0].nouns or objects[0].names):
         # "..., all but the red one" is about what was just named.
         return None

@@ -40,6 +40,7 @@ from robosandbox.agent.language.logic import (
 )
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.measures import Measure
+from robosandbox.agent.language.ruleset import COSTS
 
 _SIDES = ("left", "right", "front", "back")
 
@@ -114,6 +115,8 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     values.pop("counted", None)
+    if any(rank.key in ("top", "bottom") for ref in values.get("without", ()) for rank in ref.ranks):
+        raise Misfit
     if values.get("without") and any(
         ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names or ref.relations)
         for ref in values["without"]
@@ -309,7 +312,11 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
             # "get it out of the way, put it behind the mug": that is where it goes.
             step = replace(step, objects=told.pop().objects)
         told.append(step)
-    return Sentence(tuple(told), tuple(values.get("avoid", ())))
+    # What a loop or a condition is followed by is more likely part of it.
+    further = any(step.control for step in told[:-1])
+    return Costly(
+        (Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))), COSTS[1] * further)
+    )
 
 
 def _steps(values: dict[str, Any], text: str) -> tuple[Command, ...]:
@@ -383,6 +390,18 @@ def _levels(values: dict[str, Any], text: str) -> Command:
 
 def _level(values: dict[str, Any], text: str) -> tuple[tuple[str, Ref], ...]:
     return ((values["level"], values["what"]),)
+
+
+def _relation(values: dict[str, Any], text: str) -> Relation:
+    sided = values.get("kind") in (*_SIDES, "beside") and [ref.text for ref in values.get("refs", ())] in (
+        ["that"],
+        ["this"],
+    )
+    if sided:
+        # "..., and the marble to the left of that": of what was moved, or of what that is beside?
+        raise Misfit
+    distance = values.pop("distance", None)
+    return Relation(**values, distance=None if distance is None else float(distance))
 
 
 def _rank(values: dict[str, Any], text: str) -> Rank:
@@ -683,7 +702,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "list": _list, "slot": lambda values, text: tuple(values.items()),
     "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied, "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
-    "Relation": lambda values, text: Relation(**{**values, "distance": None if values.get("distance") is None else float(values["distance"])}),
+    "Relation": _relation,
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
     "Table": _plain(Table), "Matching": _plain(Matching), "Bound": _bound, "If": _if, "While": _while, "UntilLeft": _until, "ForEach": _each,
     "Is": _plain(Is, said=True), "Not": _plain(Not), "There": _plain(There, said=True), "More": _plain(More, said=True), "Alike": _plain(Alike, said=True),

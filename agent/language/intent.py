@@ -265,11 +265,19 @@ class Element(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
-    """What to do, in order, what to keep away from, and how: the words of speed and care, which no skill is told."""
+    """What to do, in order, and what to keep away from.
+
+    Attributes:
+        steps: In order.
+        avoid: What is not to be touched.
+        manners: Words of speed and care, which no skill is told.
+        anew: "again", "instead" in the first step: something was done before.
+    """
 
     steps: tuple[Command, ...]
     avoid: tuple[Ref, ...] = ()
     manners: tuple[str, ...] = ()
+    anew: bool = False
 
 
 def replace(node: N, /, **changes: Any) -> N:

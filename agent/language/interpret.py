@@ -403,7 +403,7 @@ def choose(
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
                 unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS) and not error.firm
-                limit = min(limit, strain + (3 * close if unclear else close))
+                limit = min(limit, strain + (3 * CLOSE if unclear else CLOSE))
             continue
         best = strain if not plans else best
         if not any(_same_in_the_end(_effect(draft), other) for other in plans):

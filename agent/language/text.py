@@ -142,7 +142,16 @@ def _nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
         far = OSA.distance(word, known, score_cutoff=most)
         if far <= most and (known in names or _slipped(word, known)):
             same = sorted(known) == sorted(word)
-            near.append((far - 0.5 * (known in names) - 0.25 * same + 0.25 * (known[0] != word[0]), known))
+            near.append(
+                (
+                    far
+                    - 0.5 * (known in names)
+                    - 0.25 * same
+                    + 0.25 * (known[0] != word[0])
+                    - 0.1 * (known[-1] == word[-1]),
+                    known,
+                )
+            )
     near.sort()
     return near[0][1] if near and (len(near) == 1 or near[1][0] > near[0][0]) else None
 
