@@ -47,6 +47,9 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
         # "..., all but the red one" is about what was just named.
         return None
     if objects and step == Command(UNSAID, objects, times=step.times):
+        if last.verb == "stack" and not last.place:
+            # "stack the cubes, then the ball": on what?
+            return None
         return replace(last, objects=objects, times=step.times or last.times)
     if step.distance is not None and not (objects or step.place or step.direction) and last.direction:
         return replace(last, distance=step.distance)

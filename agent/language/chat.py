@@ -1,75 +1,117 @@
 """Clauses that may be passed over beside an order, by why: chat, what is said of a thing, a reason.
 
-A clause is passed over only as a whole, from one mark to the next, where it asks for no act, names nothing that is seen and
-bears no operator: no "not", "only", "until", "again", and no word that takes something back.
+A clause is passed over only as a whole, from one mark to the next, where it asks for no act and bears no operator: no "not",
+"only", "until", "again", and no word that takes something back. Where its subject is somebody, it may say what is not so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from robosandbox.agent.language.text import ENDS, Classes, named_in
 from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
-_DENYING = frozenset({"not", "no", "never"})
+_DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
+
+
+class _Clause(NamedTuple):
+    """What a clause is looked at for: what it names, whether it asks for an act, what it bears."""
+
+    end: int
+    named: bool
+    nouns: bool
+    acts: bool
+    bearing: bool
+    binding: bool
+    always: bool
+    denies: bool
 
 
 def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, vocabulary: Vocabulary) -> None:
     """Add to the classes of each token the clauses that begin there and may be passed over.
 
-    CHAT asks for nothing and names nothing that is seen; CHATTER is the beginning of a clause up to a thing that it names;
-    TALK is what is said of a thing; SAID is that of "it"; a REMARK may follow an order; a REASON follows "because".
+    CHAT asks for nothing and names nothing that is seen; STATED names something, and somebody is its subject; CHATTER is the
+    beginning of a clause up to a thing that it names; TALK is what is said of a thing; SAID is that of "it"; a REMARK may
+    follow an order; a REASON follows "because", a
+    PURPOSE "so that".
     """
     if "bearing" not in vocabulary.lists:
         return
-    named = named_in(words, vocabulary)
+    parts = frozenset(named_in(words, vocabulary))
     for i in range(len(tokens)):
-        _add(found, tokens, i, frozenset(named), vocabulary)
+        _add(found, tokens, i, parts, vocabulary)
 
 
 def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset[str], vocabulary: Vocabulary) -> None:
     lists = vocabulary.lists
-    before = tokens[i - 1].text if i else ","
-    opens, tells = before in ENDS, tokens[i].text in lists["talk"]
-    end, named, bearing, nouns, barred = i, False, False, False, False
+    opens, tells = _opens(tokens, i, lists["openers"]), tokens[i].text in lists["talk"]
+    clause = _clause(found, tokens, i, parts, vocabulary, opens=opens, tells=tells)
+    if clause is None or clause.always or clause.acts:
+        return
+    hit = [Hit(clause.end, None, EVERYTHING)]
+    first = next((t.text for t in tokens[i : clause.end] if t.text not in lists["openers"]), "")
+    # "my mother", "I", "nobody": what they do, may and do not is nothing that is asked for.
+    person = first in lists["persons"] and not clause.binding
+    if opens and not clause.named and (person or not (clause.bearing and clause.denies)):
+        found[i]["CHAT"] = hit
+    told_on = any(token.text == "so" for token in tokens[i + 1 : clause.end])
+    if opens and clause.named and person and not clause.denies and not told_on:
+        found[i]["STATED"] = hit
+    if opens and not clause.named and (person or (first in lists["remarks"] and not clause.bearing and not clause.binding)) and not clause.nouns:
+        found[i]["REMARK"] = hit
+    if i and not clause.named and (person or (first in lists["subjects"] and not clause.bearing)):
+        found[i]["REASON"] = hit
+        if person or (clause.denies and first in ("it", "they")):
+            # "so that they look pretty" would be asked for; "so it does not fall" is not.
+            found[i]["PURPOSE"] = hit
+    if tells and not clause.bearing:
+        found[i]["TALK"] = hit
+        if not (clause.named or clause.nouns):
+            found[i]["SAID"] = hit
+
+
+def _opens(tokens: Sequence[Token], i: int, openers: frozenset[str]) -> bool:
+    """Say whether a clause begins at a token: at a mark, or behind "and", "so", "well" at one."""
+    while i and tokens[i - 1].text in openers:
+        i -= 1
+    return i == 0 or tokens[i - 1].text in ENDS or tokens[i - 1].text == "er"
+
+
+def _clause(
+    found: list[Classes],
+    tokens: Sequence[Token],
+    i: int,
+    parts: frozenset[str],
+    vocabulary: Vocabulary,
+    *,
+    opens: bool,
+    tells: bool,
+) -> _Clause | None:
+    """Return what a clause from a token to the next mark is; add where its beginning may be passed over up to a thing."""
+    lists, acting = vocabulary.lists, vocabulary.mask("base ing")
+    end, named, bearing, binding, nouns, acts, denies, always = i, False, False, False, False, False, False, False
     stops: list[int] = []
-    acting = vocabulary.mask("base ing")
+    barred = tokens[i].text in lists["barring"]
     while end < len(tokens) and tokens[end].text not in ENDS:
         here, word = found[end], tokens[end].text
-        if word in lists["always"] or tokens[end].kind == "mark":
-            return
+        if tokens[end].kind == "mark":
+            return None
+        always |= word in lists["always"]
         bearing |= word in lists["bearing"] and not (tells and (end == i or word in lists["harmless"]))
-        cued = end > i and tokens[end - 1].text in lists["cues"]
-        if not tells and ((end == i and opens) or cued):
-            opening = (end == i and not i) or tokens[end - 1].text in ("you", "then")
-            acts = (name for name in here if name[0] == "V" and (opening or name != "VCANNOT"))
-            if any(hit.mask & acting for name in acts for hit in here[name]):
-                return
+        binding |= word in lists["binding"]
+        denies |= word in _DENYING
+        if not tells and ((end == i and opens) or (end > i and tokens[end - 1].text in lists["cues"])):
+            opening = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
+            names = (name for name in here if name[0] == "V" and (opening or name != "VCANNOT"))
+            acts |= any(hit.mask & acting for name in names for hit in here[name])
         nouns |= "NOUN" in here
-        seen = not _NAMING.isdisjoint(here) or word in parts
-        named |= seen
-        barred |= word in _DENYING or (end == i and word in lists["barring"])
+        named |= not _NAMING.isdisjoint(here) or word in parts
         end += 1
-        if opens and not named and not nouns and not barred:
+        if opens and not (named or nouns or barred or denies or acts or always):
             stops.append(end)
     if stops:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
-    if end == i:
-        return
-    hit = [Hit(end, None, EVERYTHING)]
-    remark = tokens[i].text in lists["remarks"]
-    denies = not _DENYING.isdisjoint(token.text for token in tokens[i:end])
-    if opens and not named and not (bearing and denies and not remark):
-        found[i]["CHAT"] = hit
-    if bearing:
-        return
-    if opens and not named and remark and not nouns:
-        found[i]["REMARK"] = hit
-    if tells:
-        found[i]["TALK"] = hit
-        if not (named or nouns):
-            found[i]["SAID"] = hit
-    if i and not named:
-        found[i]["REASON"] = hit
+    return _Clause(end, named, nouns, acts, bearing, binding, always, denies) if end > i else None

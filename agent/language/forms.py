@@ -300,6 +300,14 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         ):
             # "put the red cube left of the bowl and the blue one to the right": of the bowl.
             raise Misfit
+    spared = values.get("spared", ())
+    if spared:
+        # "put all the fruit in the bowl, don't touch the lemon"
+        whole = [step for step in steps if len(step.objects) == 1 and (step.objects[0].plural or step.objects[0].determiner == "all")]
+        if len(whole) != len(steps) or any(ref.determiner == "it" or ref.determiner == "all" for ref in spared):
+            raise Misfit
+        left_out = lambda ref: replace(ref, without=(*ref.without, *(_of_kind(each, ref) for each in spared)))  # noqa: E731
+        steps = tuple(replace(step, objects=(left_out(step.objects[0]),)) for step in steps)
     told: list[Command] = []
     for step in steps:
         if (
@@ -355,8 +363,15 @@ def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
             raise Misfit
         return theme[0]
 
+    spoken = False
+
     def done(step: Command) -> Command:
+        nonlocal spoken
         place = step.place
+        if spoken:
+            # "but take the eraser off first and leave it on the mat": that which was named just before.
+            return step
+        spoken = bool(step.objects) and step.objects[0].determiner != "it"
         told = bool(step.objects) and step.objects[0].determiner != "it"
         if isinstance(place, Relation) and told and theme:
             place = place._replace(refs=tuple(map(named, place.refs)))
@@ -389,7 +404,11 @@ def _levels(values: dict[str, Any], text: str) -> Command:
 
 
 def _level(values: dict[str, Any], text: str) -> tuple[tuple[str, Ref], ...]:
-    return ((values["level"], values["what"]),)
+    what = values["what"]
+    if what.one and not (what.colours or what.ranks or what.names or what.nouns):
+        # "not the red one at the bottom"
+        raise Misfit
+    return ((values["level"], what),)
 
 
 def _relation(values: dict[str, Any], text: str) -> Relation:
@@ -410,17 +429,22 @@ def _rank(values: dict[str, Any], text: str) -> Rank:
 
 def _amended(values: dict[str, Any], text: str) -> Any:
     """As in "put the red cube in the bin, no, the blue one": the better words take the place of what is most like them."""
-    step = values["step"]
-    step = step if type(step) is tuple else (step,)
-    *before, last = step[-1:] if type(step) is not tuple else step
-    made, cost = amended(last, values)
-    if made is None:
-        raise Misfit
-    return Costly(((*before, made), cost))
+    told = values["step"]
+    steps: tuple[Command, ...] = told if type(told) is tuple else (told,)
+    for fix in values["fix"]:
+        made = amended(steps[-1], dict(fix))
+        if made is None:
+            raise Misfit
+        steps = (*steps[:-1], made)
+    return steps
 
 
-def amended(step: Command, values: dict[str, Any]) -> tuple[Command | None, float]:
-    """Return a command with one of its arguments changed."""
+def _fix(values: dict[str, Any], text: str) -> tuple[tuple[tuple[str, Any], ...], ...]:
+    return (tuple(values.items()),)
+
+
+def amended(step: Command, values: dict[str, Any]) -> Command | None:
+    """Return a command with one of its arguments changed; None where it is not said which."""
     if "place" in values and step.place is not None:
         place = values["place"]
         if (
@@ -429,17 +453,19 @@ def amended(step: Command, values: dict[str, Any]) -> tuple[Command | None, floa
             and [ref.determiner for ref in place.refs] == ["it"]
         ):
             place = place._replace(refs=step.place.refs)
-        return replace(step, place=place), 0.0
+        return replace(step, place=place)
     if "direction" in values and step.direction is not None:
-        return replace(step, direction=values["direction"], distance=values.get("distance", step.distance)), 0.0
+        return replace(step, direction=values["direction"], distance=values.get("distance", step.distance))
+    if "times" in values:
+        return replace(step, times=int(values["times"]))
     if "distance" in values and step.distance is not None:
-        return replace(step, distance=values["distance"]), 0.0
+        return replace(step, distance=values["distance"])
     if "ref" not in values:
-        return None, 0.0
+        return None
     ref = values["ref"]
     place = step.place if isinstance(step.place, Relation) and len(step.place.refs) == 1 else None
     if len(step.objects) != 1 and place is None:
-        return None, 0.0
+        return None
     if (
         place
         and place.kind in ("in", "to")
@@ -447,14 +473,20 @@ def amended(step: Command, values: dict[str, Any]) -> tuple[Command | None, floa
         and _holder(ref)
         and not _holder(step.objects[0])
     ):
-        return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),))), 0.0
+        return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
+    old = values.get("old")
+    if old is not None:
+        near = [place is not None and likeness(old, place.refs[0]) > 1, len(step.objects) == 1 and likeness(old, step.objects[0]) > 1]
+        if near == [True, False] and place is not None:
+            return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
+        return replace(step, objects=(_filled_in(ref, step.objects[0]),)) if near == [False, True] else None
     of_object = likeness(ref, step.objects[0]) if len(step.objects) == 1 else -1
     of_place = likeness(ref, place.refs[0]) if place else -1
     if place and of_place > of_object:
-        return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),))), 0.0
+        return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
     if of_object == of_place:
-        return None, 0.0
-    return replace(step, objects=(_filled_in(ref, step.objects[0]),)), 0.0
+        return None
+    return replace(step, objects=(_filled_in(ref, step.objects[0]),))
 
 
 _HOLDERS = frozenset({"bin", "bowl", "drawer", "plate", "box", "mug"})
@@ -641,6 +673,14 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     return (replace(first, spoken=(*told, *first.spoken)), *rest)
 
 
+def _contrary(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "not the red cube, lift the blue one": what is not meant is named, and what is meant as well."""
+    steps = with_verbs(values["steps"])
+    if steps is None or not steps[0].objects or any(ref.determiner == "it" for ref in steps[0].objects):
+        raise Misfit
+    return (replace(steps[0], objects=tuple(_of_kind(ref, values["denied"][0]) for ref in steps[0].objects)), *steps[1:])
+
+
 def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     """As in "do not put the ball in the box, put it on the plate"."""
     not_so, (first, *rest) = values["denied"], values["steps"]
@@ -672,11 +712,24 @@ def _may_be(ref: Ref, told: Ref) -> bool:
     return bool(said) and said <= {*told.nouns, *told.names, *told.colours, *(rank.key for rank in told.ranks)}
 
 
+def _in_turn(steps: tuple[Command, ...], turn: tuple[Ref, ...]) -> tuple[Command, ...]:
+    """As in "put the cubes in the box, red first, then blue, then the rest"."""
+    whole = steps[0].objects[0] if len(steps) == 1 and len(steps[0].objects) == 1 else None
+    if whole is None or not (whole.plural or whole.determiner == "all") or steps[0].order or whole.number or whole.ranks:
+        raise Misfit
+    named = [_of_kind(ref, whole) for ref in turn]
+    if any(not (ref.colours or ref.ranks or ref.names or ref.other) for ref in named):
+        raise Misfit
+    return tuple(replace(steps[0], objects=(ref,), bare=COSTS[1]) for ref in named)
+
+
 def _turns(values: dict[str, Any], text: str) -> Any:
     """As in "the cubes in the bin, the red one first"; "red in the bowl and blue in the crate, blue first"."""
     steps = with_verbs(values["steps"])
     if steps is None or values.get("avoid"):
         raise Misfit
+    if "turn" in values:
+        return _in_turn(steps, values["turn"])
     ref, when = values["what"], values["when"]
     if ref.instead or (ref.one and not (ref.colours or ref.ranks or ref.names)):
         raise Misfit
@@ -701,7 +754,10 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "any": lambda values, text: values["is"],
     "list": _list, "slot": lambda values, text: tuple(values.items()),
     "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
-    "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied, "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
+    "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
+    "Contrary": _contrary,
+    "Fix": _fix,
+    "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
     "Relation": _relation,
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
     "Table": _plain(Table), "Matching": _plain(Matching), "Bound": _bound, "If": _if, "While": _while, "UntilLeft": _until, "ForEach": _each,

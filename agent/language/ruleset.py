@@ -29,7 +29,7 @@ from robosandbox.shapes import shapes
 GRAMMARS = Path(__file__).with_name("grammars")
 BUILT_IN = (
     "ID", "NAME", "SIDENAME", "SUFFIX", "ONE_NAME", "UNKNOWN", "NUMERAL", "MARK", "END", "OVER",
-    "CHAT", "CHATTER", "REMARK", "REASON", "SAID", "TALK",
+    "CHAT", "CHATTER", "PURPOSE", "REMARK", "REASON", "SAID", "STATED", "TALK",
 )  # fmt: skip
 """Classes that no lexicon lists: an id, a word or a last part of one, a noun that nobody knows, a number in figures,
 a mark, one that ends a sentence, the end, and the clauses that may be passed over (chat.py)."""
@@ -203,7 +203,8 @@ class Ruleset:
                 try:
                     rule.ways.append(self._way(source[1:], given, places))
                 except LexiconError as error:
-                    raise LexiconError(f"{places[name][k]}: {name} {error}") from error
+                    told = str(error) if ", line " in str(error) else f"{places[name][k]}: {name} {error}"
+                    raise LexiconError(told) from None
         return full
 
     def _way(self, text: str, given: Mapping[str, str], places: Mapping[str, list[str]] | None) -> Way:
