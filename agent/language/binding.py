@@ -46,10 +46,10 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     if objects and objects[0].determiner == "all" and objects[0].without and not (objects[0].nouns or objects[0].names):
         # "..., all but the red one" is about what was just named.
         return None
+    if last.verb == "stack" and not last.place:
+        # "stack the cubes, then the ball": on what?
+        return None
     if objects and step == Command(UNSAID, objects, times=step.times):
-        if last.verb == "stack" and not last.place:
-            # "stack the cubes, then the ball": on what?
-            return None
         return replace(last, objects=objects, times=step.times or last.times)
     if step.distance is not None and not (objects or step.place or step.direction) and last.direction:
         return replace(last, distance=step.distance)
@@ -60,6 +60,8 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
         distance = step.distance if step.distance is not None else last.distance
         return replace(last, objects=objects or last.objects, direction=way, distance=distance)
     if step.direction == "back" and not objects and step.distance is None and last.direction:
+        if len(made) > 1 and made[-2].direction:
+            return None
         return replace(last, direction=OPPOSITE[last.direction])
     if isinstance(step.place, Relation) and [ref.text for ref in step.place.refs] == [THERE_TOO]:
         if not isinstance(last.place, Relation):

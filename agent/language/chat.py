@@ -64,7 +64,8 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
         found[i]["REMARK"] = hit
     if i and not clause.named and (person or (first in lists["subjects"] and not clause.bearing)):
         found[i]["REASON"] = hit
-        if person or (clause.denies and first in ("it", "they")):
+        somebody = first in lists["owners"] and clause.nouns
+        if person or somebody or (clause.denies and first in ("it", "they")):
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
             found[i]["PURPOSE"] = hit
     if tells and not clause.bearing:
@@ -92,7 +93,8 @@ def _clause(
 ) -> _Clause | None:
     """Return what a clause from a token to the next mark is; add where its beginning may be passed over up to a thing."""
     lists, acting = vocabulary.lists, vocabulary.mask("base ing")
-    end, named, bearing, binding, nouns, acts, denies, always = i, False, False, False, False, False, False, False
+    end, named, bearing, binding, nouns, acts, denies = i, False, False, False, False, False, False
+    always, counts = False, False
     stops: list[int] = []
     barred = tokens[i].text in lists["barring"]
     while end < len(tokens) and tokens[end].text not in ENDS:
@@ -108,10 +110,14 @@ def _clause(
             names = (name for name in here if name[0] == "V" and (opening or name != "VCANNOT"))
             acts |= any(hit.mask & acting for name in names for hit in here[name])
         nouns |= "NOUN" in here
+        counts |= any(hit.value != 1 for hit in here.get("NUMBER", ()))
         named |= not _NAMING.isdisjoint(here) or word in parts
         end += 1
         if opens and not (named or nouns or barred or denies or acts or always):
             stops.append(end)
+    # "two high": how many there are to be is told by somebody's statement alone.
+    first = next((t.text for t in tokens[i:end] if t.text not in lists["openers"]), "")
+    named |= counts and first not in lists["subjects"]
     if stops:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
     return _Clause(end, named, nouns, acts, bearing, binding, always, denies) if end > i else None

@@ -115,7 +115,9 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     values.pop("counted", None)
-    if any(rank.key in ("top", "bottom") for ref in values.get("without", ()) for rank in ref.ranks):
+    if values.get("without") and any(rank.key in ("top", "bottom") for rank in values.get("ranks", ())):
+        raise Misfit
+    if any(rank.key in ("top", "bottom") for ref in (*values.get("without", ()), *values.get("instead", ())) for rank in ref.ranks):
         raise Misfit
     if values.get("without") and any(
         ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names or ref.relations)
@@ -261,6 +263,10 @@ def _command(values: dict[str, Any], text: str) -> Any:
                 whole[0], without=tuple(replace(_of_kind(ref, whole[0]), text=f"but {ref.text}") for ref in without)
             ),
         )
+    ends = ("top", "bottom", "middle")
+    if values.get("order") in ("up", "down") and any(r.key in ends for ref in values.get("objects", ()) for r in ref.ranks):
+        # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
+        raise Misfit
     made = Command(**{"verb": UNSAID, **values})
     if (
         made.verb in ("put", "push", "tap", "pick", "pour", "open", "close", "swap", "aside", "unstack")
@@ -277,6 +283,10 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     for before, step in zip((None, *steps), steps, strict=False):
         place = step.place
         if before is not None and step.control and step.bare:
+            raise Misfit
+        piled = before is not None and before.verb == "stack" and before.place is None
+        if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
+            # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
             raise Misfit
         named = bool(step.objects) and step.objects[0].determiner != "it"
         if (
@@ -678,7 +688,10 @@ def _contrary(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     steps = with_verbs(values["steps"])
     if steps is None or not steps[0].objects or any(ref.determiner == "it" for ref in steps[0].objects):
         raise Misfit
-    return (replace(steps[0], objects=tuple(_of_kind(ref, values["denied"][0]) for ref in steps[0].objects)), *steps[1:])
+    objects = tuple(_of_kind(ref, values["denied"][0]) for ref in steps[0].objects)
+    if any(replace(ref, text="") == replace(denied, text="") for ref in objects for denied in values["denied"]):
+        raise Misfit
+    return (replace(steps[0], objects=objects), *steps[1:])
 
 
 def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
@@ -715,9 +728,9 @@ def _may_be(ref: Ref, told: Ref) -> bool:
 def _in_turn(steps: tuple[Command, ...], turn: tuple[Ref, ...]) -> tuple[Command, ...]:
     """As in "put the cubes in the box, red first, then blue, then the rest"."""
     whole = steps[0].objects[0] if len(steps) == 1 and len(steps[0].objects) == 1 else None
-    if whole is None or not (whole.plural or whole.determiner == "all") or steps[0].order or whole.number or whole.ranks:
+    if whole is None or steps[0].verb == "stack" or not (whole.plural or whole.determiner == "all") or steps[0].order or whole.number or whole.ranks:
         raise Misfit
-    named = [_of_kind(ref, whole) for ref in turn]
+    named = [replace(ref, nouns=whole.nouns, names=whole.names) if ref.other else _of_kind(ref, whole) for ref in turn]
     if any(not (ref.colours or ref.ranks or ref.names or ref.other) for ref in named):
         raise Misfit
     return tuple(replace(steps[0], objects=(ref,), bare=COSTS[1]) for ref in named)
