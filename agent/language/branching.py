@@ -7,9 +7,8 @@ from dataclasses import replace as changed
 from functools import cached_property
 
 from robosandbox.agent.language.amendments import Amendments
-from robosandbox.agent.language.anaphora import echoed, told_of
+from robosandbox.agent.language.antecedents import about, echoed, told_of
 from robosandbox.agent.language.chart import Found, distinct, rule
-from robosandbox.agent.language.conditions import THERE
 from robosandbox.agent.language.intent import Command, Relation, replace
 from robosandbox.agent.language.logic import (
     Alike,
@@ -188,7 +187,7 @@ class Branching(Amendments, ABC):
                 if kind == "while" and denied:
                     found += self._left(start, done)
                 for end, said in self.condition(start):
-                    condition = self._about(said, done) if self.closed_off(end) else None
+                    condition = about(said, done) if self.closed_off(end) else None
                     if condition is None:
                         continue
                     told: Condition = Not(condition) if denied else condition
@@ -223,48 +222,6 @@ class Branching(Amendments, ABC):
         k += 1
         ends = [k] + [m for m, relation in self.relation(k) if relation.kind == "on" and not relation.refs]
         return [(end, controlled(changed(form, text=self.said(i, end)))) for end in ends]
-
-    def _about(self, condition: Condition, done: Steps) -> Condition | None:
-        """Return a condition that follows steps with "it", "there" and "they" as what the last of them is about; None if open."""
-        last = done[-1]
-        place = last.place if isinstance(last.place, Relation) else None
-        named = last.objects[0] if len(last.objects) == 1 else None
-        inner, _ = stripped(condition)
-        if isinstance(inner, Is) and inner.subject.determiner == "it":
-            if any(relation == THERE for relation in inner.so.relations):
-                if place is None or not place.refs or named is None:
-                    return None
-                so = replace(inner.so, relations=(place._replace(directional=False),))
-                return _again(condition, changed(inner, subject=named, so=so))
-            if named is not None and not inner.subject.plural and (named.plural or named.determiner == "all"):
-                # "tap every cube unless it is red": of each by itself, or of all?
-                return None
-            if place is None and last.place is None and named is not None and named.determiner != "it":
-                return _again(condition, changed(inner, subject=named))
-            among = (*last.objects, *(place.refs if place else ()))
-            # "put the can in the tray if it is there" is open, "... if it is empty" is about the tray.
-            return _again(condition, changed(inner, among=among)) if among else None
-        if isinstance(inner, Is) and named and last.place is None and named != inner.subject:
-            return mapped(condition, lambda ref: named if ref.determiner == "it" else ref)
-        if isinstance(inner, Alike):
-            things = (*last.objects, *(place.refs if place else ()))
-            own = all(ref.determiner == "it" for ref in inner.things)
-            return _again(condition, changed(inner, things=things)) if own else condition
-        if isinstance(inner, There) and inner.what.determiner == "it":
-            return _again(condition, changed(inner, what=replace(named, number=None))) if named else None
-        if isinstance(inner, There):
-            kinds = {
-                relation.kind
-                for relation in inner.what.relations
-                if relation.refs[:1] and relation.refs[0].determiner == "it"
-            }
-            if kinds:
-                there = place.refs[0] if place and len(place.refs) == 1 and {place.kind} == kinds else None
-                there = named if last.place is None else there
-                if there is None or there.determiner == "it":
-                    return None
-                return mapped(condition, lambda ref: there if ref.determiner == "it" else ref)
-        return condition
 
     def _bodies(self, i: int, *, asked: bool = False) -> Found[Steps]:
         """Return the orders from `i` on, each longer by one: joined by commas, "and" and "then"."""
@@ -358,7 +315,7 @@ class Branching(Amendments, ABC):
         told = self.text(k - 1) == "but" or instead
         if not isinstance(form, If) or form.otherwise or not told or not _plainly_done(done):
             return ()
-        condition = self._about(form.condition, _commands(done))
+        condition = about(form.condition, _commands(done))
         if condition is None:
             return ()
         form = changed(form, condition=condition, otherwise=_commands(done), apart=not instead)
@@ -384,10 +341,6 @@ class Branching(Amendments, ABC):
             for j, refs in self.np_list(i) if not found else ():
                 found.append((j, (replace(last, objects=refs),)))
         return found
-
-
-def _again(condition: Condition, inner: Condition) -> Condition:
-    return Not(_again(condition.of, inner)) if isinstance(condition, Not) else inner
 
 
 def _commands(part: tuple[Part, ...]) -> Steps:

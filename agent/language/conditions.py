@@ -6,6 +6,7 @@ from abc import ABC
 from dataclasses import replace as changed
 from typing import Literal
 
+from robosandbox.agent.language.antecedents import THERE, THING
 from robosandbox.agent.language.chart import Found, distinct, rule
 from robosandbox.agent.language.intent import IT, Ref, Relation, replace
 from robosandbox.agent.language.logic import Alike, Bound, Condition, Is, More, Not, Several, There
@@ -64,8 +65,6 @@ _SAME = tuple(
 _FREE = word_set("free clear")
 _LIMITS = frozenset(words[0] for words, _, most in _BOUNDS if most == 0 and len(words) == 1)
 """Words that say a number is all: "exactly one" is no mere one."""
-THING = Ref(text="something", determiner="a", nouns=("thing",))
-THERE = Relation("there")
 
 
 def _number(word: str) -> int | None:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+from robosandbox.agent.language.antecedents import THING, about, echoed, told_of
 from robosandbox.agent.language.binding import UNSAID, with_nouns, with_verbs
 from robosandbox.agent.language.intent import (
     At,
@@ -26,6 +27,7 @@ from robosandbox.agent.language.intent import (
 from robosandbox.agent.language.logic import (
     Alike,
     Bound,
+    Condition,
     ForEach,
     If,
     Is,
@@ -35,8 +37,6 @@ from robosandbox.agent.language.logic import (
     There,
     UntilLeft,
     While,
-    mapped,
-    stripped,
 )
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.measures import Measure
@@ -430,6 +430,9 @@ def _relation(values: dict[str, Any], text: str) -> Relation:
         # "..., and the marble to the left of that": of what was moved, or of what that is beside?
         raise Misfit
     distance = values.pop("distance", None)
+    if "other" in values:
+        # "closer to the bin than the ball"
+        values["refs"] = (values.pop("other"), *([values.pop("anchor")] if "anchor" in values else []))
     return Relation(**values, distance=None if distance is None else float(distance))
 
 
@@ -573,80 +576,79 @@ def _turned(values: dict[str, Any], text: str) -> Command:
 
 
 def _if(values: dict[str, Any], text: str) -> Command:
-    then, otherwise = values["then"], list(values.get("otherwise", ()))
+    then, otherwise = values["then"], values.get("otherwise", ())
     if any(step.verb == UNSAID for step in otherwise):
         told = with_verbs((then[-1], *otherwise))
         if told is None:
             raise Misfit
-        otherwise = list(told[1:])
-        values["otherwise"] = tuple(otherwise)
-    condition = values["condition"]
-    theme = then[0].objects if then and len(then[0].objects) == 1 else ()
-    after = values.pop("after", False)
-    if after and theme and theme[0].determiner not in ("it", "all"):
-        named = replace(theme[0], determiner="the")
-        place = then[0].place
-        of = stripped(condition)[0]
-        if (
-            isinstance(of, There)
-            and isinstance(place, Relation)
-            and len(place.refs) == 1
-            and place.refs[0].determiner == "the"
-        ):
-            # "put the key on the block unless something is already on it": on the block.
-            named = place.refs[0]
-        condition = values["condition"] = mapped(
-            condition, lambda ref: named if ref.determiner == "it" and not ref.plural else ref
-        )
-    inner, denied = stripped(condition)
-    if isinstance(inner, There) and any(
-        ref.determiner == "it" for relation in inner.what.relations for ref in relation.refs
-    ):
+        otherwise = told[1:]
+    condition: Condition | None = values["condition"]
+    assert condition is not None
+    after, apart = values.get("after", False), values.get("apart", False)
+    if after or apart:
+        condition = about(condition, otherwise if apart else then)
+    else:
+        then = told_of(then, condition)
+    if condition is None or not then:
         raise Misfit
-    subject = inner.what if isinstance(inner, There) else inner.subject if isinstance(inner, Is) else None
-    if (
-        subject is not None
-        and not denied
-        and not subject.plural
-        and subject.determiner in ("the", "a")
-        and then
-        and [ref.determiner for ref in then[0].objects] == ["it"]
-        and not then[0].objects[0].plural
-    ):
-        # "and if there is an orange can, tap it": that can, whatever was moved before.
-        named = replace(subject, determiner="the", number=None)
-        then = values["then"] = (replace(then[0], objects=(named,)), *then[1:])
-    spoken = then[0].place if then and isinstance(then[0].place, Relation) else None
-    if (
-        spoken
-        and otherwise
-        and isinstance(otherwise[0].place, Relation)
-        and [ref.determiner for ref in otherwise[0].place.refs] == ["it"]
-    ):
-        # "..., otherwise put the walnut in there": where the other thing would have gone.
-        otherwise[0] = replace(otherwise[0], place=otherwise[0].place._replace(refs=spoken.refs))
-        values["otherwise"] = tuple(otherwise)
+    form = If(condition, then, unless=values.get("unless", False), apart=apart)
+    if otherwise and not apart:
+        otherwise = echoed(otherwise, form)
+        if not otherwise:
+            raise Misfit
     # "tap the key, go home if the plum is green, otherwise tap the plum": what is done otherwise in place of what?
-    bare = 1.0 if after and values.get("otherwise") else 0.0
-    return Command(
-        "control",
-        bare=bare,
-        control=If(
-            values["condition"], tuple(values["then"]), tuple(values.get("otherwise", ())), values.get("unless", False)
-        ),
-    )
+    bare = 1.0 if after and otherwise else 0.0
+    return Command("control", bare=bare, control=If(condition, then, otherwise, form.unless, apart))
+
+
+def _there(values: dict[str, Any], text: str) -> There:
+    """As in "two balls are in the tray", "the tray has a ball in it"."""
+    what, holder, kind = values["what"], values.get("holder"), values.get("kind")
+    relations = (*what.relations, *values.get("relations", ()))
+    if holder is not None:
+        if holder.plural or relations or what.determiner == "it":
+            raise Misfit
+        relations = (Relation(kind or "in", (holder,)),)
+    elif kind == "held":
+        relations = (*relations, Relation("held"))
+    if what.nouns == THING.nouns and not (what.colours or relations):
+        # "if there is nothing": where?
+        raise Misfit
+    told = text.replace(" not ", " ")
+    return There(replace(what, relations=relations, colours=(*what.colours, *values.get("colours", ()))), values["bound"], told)
+
+
+def _is(values: dict[str, Any], text: str) -> Is:
+    subject = values["subject"]
+    if subject.unknown or subject.determiner == "a":
+        raise Misfit
+    return Is(subject, values["so"], text.replace(" not ", " "))
+
+
+def _more(values: dict[str, Any], text: str) -> More:
+    one, other = with_nouns((values["other"], values["one"]))[::-1]
+    return More(one, other, values["sign"], text)
+
+
+def _may_go_on(body: Sequence[Command]) -> bool:
+    """Say whether orders may be given again and again; how often several things at once would be done is open."""
+    several = any(ref.plural and ref.determiner != "it" for step in body for ref in step.objects)
+    return not several and all(step.verb not in ("push", "swap", "sort", "tidy") for step in body)
 
 
 def _while(values: dict[str, Any], text: str) -> Command:
-    return Command("control", control=While(values["condition"], tuple(values["body"])))
+    body = told_of(tuple(values["body"]), values["condition"])
+    condition = about(values["condition"], body) if body else None
+    if condition is None or not _may_go_on(body):
+        raise Misfit
+    return Command("control", control=While(condition, body))
 
 
 def _until(values: dict[str, Any], text: str) -> Command:
-    if len(values["body"].objects) != 1:
+    body = values["body"]
+    if len(body.objects) != 1 or body.verb != "put" or not (body.objects[0].plural or body.objects[0].determiner == "all"):
         raise Misfit
-    return Command(
-        "control", control=UntilLeft(values["body"], values.get("bound", Bound(1, None)), values.get("spared"), text)
-    )
+    return Command("control", control=UntilLeft(body, values.get("bound", Bound(1)), values.get("spared"), text))
 
 
 def _each(values: dict[str, Any], text: str) -> Command:
@@ -774,6 +776,6 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "Relation": _relation,
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
     "Table": _plain(Table), "Matching": _plain(Matching), "Bound": _bound, "If": _if, "While": _while, "UntilLeft": _until, "ForEach": _each,
-    "Is": _plain(Is, said=True), "Not": _plain(Not), "There": _plain(There, said=True), "More": _plain(More, said=True), "Alike": _plain(Alike, said=True),
+    "Is": _is, "Not": _plain(Not), "There": _there, "More": _more, "Alike": _plain(Alike, said=True),
     "Several": _plain(Several, said=True),
 }  # fmt: skip
