@@ -452,6 +452,28 @@ def _amended(values: dict[str, Any], text: str) -> Any:
     return steps
 
 
+def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "tap the ball, no, push it to the left": what was told first is not done, and told what "it" is."""
+    told = values["old"]
+    old: Command = told[-1] if type(told) is tuple else told
+    step: Command = values["step"]
+    if old.control or step.control or not step.objects:
+        raise Misfit
+    if step.objects[0].determiner == "it":
+        if len(old.objects) != 1:
+            raise Misfit
+        step = replace(step, objects=old.objects)
+    return (*(told[:-1] if type(told) is tuple else ()), step)
+
+
+def _apposed(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
+    """As in "two cubes, the red one and the blue one,": which of them."""
+    whole, parts = values["whole"], values["part"]
+    if whole.determiner not in ("a", "bare") or not (whole.nouns or whole.names) or (whole.number or 1) != len(parts):
+        raise Misfit
+    return tuple(_of_kind(ref, whole) for ref in parts)
+
+
 def _fix(values: dict[str, Any], text: str) -> tuple[tuple[tuple[str, Any], ...], ...]:
     return (tuple(values.items()),)
 
@@ -469,6 +491,10 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         return replace(step, place=place)
     if "direction" in values and step.direction is not None:
         return replace(step, direction=values["direction"], distance=values.get("distance", step.distance))
+    if "side" in values:
+        if isinstance(step.place, Relation) and step.place.kind in _SIDES:
+            return replace(step, place=step.place._replace(kind=values["side"]))
+        return replace(step, direction=values["side"]) if step.direction in ("left", "right") else None
     if "times" in values:
         return replace(step, times=int(values["times"]))
     if "distance" in values and step.distance is not None:
@@ -489,7 +515,7 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
     old = values.get("old")
     if old is not None:
-        near = [place is not None and likeness(old, place.refs[0]) > 1, len(step.objects) == 1 and likeness(old, step.objects[0]) > 1]
+        near = [place is not None and _may_be(old, place.refs[0]), len(step.objects) == 1 and _may_be(old, step.objects[0])]
         if near == [True, False] and place is not None:
             return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
         return replace(step, objects=(_filled_in(ref, step.objects[0]),)) if near == [False, True] else None
@@ -539,7 +565,7 @@ def _plain(kind: Any, *, said: bool = False) -> Callable[[dict[str, Any], str], 
 
 def _sorted(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     """As in "sort the cubes: red ones in the red bin, blue ones in the blue bin"."""
-    head = values["head"].objects[0]
+    head = values["head"].objects[0] if values["head"].objects else Ref(text="")
 
     def named(ref: Ref) -> Ref:
         several = head.plural and ref.determiner == "bare"
@@ -584,15 +610,15 @@ def _if(values: dict[str, Any], text: str) -> Command:
         otherwise = told[1:]
     condition: Condition | None = values["condition"]
     assert condition is not None
-    after, apart = values.get("after", False), values.get("apart", False)
-    if after or apart:
-        condition = about(condition, otherwise if apart else then)
+    after, before, apart = values.get("after", False), values.get("before", False), values.get("apart", False)
+    if after or before:
+        condition = about(condition, otherwise if before else then)
     else:
         then = told_of(then, condition)
     if condition is None or not then:
         raise Misfit
     form = If(condition, then, unless=values.get("unless", False), apart=apart)
-    if otherwise and not apart:
+    if otherwise and not before:
         otherwise = echoed(otherwise, form)
         if not otherwise:
             raise Misfit
@@ -772,6 +798,8 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
     "Fix": _fix,
+    "Replaced": _replaced,
+    "Apposed": _apposed,
     "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
     "Relation": _relation,
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
