@@ -28,6 +28,7 @@ class _Clause(NamedTuple):
     binding: bool
     always: bool
     denies: bool
+    wishing: bool
 
 
 def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, vocabulary: Vocabulary) -> None:
@@ -51,21 +52,30 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
     clause = _clause(found, tokens, i, parts, vocabulary, opens=opens, tells=tells)
     if clause is None or clause.always or clause.acts:
         return
-    hit = [Hit(clause.end, None, EVERYTHING)]
+    told_on = next((k for k in range(i + 1, clause.end) if tokens[k].text == "so"), None)
+    # "dinner is late so tap the can": the order begins behind it.
+    ends = [clause.end] if told_on is None else [clause.end, told_on]
+    hit = [Hit(end, None, EVERYTHING) for end in ends]
     first = next((t.text for t in tokens[i : clause.end] if t.text not in lists["openers"]), "")
     # "my mother", "I", "nobody": what they do, may and do not is nothing that is asked for.
-    person = first in lists["persons"] and not clause.binding
+    somebody = first in lists["persons"] and not clause.binding
+    # What they wish is asked for where it names something.
+    person = somebody and not (clause.wishing and clause.named)
     if opens and not clause.named and (person or not (clause.bearing and clause.denies)):
         found[i]["CHAT"] = hit
-    told_on = any(token.text == "so" for token in tokens[i + 1 : clause.end])
-    if opens and clause.named and person and not clause.denies and not told_on:
+    if opens and clause.named and person and not clause.denies and told_on is None:
         found[i]["STATED"] = hit
-    if opens and not clause.named and (person or (first in lists["remarks"] and not clause.bearing and not clause.binding)) and not clause.nouns:
+    if (
+        opens
+        and not clause.named
+        and (person or (first in lists["remarks"] and not clause.bearing and not clause.binding and not clause.wishing))
+        and not clause.nouns
+    ):
         found[i]["REMARK"] = hit
     if i and not clause.named and (person or (first in lists["subjects"] and not clause.bearing)):
         found[i]["REASON"] = hit
-        somebody = first in lists["owners"] and clause.nouns
-        if person or somebody or (clause.denies and first in ("it", "they")):
+        owned = first in lists["owners"] and clause.nouns
+        if person or owned or (clause.denies and first in ("it", "they")):
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
             found[i]["PURPOSE"] = hit
     if tells and not clause.bearing:
@@ -94,7 +104,7 @@ def _clause(
     """Return what a clause from a token to the next mark is; add where its beginning may be passed over up to a thing."""
     lists, acting = vocabulary.lists, vocabulary.mask("base ing")
     end, named, bearing, binding, nouns, acts, denies = i, False, False, False, False, False, False
-    always, counts = False, False
+    always, counts, wishing = False, False, False
     stops: list[int] = []
     barred = tokens[i].text in lists["barring"]
     while end < len(tokens) and tokens[end].text not in ENDS:
@@ -104,6 +114,9 @@ def _clause(
         always |= word in lists["always"]
         bearing |= word in lists["bearing"] and not (tells and (end == i or word in lists["harmless"]))
         binding |= word in lists["binding"]
+        # "she would like it shut"
+        binding |= wishing and any(name[0] == "V" and name != "VCANNOT" for name in here)
+        wishing |= word in lists["wishing"]
         denies |= word in _DENYING
         if not tells and ((end == i and opens) or (end > i and tokens[end - 1].text in lists["cues"])):
             opening = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
@@ -120,4 +133,4 @@ def _clause(
     named |= counts and first not in lists["subjects"]
     if stops:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
-    return _Clause(end, named, nouns, acts, bearing, binding, always, denies) if end > i else None
+    return _Clause(end, named, nouns, acts, bearing, binding, always, denies, wishing) if end > i else None

@@ -117,7 +117,11 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     values.pop("counted", None)
     if values.get("without") and any(rank.key in ("top", "bottom") for rank in values.get("ranks", ())):
         raise Misfit
-    if any(rank.key in ("top", "bottom") for ref in (*values.get("without", ()), *values.get("instead", ())) for rank in ref.ranks):
+    if any(
+        rank.key in ("top", "bottom")
+        for ref in (*values.get("without", ()), *values.get("instead", ()))
+        for rank in ref.ranks
+    ):
         raise Misfit
     if values.get("without") and any(
         ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names or ref.relations)
@@ -264,7 +268,9 @@ def _command(values: dict[str, Any], text: str) -> Any:
             ),
         )
     ends = ("top", "bottom", "middle")
-    if values.get("order") in ("up", "down") and any(r.key in ends for ref in values.get("objects", ()) for r in ref.ranks):
+    if values.get("order") in ("up", "down") and any(
+        r.key in ends for ref in values.get("objects", ()) for r in ref.ranks
+    ):
         # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
         raise Misfit
     made = Command(**{"verb": UNSAID, **values})
@@ -313,7 +319,11 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     spared = values.get("spared", ())
     if spared:
         # "put all the fruit in the bowl, don't touch the lemon"
-        whole = [step for step in steps if len(step.objects) == 1 and (step.objects[0].plural or step.objects[0].determiner == "all")]
+        whole = [
+            step
+            for step in steps
+            if len(step.objects) == 1 and (step.objects[0].plural or step.objects[0].determiner == "all")
+        ]
         if len(whole) != len(steps) or any(ref.determiner == "it" or ref.determiner == "all" for ref in spared):
             raise Misfit
         left_out = lambda ref: replace(ref, without=(*ref.without, *(_of_kind(each, ref) for each in spared)))  # noqa: E731
@@ -515,7 +525,10 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
     old = values.get("old")
     if old is not None:
-        near = [place is not None and _may_be(old, place.refs[0]), len(step.objects) == 1 and _may_be(old, step.objects[0])]
+        near = [
+            place is not None and _may_be(old, place.refs[0]),
+            len(step.objects) == 1 and _may_be(old, step.objects[0]),
+        ]
         if near == [True, False] and place is not None:
             return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
         return replace(step, objects=(_filled_in(ref, step.objects[0]),)) if near == [False, True] else None
@@ -532,7 +545,10 @@ _HOLDERS = frozenset({"bin", "bowl", "drawer", "plate", "box", "mug"})
 
 
 def _holder(ref: Ref) -> bool:
-    return bool(ref.nouns) and NOUN_CLASS.get(ref.nouns[0], "") in _HOLDERS
+    """Say whether a description is one of a container, as its noun or the end of its name says: "the toolbox"."""
+    said = (ref.nouns or ref.names)[:1]
+    kinds = [noun for noun, kind in NOUN_CLASS.items() if kind in _HOLDERS]
+    return bool(said) and (NOUN_CLASS.get(said[0], "") in _HOLDERS or said[0].endswith(tuple(kinds)))
 
 
 def likeness(new: Ref, old: Ref) -> int:
@@ -641,7 +657,9 @@ def _there(values: dict[str, Any], text: str) -> There:
         # "if there is nothing": where?
         raise Misfit
     told = text.replace(" not ", " ")
-    return There(replace(what, relations=relations, colours=(*what.colours, *values.get("colours", ()))), values["bound"], told)
+    return There(
+        replace(what, relations=relations, colours=(*what.colours, *values.get("colours", ()))), values["bound"], told
+    )
 
 
 def _is(values: dict[str, Any], text: str) -> Is:
@@ -672,7 +690,11 @@ def _while(values: dict[str, Any], text: str) -> Command:
 
 def _until(values: dict[str, Any], text: str) -> Command:
     body = values["body"]
-    if len(body.objects) != 1 or body.verb != "put" or not (body.objects[0].plural or body.objects[0].determiner == "all"):
+    if (
+        len(body.objects) != 1
+        or body.verb != "put"
+        or not (body.objects[0].plural or body.objects[0].determiner == "all")
+    ):
         raise Misfit
     return Command("control", control=UntilLeft(body, values.get("bound", Bound(1)), values.get("spared"), text))
 
@@ -756,7 +778,14 @@ def _may_be(ref: Ref, told: Ref) -> bool:
 def _in_turn(steps: tuple[Command, ...], turn: tuple[Ref, ...]) -> tuple[Command, ...]:
     """As in "put the cubes in the box, red first, then blue, then the rest"."""
     whole = steps[0].objects[0] if len(steps) == 1 and len(steps[0].objects) == 1 else None
-    if whole is None or steps[0].verb == "stack" or not (whole.plural or whole.determiner == "all") or steps[0].order or whole.number or whole.ranks:
+    if (
+        whole is None
+        or steps[0].verb == "stack"
+        or not (whole.plural or whole.determiner == "all")
+        or steps[0].order
+        or whole.number
+        or whole.ranks
+    ):
         raise Misfit
     named = [replace(ref, nouns=whole.nouns, names=whole.names) if ref.other else _of_kind(ref, whole) for ref in turn]
     if any(not (ref.colours or ref.ranks or ref.names or ref.other) for ref in named):

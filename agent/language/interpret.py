@@ -123,7 +123,9 @@ def _by_rules(
     found = read_in(ENGLISH, prompt, tuple(item.id for item in scene.objects))
     if isinstance(found, tuple) and (discourse is None or discourse.last is None):
         told = tuple((cost, reading) for cost, reading in found if not reading.anew)
-        found = told or _unrecognized("I have done nothing yet that “again” or “instead” could mean.", ("again", "instead"))
+        found = told or _unrecognized(
+            "I have done nothing yet that “again” or “instead” could mean.", ("again", "instead")
+        )
     if isinstance(found, Refusal):
         return found
     return _once_each(prompt, choose(found, scene, names, discourse, chosen, close=CLOSE_RULES))

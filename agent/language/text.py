@@ -88,7 +88,9 @@ def _pieces(text: str, vocabulary: Vocabulary) -> Iterator[Token]:
     lower = raw.lower()
     for pattern, by in vocabulary.writes:
         lower = pattern.sub(by, lower)
-    written = {match[0].lower(): match[0] for match in _PIECE.finditer(raw)}
+    written: dict[str, str] = {}
+    for match in _PIECE.finditer(raw):
+        written.setdefault(match[0].lower(), match[0])
     for match in _PIECE.finditer(lower):
         kind = match.lastgroup or "word"
         if kind == "other" and unicodedata.category(match[0]) in ("So", "Sk", "Mn", "Cf"):

@@ -270,7 +270,7 @@ class Vocabulary:
                 self.joins.append((first, second))
             case "write":
                 pattern, _, by = (rest + " ").partition(" = ")
-                self.writes.append((re.compile(pattern), by.strip() if "\\" in by else f" {by.strip()} "))
+                self.writes.append((re.compile(pattern), by.rstrip() if "\\" in by else f" {by.strip()} "))
             case "list":
                 name, _, words = rest.partition(":")
                 self.lists[name] = self.lists.get(name, frozenset()) | frozenset(words.split())
