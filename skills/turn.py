@@ -55,6 +55,36 @@ turned_angle : product
   = "um"? of+:count of+:ANGLE of+:SENSE?
   = of+:SENSE "um"? of+:count of+:ANGLE
 """
+_ENGLISH = """
+VTURN verb
+  turn, rotate, verbd spin, swivel, twist, align, line up, square
+ANGLE
+  0.017453292519943295 = degree, degrees, deg
+  1.0 = radian, radians, rad
+SENSE
+  -1 = clockwise, to the right, right
+  1 = counterclockwise, counter clockwise, anticlockwise, to the left, left
+SHARE
+  1.5707963267948966 = a quarter turn
+  3.141592653589793 = a half turn, half a turn, halfway, around, round
+other
+  = verb=worded skill=turn &VTURN objects slots+:turning
+  = verb=worded skill=turn &VTURN objects slots+:aligning
+  = verb=worded skill=turn &VTURN objects "around"? !
+gap : Command
+  = objects slots+:turning
+turning : slot
+  = angle:turned_angle
+turned_angle : product
+  = ("by" | "through")? of+:count of+:ANGLE of+:SENSE?
+  = of+:SENSE ("by" | "through")? of+:count of+:ANGLE
+  = ("by" | "through")? of+:SHARE of+:SENSE?
+  = of+:SENSE of+:SHARE
+aligning : slot
+  = align_with:aligned
+aligned : any
+  = ("to" "align" "with" | "to" "match" | ("parallel" | "in" "line") ("to" | "with") | "with") is:thing
+"""
 
 
 class Turn(Skill):
@@ -97,7 +127,7 @@ class Turn(Skill):
         required=("angle", "align_with"),
     )
 
-    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
+    translations: ClassVar[Mapping[str, str]] = {"english": _ENGLISH, "german": _GERMAN}
 
     def check(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return the arguments by keyword, converted to their types.

@@ -58,7 +58,8 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
     hit = [Hit(end, None, EVERYTHING) for end in ends]
     first = next((t.text for t in tokens[i : clause.end] if t.text not in lists["openers"]), "")
     # "my mother", "I", "nobody": what they do, may and do not is nothing that is asked for.
-    somebody = first in lists["persons"] and not clause.binding
+    of_you = clause.denies and any(token.text == "you" for token in tokens[i : clause.end])
+    somebody = first in lists["persons"] and not clause.binding and not of_you
     # What they wish is asked for where it names something.
     person = somebody and not (clause.wishing and clause.named)
     if opens and not clause.named and (person or not (clause.bearing and clause.denies)):

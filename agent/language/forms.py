@@ -62,6 +62,9 @@ def gathered(fields: Sequence[Filled]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for name, value, more in fields:
         if name == "dropped":
+            # What is passed over has to be known all the same.
+            if isinstance(value, Ref) and value.unknown:
+                raise Misfit
             continue
         if more:
             values[name] = (*values.get(name, ()), *(value if type(value) is tuple else (value,)))
@@ -115,6 +118,8 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     values.pop("counted", None)
+    if any(ref.unknown for ref in values.get("instead", ())):
+        raise Misfit
     if values.get("without") and any(rank.key in ("top", "bottom") for rank in values.get("ranks", ())):
         raise Misfit
     if any(

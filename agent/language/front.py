@@ -17,12 +17,13 @@ from robosandbox.agent.language.intent import Ref, Sentence
 from robosandbox.agent.language.lexicon import WORDS
 from robosandbox.agent.language.parser import Parser
 from robosandbox.agent.language.ruleset import COSTS, GRAMMARS, Ruleset, bring, languages, ruleset
-from robosandbox.agent.language.text import MAX_CHARACTERS, Said, TooLongError, classes_of, said
+from robosandbox.agent.language.text import ENDS, MAX_CHARACTERS, Said, TooLongError, classes_of, said
 from robosandbox.agent.language.tokens import SceneWords, scene_words
 from robosandbox.agent.language.vocabulary import Token, logical_lines, spelled
 from robosandbox.types import Refusal, RefusalCode
 
 ENGLISH = "english"
+VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 # How alike a word has to be to one of the language to be offered for it, a ratio as of difflib, and the number of letters
 # up to which none is: a slip in a word of six letters.
 _NEAR, _SHORT = 0.8, 3
@@ -190,26 +191,88 @@ def _listed_in(language: str, text: str) -> str:
 
 
 def _not_understood(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal:
-    tokens, vocabulary = parser.tokens, book.vocabulary
-    if {"QUESTION", "BE"} & {*parser.classes[0]}:
-        return Refusal(
-            code=RefusalCode.UNSUPPORTED,
-            message="Questions are answered in English only; I carry out orders in this language.",
+    """Say which part was not understood, or why it cannot be done."""
+    tokens, classes = parser.tokens, parser.classes
+    strange = [t.raw for t in tokens if t.kind == "word" and t.text not in book.known and t.text not in words.parts]
+    quoted = [f"“{word}”{_perhaps(word, book)}" for word in strange]
+    if {"QUESTION", "BE"} & {*classes[0]} and book.vocabulary.has_gender:
+        return _unsupported("Questions are answered in English only; I carry out orders in this language.")
+    if "QUESTION" in classes[0]:
+        return _unsupported(
+            "I say where things are, how many, how big, how far apart and what holds of them, and not "
+            f"{listed(quoted, 'or') if quoted else 'this'}; or tell me what to do."
         )
-    if any(
-        reading.end and all(t.kind == "mark" for t in tokens[reading.end :]) for reading in parser.rule("things", 0)
-    ):
+    if not strange and any(_is_over(tokens, reading.end) for reading in parser.rule("things", 0) if reading.end):
         told = " ".join(token.raw for token in tokens if token.kind != "mark")
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"What should I do with “{told}”?")
-    strange = [t.raw for t in tokens if t.kind == "word" and t.text not in book.known and t.text not in words.parts]
-    if not strange and parser.reach < len(tokens) and tokens[parser.reach].kind != "mark" and vocabulary.has_gender:
+    refusal = _unable(parser, book, words)
+    if refusal is not None:
+        return refusal
+    condition = next((k for k, hits in enumerate(classes) if {"IF", "UNLESS", "UNTIL"} & {*hits}), None)
+    if condition is not None and not book.vocabulary.has_gender:
+        told = f"{listed(quoted)} after" if quoted else "what follows"
+        return _unsupported(
+            f"I cannot make out {told} “{tokens[condition].raw}”: I follow conditions on what is there, where it is and how it looks."
+        )
+    if (
+        not strange
+        and parser.reach < len(tokens)
+        and tokens[parser.reach].kind != "mark"
+        and book.vocabulary.has_gender
+    ):
         strange = [tokens[parser.reach].raw]
+        quoted = [f"“{word}”{_perhaps(word, book)}" for word in strange]
     if not strange:
         return _unrecognized(
             f"I know the words but not the sentence “{parser.said(0, len(tokens))}”; please say it differently."
         )
-    quoted = listed([f"“{word}”{_perhaps(word, book)}" for word in strange])
-    return _unrecognized(f"I do not understand {quoted} here.", strange)
+    return _unrecognized(f"I do not understand {listed(quoted)} here.", strange)
+
+
+def _unable(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal | None:
+    """Say which verb no skill has, or what stays where it is; None where there is no such thing."""
+    tokens, classes, acting = parser.tokens, parser.classes, book.vocabulary.lists.get("cues", frozenset())
+    base = book.vocabulary.bits.get(("base",), 0)
+    for k, hits in enumerate(classes):
+        begins = k == 0 or tokens[k - 1].text in ENDS or tokens[k - 1].text in acting
+        verbs = [name for name in hits if name[0] == "V" and name != "VCANNOT"]
+        if (
+            begins
+            and any(hit.mask & base for hit in hits.get("VCANNOT", ()))
+            and (not verbs or k == 0)
+            and tokens[k].text not in words.parts
+        ):
+            return _unsupported(f"I cannot “{tokens[k].raw}”; I can {VERBS_FOR_PEOPLE}.")
+        if "FLOOR" in hits and tokens[k].text not in words.parts:
+            return Refusal(code=RefusalCode.IMPOSSIBLE, message="The floor is out of my reach; I work on the table.")
+        for end in {hit.end for name in verbs for hit in hits[name]}:
+            start = end + 1 if end < len(tokens) and "THE" in classes[end] else end
+            moved = classes[start] if start < len(tokens) else {}
+            if "TABLE" in moved and begins:
+                return Refusal(code=RefusalCode.IMPOSSIBLE, message="The table stays where it is.")
+            if "ARM" in moved and begins:
+                return _unsupported(f"I move the {tokens[start].raw} as the skills need it; I can {VERBS_FOR_PEOPLE}.")
+    if "NOT" in classes[0]:
+        return _unsupported(
+            "That asks me to leave something undone, and I had not begun anything; say it beside an order, "
+            "or name what I must not touch."
+        )
+    if any("RECIPIENT" in hits for hits in classes):
+        return _unsupported(f"I cannot hand things over; I can {VERBS_FOR_PEOPLE}.")
+    for end in {hit.end for hit in classes[0].get("VPUT", ())}:
+        named = [r.fields[0].value for r in parser.rule("things", end) if _is_over(tokens, r.end)]
+        if any(not ref.relations for refs in named for ref in refs):
+            told = parser.said(0, len(tokens))
+            return Refusal(code=RefusalCode.AMBIGUOUS, message=f"Where should “{told}” go?")
+    return None
+
+
+def _is_over(tokens: Sequence[Token], i: int) -> bool:
+    return all(token.kind == "mark" for token in tokens[i:])
+
+
+def _unsupported(message: str) -> Refusal:
+    return Refusal(code=RefusalCode.UNSUPPORTED, message=message, sure=False)
 
 
 def _perhaps(word: str, book: Ruleset) -> str:

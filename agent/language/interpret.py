@@ -16,7 +16,15 @@ from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.corrections import may_correct, set_right
 from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.front import ENGLISH, Readings, language_of, read_in, says_in_turn, told_in
+from robosandbox.agent.language.front import (
+    ENGLISH,
+    VERBS_FOR_PEOPLE,
+    Readings,
+    language_of,
+    read_in,
+    says_in_turn,
+    told_in,
+)
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.lexicon import LEXICON
@@ -67,7 +75,6 @@ _SAID_AS = {"namelyonly": "only", "backagain": "back again"}
 _PERHAPS_MISREAD = frozenset(
     {RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED, RefusalCode.IMPOSSIBLE}
 )
-VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 
 
 def interpret(

@@ -179,7 +179,11 @@ def _without_courtesies(told: Sequence[Token], words: SceneWords, vocabulary: Vo
         joined = any(each.text in ENDS or vocabulary.is_form(each.text, "AND") for each in kept)
         passing = ("COURTESY", "MANNER", "IN_TURN" if joined else "AT_FIRST")
         ends = {name: hit.end for name, hit in vocabulary.at(told, i) if name in passing}
-        named = token.text in words.parts or (kept and kept[-1].text in vocabulary.lists.get("determiners", ()))
+        following = told[max(ends.values())].text if ends and max(ends.values()) < len(told) else ""
+        described = kept and kept[-1].text in vocabulary.lists.get("determiners", ())
+        # "the gentle giant" is called so, "a gentle push" is how.
+        stroke = "MANNER" in ends and vocabulary.is_form(following, "LIGHT_NOUN")
+        named = token.text in words.parts or (described and not stroke)
         if ends and not named and not (kept and kept[-1].text in vocabulary.lists.get("deniers", ())):
             name, end = max(ends.items(), key=lambda pair: pair[1])
             if name == "MANNER":
