@@ -1,0 +1,105 @@
+"""The rules of English: each class of them with the sentences of docs/grammar.md, and no operator passed over."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+from support.scored import sentences
+
+from robosandbox.agent.language.ruleset import ruleset
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.bundled import bundled_task
+from robosandbox.types import ObservedScene, Plan, Refusal
+
+PAGE = (Path(__file__).parent.parent / "docs" / "grammar.md").read_text(encoding="utf-8")
+OPERATORS = ("almost", "never", "until", "unless", "pretend", "instead", "again", "not")
+TOLD = (
+    "tap the green can",
+    "put the yellow ball in the grey bin",
+    "push the white block 4 cm to the left",
+    "My wife is asleep. Tap the white block, please.",
+)
+
+
+def _rows() -> list[tuple[str, str, str, str]]:
+    """Return (class, task, sentence, plan) of each row of the page."""
+    rows, name, task = [], "", ""
+    for line in PAGE.splitlines():
+        if head := re.match(r"`(\w+)`: [^`]*(?:In `(\w+)`:)?$", line):
+            name, task = head[1], head[2] or "clear_to_bin"
+        elif (row := re.match(r"\| (.+?) \| `(.+)` \|", line)) and name:
+            rows.append((name, task, row[1], row[2]))
+    return rows
+
+
+@cache
+def scene(task: str) -> ObservedScene:
+    return sentences.load_scene(bundled_task(task))
+
+
+@cache
+def planner() -> StubPlanner:
+    return StubPlanner(load_skills(), by_rules=True)
+
+
+def plan_of(sentence: str, task: str = "clear_to_bin") -> Plan | Refusal:
+    return planner().plan(sentence, scene(task))
+
+
+@pytest.mark.parametrize(("name", "task", "sentence", "expected"), _rows())
+def test_each_sentence_of_the_page_is_planned_as_it_says(name: str, task: str, sentence: str, expected: str) -> None:
+    answer = plan_of(sentence, task)
+    if isinstance(answer, Refusal):
+        assert f"!{answer.code}" == expected, answer.message
+    else:
+        calls = [f"{call.skill}({', '.join(map(str, call.arguments.values()))})" for call in answer.steps]
+        assert "; ".join(calls) == expected
+
+
+def test_each_class_of_rules_has_three_sentences() -> None:
+    names = [name for name, *_ in _rows()]
+    assert len(set(names)) > 15
+    assert {name for name in names if names.count(name) != 3} == set()
+
+
+@pytest.mark.parametrize("sentence", TOLD)
+@pytest.mark.parametrize("operator", OPERATORS)
+def test_no_operator_is_passed_over(sentence: str, operator: str) -> None:
+    plain = plan_of(sentence)
+    assert isinstance(plain, Plan)
+    chat, dot, order = sentence.rpartition(". ")
+    words = order.split()
+    for k in range(len(words) + 1):
+        answer = plan_of(chat + dot + " ".join((*words[:k], operator, *words[k:])))
+        assert isinstance(answer, Refusal) or answer.steps != plain.steps, (k, answer)
+
+
+@pytest.mark.parametrize("sentence", TOLD)
+def test_a_word_that_nobody_knows_moves_nothing(sentence: str) -> None:
+    chat, dot, order = sentence.rpartition(". ")
+    words = order.split()
+    for k in range(len(words) + 1):
+        answer = plan_of(chat + dot + " ".join((*words[:k], "brumpf", *words[k:])))
+        assert isinstance(answer, Refusal), (k, answer)
+
+
+def test_manner_is_told_of_in_the_note() -> None:
+    for sentence, word in (("slowly tap the green can", "slowly"), ("give the green can a gentle tap", "gentle")):
+        answer = plan_of(sentence)
+        assert isinstance(answer, Plan) and f"“{word}”" in answer.note
+
+
+def test_a_turn_is_read_by_the_words_of_its_skill() -> None:
+    answer = plan_of("turn the white block by 90 degrees to the left")
+    assert isinstance(answer, Plan)
+    assert [str(call) for call in answer.steps] == ["turn(object=white_block, angle=1.570796)"]
+
+
+def test_ways_to_say_something_have_three_costs() -> None:
+    book = ruleset("english")
+    written = [mark for rule in book.written.values() for way in rule.source for mark in re.findall(r"(?<!\S)!+(?!\S)", way)]
+    assert {*written} == {"!", "!!", "!!!"}
