@@ -399,7 +399,12 @@ def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
         spoken = bool(step.objects) and step.objects[0].determiner != "it"
         told = bool(step.objects) and step.objects[0].determiner != "it"
         if isinstance(place, Relation) and told and theme:
-            place = place._replace(refs=tuple(map(named, place.refs)))
+            into = isinstance(there, Relation) and place.kind == there.kind == "in" and len(there.refs) == 1
+            # "before you put the can in the bin, put the ball in it"
+            refs = (
+                there.refs if into and isinstance(there, Relation) and place.refs[0].determiner == "it" else place.refs
+            )
+            place = place._replace(refs=tuple(map(named, refs)))
         return replace(step, objects=tuple(map(named, step.objects)), place=place)
 
     return (*map(done, first), *last)

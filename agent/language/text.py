@@ -109,6 +109,11 @@ def _known(token: Token, words: SceneWords, book: Ruleset, mend: bool) -> Iterat
         yield Token(word, token.raw, "word")
         return
     parts = book.vocabulary.split(word) or _run_together(words).get(word, ())
+    if mend and "_" in word:
+        named = [name for name in words.ids if OSA.distance(word, name, score_cutoff=2) <= 2]
+        if len(named) == 1:
+            yield Token(words.ids[named[0]], token.raw, "id")
+            return
     if not parts and mend and word not in book.known and word not in named_in(words, book.vocabulary):
         parts = (_nearest(word, book, words) or word,)
     for k, part in enumerate(parts or (word,)):
