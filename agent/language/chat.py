@@ -14,6 +14,7 @@ from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
+_OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
 
@@ -105,7 +106,8 @@ def _clause(
     """Return what a clause from a token to the next mark is; add where its beginning may be passed over up to a thing."""
     lists, acting = vocabulary.lists, vocabulary.mask("base ing")
     end, named, bearing, binding, nouns, acts, denies = i, False, False, False, False, False, False
-    always, counts, wishing = False, False, False
+    base = vocabulary.mask("base")
+    always, counts, wishing, counted = False, False, False, False
     stops: list[int] = []
     barred = tokens[i].text in lists["barring"]
     while end < len(tokens) and tokens[end].text not in ENDS:
@@ -123,11 +125,16 @@ def _clause(
             opening = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
             names = (name for name in here if name[0] == "V" and (opening or name != "VCANNOT"))
             acts |= any(hit.mask & acting for name in names for hit in here[name])
+        if not tells and end > i and tokens[end - 1].text not in lists["persons"] and end + 1 < len(tokens):
+            # A verb with its object is an order, wherever it stands.
+            verbs = (name for name in here if name[0] == "V" and name != "VCANNOT")
+            acts |= not _OBJECTS.isdisjoint(found[end + 1]) and any(hit.mask & base for n in verbs for hit in here[n])
         nouns |= "NOUN" in here
         counts |= any(hit.value != 1 for hit in here.get("NUMBER", ()))
         named |= not _NAMING.isdisjoint(here) or word in parts
         end += 1
-        if opens and not (named or nouns or barred or denies or acts or always):
+        counted |= word in lists["determiners"] and word not in lists["owners"]
+        if opens and not (named or nouns or barred or denies or acts or always or counted):
             stops.append(end)
     # "two high": how many there are to be is told by somebody's statement alone.
     first = next((t.text for t in tokens[i:end] if t.text not in lists["openers"]), "")
