@@ -101,5 +101,7 @@ def test_a_turn_is_read_by_the_words_of_its_skill() -> None:
 
 def test_ways_to_say_something_have_three_costs() -> None:
     book = ruleset("english")
-    written = [mark for rule in book.written.values() for way in rule.source for mark in re.findall(r"(?<!\S)!+(?!\S)", way)]
+    written = [
+        mark for rule in book.written.values() for way in rule.source for mark in re.findall(r"(?<!\S)!+(?!\S)", way)
+    ]
     assert {*written} == {"!", "!!", "!!!"}

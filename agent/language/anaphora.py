@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
-from robosandbox.agent.language.logic import Condition, If, Is, Steps, There, stripped, substituted
+from robosandbox.agent.language.logic import If, Is, stripped, substituted
 from robosandbox.agent.language.phrases import single
 from robosandbox.agent.language.readings import Part
 

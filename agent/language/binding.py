@@ -49,6 +49,9 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     if last.verb == "stack" and not last.place:
         # "stack the cubes, then the ball": on what?
         return None
+    if last.verb == "release" or any(ref.one and ref.determiner == "a" and ref.text == "one" for ref in objects):
+        # "tap the can, just one"
+        return None
     if objects and step == Command(UNSAID, objects, times=step.times):
         return replace(last, objects=objects, times=step.times or last.times)
     if step.distance is not None and not (objects or step.place or step.direction) and last.direction:

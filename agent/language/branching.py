@@ -9,9 +9,8 @@ from functools import cached_property
 from robosandbox.agent.language.amendments import Amendments
 from robosandbox.agent.language.antecedents import about, echoed, told_of
 from robosandbox.agent.language.chart import Found, distinct, rule
-from robosandbox.agent.language.intent import Command, Relation, replace
+from robosandbox.agent.language.intent import Command, replace
 from robosandbox.agent.language.logic import (
-    Alike,
     Bound,
     Condition,
     ForEach,
@@ -24,7 +23,6 @@ from robosandbox.agent.language.logic import (
     While,
     commands_of,
     controlled,
-    mapped,
     stripped,
 )
 from robosandbox.agent.language.readings import Part

@@ -14,6 +14,7 @@ from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
+_HOME = frozenset({"HOME", "GO_HOME"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
@@ -130,13 +131,13 @@ def _clause(
             verbs = (name for name in here if name[0] == "V" and name != "VCANNOT")
             acts |= not _OBJECTS.isdisjoint(found[end + 1]) and any(hit.mask & base for n in verbs for hit in here[n])
         nouns |= "NOUN" in here
-        counts |= any(hit.value != 1 for hit in here.get("NUMBER", ()))
+        counts |= any(hit.value != 1 for hit in here.get("NUMBER", ())) or not _HOME.isdisjoint(here)
         named |= not _NAMING.isdisjoint(here) or word in parts
         end += 1
         counted |= word in lists["determiners"] and word not in lists["owners"]
-        if opens and not (named or nouns or barred or denies or acts or always or counted):
+        if opens and not (named or nouns or barred or bearing or acts or always or counted):
             stops.append(end)
-    # "two high": how many there are to be is told by somebody's statement alone.
+    # "two high", "back to your position": chat only where somebody states it.
     first = next((t.text for t in tokens[i:end] if t.text not in lists["openers"]), "")
     named |= counts and first not in lists["subjects"]
     if stops:

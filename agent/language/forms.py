@@ -106,6 +106,8 @@ def _thing(values: dict[str, Any], text: str) -> Any:
         for ref in values.get("instead", ())
     ):
         raise Misfit
+    if any(_is_any(ref) for ref in values.get("without", ())):
+        raise Misfit
     values["without"] = (*values.get("without", ()), *values.pop("less", ()))
     if len(values.get("colours", ())) > 1 and not values.pop("either", False):
         raise Misfit
@@ -272,9 +274,9 @@ def _command(values: dict[str, Any], text: str) -> Any:
                 whole[0], without=tuple(replace(_of_kind(ref, whole[0]), text=f"but {ref.text}") for ref in without)
             ),
         )
-    ends = ("top", "bottom", "middle")
+    levels_of_it = frozenset({"top", "bottom", "middle"})
     if values.get("order") in ("up", "down") and any(
-        r.key in ends for ref in values.get("objects", ()) for r in ref.ranks
+        r.key in levels_of_it for ref in values.get("objects", ()) for r in ref.ranks
     ):
         # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
         raise Misfit
@@ -285,6 +287,24 @@ def _command(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     return made
+
+
+def _left_out(ref: Ref, spared: Sequence[Ref]) -> Ref:
+    return replace(ref, without=(*ref.without, *(_of_kind(each, ref) for each in spared)))
+
+
+def _is_any(ref: Ref) -> bool:
+    """Say whether a description leaves open which thing is meant: "one"."""
+    told = ref.nouns or ref.names or ref.colours or ref.ranks or ref.relations or ref.plural or ref.other
+    return ref.determiner == "a" and ref.one and not told
+
+
+def _commas(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
+    """As in "the can, the ball"; "tag 14, the bigger one" says one thing twice."""
+    items: tuple[Ref, ...] = values["item"]
+    if any(ref.one and not ref.nouns for ref in items[1:]):
+        raise Misfit
+    return items
 
 
 def _sentence(values: dict[str, Any], text: str) -> Any:
@@ -321,6 +341,9 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         ):
             # "put the red cube left of the bowl and the blue one to the right": of the bowl.
             raise Misfit
+    if any(_is_any(ref) for ref in values.get("avoid", ())):
+        # "..., but leave one": which?
+        raise Misfit
     spared = values.get("spared", ())
     if spared:
         # "put all the fruit in the bowl, don't touch the lemon"
@@ -331,8 +354,7 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         ]
         if len(whole) != len(steps) or any(ref.determiner == "it" or ref.determiner == "all" for ref in spared):
             raise Misfit
-        left_out = lambda ref: replace(ref, without=(*ref.without, *(_of_kind(each, ref) for each in spared)))  # noqa: E731
-        steps = tuple(replace(step, objects=(left_out(step.objects[0]),)) for step in steps)
+        steps = tuple(replace(step, objects=(_left_out(step.objects[0], spared),)) for step in steps)
     told: list[Command] = []
     for step in steps:
         if (
@@ -483,6 +505,9 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
         if len(old.objects) != 1:
             raise Misfit
         step = replace(step, objects=old.objects)
+    elif not values.get("cancelled") and step.verb != old.verb:
+        # "tap the can. Wait, put the ball in the bin": in its stead, or as well?
+        raise Misfit
     return (*(told[:-1] if type(told) is tuple else ()), step)
 
 
@@ -832,7 +857,8 @@ def _turns(values: dict[str, Any], text: str) -> Any:
 
 FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "any": lambda values, text: values["is"],
-    "list": _list, "slot": lambda values, text: tuple(values.items()),
+    "list": _list,
+    "Commas": _commas, "slot": lambda values, text: tuple(values.items()),
     "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
