@@ -673,6 +673,10 @@ def _if(values: dict[str, Any], text: str) -> Command:
         otherwise = echoed(otherwise, form)
         if not otherwise:
             raise Misfit
+    places = [step.place for step in (then[0], *otherwise[:1]) if isinstance(step.place, Relation)]
+    if any([ref.text for ref in place.refs] == ["there"] for place in places):
+        # "if the bowl is empty, put it there": where?
+        raise Misfit
     # "tap the key, go home if the plum is green, otherwise tap the plum": what is done otherwise in place of what?
     bare = 1.0 if after and otherwise else 0.0
     return Command("control", bare=bare, control=If(condition, then, otherwise, form.unless, apart))
