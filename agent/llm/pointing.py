@@ -10,14 +10,15 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, ValidationError
 from pydantic_ai.messages import BinaryContent
+from pydantic_ai.tools import ToolDefinition
 
+from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.llm.budget import Budget, SpendingLimits
-from robosandbox.agent.llm.converse import Question, converse
-from robosandbox.agent.llm.endpoint_capabilities import endpoint_cache
-from robosandbox.agent.llm.forms import AnswerTool, Call, MisuseError
+from robosandbox.agent.llm.endpoint import Question, converse
+from robosandbox.agent.llm.forms import Call, MisuseError
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.pictures import png
-from robosandbox.agent.llm.service import open_cassette
+from robosandbox.agent.llm.service import Service
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerError
 from robosandbox.perception.factory import Setup
@@ -84,10 +85,8 @@ class PointingPerception(RgbdPerception):
         self, settings: LLMSettings, *, setup: Setup, calibration: Path | None = None, camera: str | None = None
     ) -> None:
         super().__init__(setup=Setup(scene=setup.scene), calibration=calibration)
-        self._settings = settings
+        self._service = Service(settings)
         self._camera = camera
-        self._player = open_cassette(settings)
-        self._endpoints = endpoint_cache(settings)
         self._named: set[str] = set()
 
     def assign_ids(self) -> None:
@@ -128,26 +127,25 @@ class PointingPerception(RgbdPerception):
             self._named.add(name)
 
     def _ask(self, frame: PointCloudFrame) -> Sequence[Pointed]:
+        settings = self._service.settings
         height, width = frame.depth.shape
         text = f"The picture is {width} pixels wide and {height} pixels high. Point at every loose object."
         return converse(
-            self._settings,
-            self._player,
-            self._endpoints,
+            self._service,
             Question(
                 instructions=lambda mode: f"{_INSTRUCTIONS}\n\n{_HOW_TO_ANSWER[mode]}",
                 content=[text, BinaryContent(data=png(frame.rgb), media_type="image/png")],
                 tools=[TOOL],
                 read=lambda call: _read(call, width, height),
             ),
-            budgets=(Budget(SpendingLimits(tokens=self._settings.max_tokens, seconds=self._settings.time_limit)),),
+            budgets=(Budget(SpendingLimits(tokens=settings.max_tokens, seconds=settings.time_limit)),),
         )
 
 
-TOOL = AnswerTool(
+TOOL = ToolDefinition(
     name=_POINT,
     description="Name every loose object on the table and give one pixel on each.",
-    schema=PointAnswer.model_json_schema(),
+    parameters_json_schema=flat(PointAnswer.model_json_schema()),
 )
 
 
