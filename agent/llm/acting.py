@@ -28,7 +28,7 @@ from robosandbox.agent.llm.ledger import PromptLedger
 from robosandbox.agent.llm.pictures import cameras_of, marked_picture, png
 from robosandbox.agent.llm.planner import LLMPlanner, prompt_budget
 from robosandbox.agent.llm.prompt import act_instructions, describe_robot, question
-from robosandbox.agent.llm.service import Connection, Service, run_apart
+from robosandbox.agent.llm.service import ModelConnection, Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.llm.toolbox import OWN, SceneLookArguments, acting_tools, one_call
 from robosandbox.agent.tools import (
@@ -169,7 +169,7 @@ class ActingCourse:
             content = [question(self._prompt, scene, (), earlier=self._earlier, robot=about, certain=self._ledger.due)]
             if self._service.settings.picture is not None:
                 content.append(BinaryContent(data=png(self._service.settings.picture()), media_type="image/png"))
-        async with Connection(self._service, self._budgets) as connection:
+        async with ModelConnection(self._service, self._budgets) as connection:
             model = Endpoint(
                 connection,
                 instructions=lambda mode: act_instructions(self._tools, mode),

@@ -36,7 +36,7 @@ from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, find_answer
 from robosandbox.agent.llm.modes import Mode, after_no_answer, after_refusal
 from robosandbox.agent.llm.prompt import data_text, untagged
-from robosandbox.agent.llm.service import Connection, ModeRefusedError, Service, run_apart
+from robosandbox.agent.llm.service import ModelConnection, ModeRefusedError, Service, run_apart
 from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import PlannerAnswerError
 from robosandbox.printable import printable
@@ -60,7 +60,7 @@ class Endpoint(WrapperModel):
 
     def __init__(
         self,
-        connection: Connection,
+        connection: ModelConnection,
         *,
         instructions: Callable[[Mode], str],
         exact_tools: Sequence[ToolDefinition] = (),
@@ -176,7 +176,7 @@ def converse(service: Service, question: Question[AnswerT], *, budgets: Sequence
             raise ModelRetry(_quotable(str(misuse))) from None
 
     async def ask() -> AnswerT:
-        async with Connection(service, budgets) as connection:
+        async with ModelConnection(service, budgets) as connection:
             model = Endpoint(
                 connection,
                 instructions=question.instructions,

@@ -24,6 +24,7 @@ from robosandbox.errors import PlannerError
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import PointCloudFrame
 from robosandbox.perception.rgbd import RgbdPerception
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import Track
 from robosandbox.types import Array, StrictModel
 
@@ -32,7 +33,6 @@ _POINT = "point"
 _AROUND = 3
 _LEAST_DEPTHS = 5  # Number of pixels with depth among these that tell a place. Chosen.
 _REACH = 0.015  # Metres from a thing's hull within which a place is on it. Chosen: half of a small cube.
-_CLEAR = 0.3  # Confidence, a probability, from which a thing is worth a name: as of `rgbd`.
 _MOST = 60  # Number of things in one answer. Chosen far above what a table holds.
 
 _INSTRUCTIONS = """You are the eyes of a robot arm at a table. You get one camera picture. Point at every loose object on the
@@ -96,7 +96,9 @@ class PointingPerception(RgbdPerception):
             PlannerError: The model gives no usable answer, and none has been named before.
         """
         self._named &= {track.id for track in self.tracks}
-        new = [track for track in self.tracks if track.id not in self._named and track.confidence >= _CLEAR]
+        new = [
+            track for track in self.tracks if track.id not in self._named and track.confidence >= TOLERANCES.acted_on
+        ]
         by_camera = self.frames.by_camera
         segmented = by_camera.get(self._camera or next(iter(by_camera), ""))
         if not new or segmented is None:

@@ -98,7 +98,7 @@ class Service:
             find_key(settings, settings.base_url or "", needed=True)
 
 
-class Connection:
+class ModelConnection:
     """A connection to a model for one plan; an asynchronous context manager.
 
     Args:
