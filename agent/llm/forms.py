@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,26 +63,18 @@ class Call:
 def find_answer(response: ModelResponse, tools: Sequence[ToolDefinition]) -> Call:
     """Return the one tool that an answer calls, in whatever form, with its arguments unchecked.
 
+    Its name may be left out where its arguments tell which it is, and a bare list of calls stands for the argument of a tool
+    that needs nothing but a list.
+
     Raises:
         NoAnswerError: There is no JSON in it.
         MisuseError: It was cut off, is no JSON after all, calls something else, or calls twice.
     """
-    names = " or ".join(f"`{tool.name}`" for tool in tools)
-    called, text, values = _taken_apart(response)
-    if called:
-        return _called(called, tools, names)
-    found: list[Call] = []
-    for value in values:
-        call = _recognized(value, tools)
-        if call is not None and call not in found:
-            found.append(call)
-    if len(found) > 1:
-        raise MisuseError(f"There were {len(found)} different answers; give exactly one.")
-    if found:
-        return found[0]
-    if not values:
-        raise NoAnswerError(f"{_quoted(text)} is no answer: there is no JSON in it; answer with {names} exactly once.")
-    raise MisuseError(f"{_quoted(json.dumps(values[0]))} is neither {names}; answer with one of them exactly once.")
+    calls = _calls_in(response, tools, bare=True)
+    if len(calls) > 1:
+        told = ", ".join(call.name[:40] for call in calls)
+        raise MisuseError(f"There were {len(calls)} calls ({told}); make exactly one, with all that is to be done.")
+    return calls[0]
 
 
 def find_calls(response: ModelResponse, tools: Sequence[ToolDefinition]) -> list[Call]:
@@ -94,18 +86,27 @@ def find_calls(response: ModelResponse, tools: Sequence[ToolDefinition]) -> list
         NoAnswerError: There is no JSON in it.
         MisuseError: It was cut off, is no JSON after all, or calls something else.
     """
-    called, text, values = _taken_apart(response)
-    known = {tool.name for tool in tools}
-    names = ", ".join(f"`{name}`" for name in known)
-    if called:
-        calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in called]
-        for call in calls:
-            if call.name not in known:
-                raise MisuseError(f"There is no tool {call.name[:60]!r}; there is {names}.")
-        return calls
-    found = [calls for value in values if (calls := _named_calls(value, known))]
-    if any(calls != found[0] for calls in found):
-        raise MisuseError(f"There were {len(found)} different answers; give one, with its calls in one list.")
+    return _calls_in(response, tools, bare=False)
+
+
+def _calls_in(response: ModelResponse, tools: Sequence[ToolDefinition], *, bare: bool) -> list[Call]:
+    """Return the calls in a response, at least one; `bare` where arguments and lists may stand alone."""
+    if response.finish_reason == "length":
+        raise MisuseError("The answer was cut off; give a shorter one.")
+    names = ", ".join(f"`{tool.name}`" for tool in tools)
+    native = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    if native:
+        calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in native]
+        return _known_calls(calls, tools, names, bare=bare)
+    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
+    values = json_values(text)
+    found: list[list[Call]] = []
+    for value in values:
+        calls = _written_calls(value, tools, bare=bare)
+        if calls and calls not in found:
+            found.append(calls)
+    if len(found) > 1:
+        raise MisuseError(f"There were {len(found)} different answers; give exactly one, with its calls in one list.")
     if found:
         return found[0]
     if not values:
@@ -113,39 +114,48 @@ def find_calls(response: ModelResponse, tools: Sequence[ToolDefinition]) -> list
     raise MisuseError(f"{_quoted(json.dumps(values[0]))} calls nothing; call one of {names}.")
 
 
-def _taken_apart(response: ModelResponse) -> tuple[list[ToolCallPart], str, list[Any]]:
-    """Return a response's calls; where it has none, its text and the JSON values in that.
-
-    Raises:
-        MisuseError: It was cut off, or is no JSON after all.
-    """
-    if response.finish_reason == "length":
-        raise MisuseError("The answer was cut off; give a shorter one.")
-    called = [part for part in response.parts if isinstance(part, ToolCallPart)]
-    if called:
-        return called, "", []
-    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
-    return [], text, json_values(text)
+def _known_calls(calls: list[Call], tools: Sequence[ToolDefinition], names: str, *, bare: bool) -> list[Call]:
+    """Return native calls with their lists where these belong; several of which none is a tool are the list of one."""
+    known = {tool.name for tool in tools}
+    listing = next((tool for tool in tools if bare and _listed(tool)), None)
+    if listing is not None and len(calls) > 1 and not known & {call.name for call in calls}:
+        calls = [Call(listing.name, [{"name": call.name, "arguments": call.arguments} for call in calls])]
+    strange = next((call.name for call in calls if call.name not in known), None)
+    if strange is not None:
+        raise MisuseError(f"There is no tool {strange[:60]!r}; there is {names}.")
+    return [_with_list(call, tools) for call in calls] if bare else calls
 
 
-def _named_calls(value: Any, known: Set[str], wrappers: int = 0) -> list[Call]:
-    """Return the calls that a JSON value writes down with their names; none where one of a list is no call."""
+def _written_calls(value: Any, tools: Sequence[ToolDefinition], *, bare: bool, wrappers: int = 0) -> list[Call]:
+    """Return the calls that a JSON value writes down; none where one of a list is no call."""
     if wrappers > _MOST_WRAPPERS:
         return []
     if isinstance(value, list):
-        each = [_named_calls(item, known, wrappers + 1) for item in value]
-        return [call for calls in each for call in calls] if all(each) else []
+        each = [_written_calls(item, tools, bare=bare, wrappers=wrappers + 1) for item in value]
+        if all(each):
+            return [call for calls in each for call in calls]
+        listing = next((tool for tool in tools if bare and _listed(tool)), None)
+        if listing is None or any(as_call(item) is None for item in value):
+            return []
+        return [_with_list(Call(listing.name, value), tools)]
     if not isinstance(value, dict):
         return []
     said = {key: item for key, item in value.items() if key not in _REMARKS}
+    if bare and not {"name", "tool", "function"} & said.keys():
+        fitting = next((tool for tool in tools if _required(tool) and _required(tool) <= said.keys()), None)
+        if fitting is not None:
+            return [_with_list(Call(fitting.name, said), tools)]
+    known = {tool.name for tool in tools}
     match list(said.items()):
-        case [(key, wrapped)] if key in _WRAPPERS and not isinstance(wrapped, str):
-            return _named_calls(wrapped, known, wrappers + 1)
         case [(name, arguments)] if name in known:
-            return [Call(name, _unpacked(arguments))]
+            call: Call | None = Call(name, _unpacked(arguments))
+        case [(key, wrapped)] if key in _WRAPPERS and not isinstance(wrapped, str):
+            return _written_calls(wrapped, tools, bare=bare, wrappers=wrappers + 1)
         case _:
             call = as_call(value)
-            return [call] if call is not None and call.name in known else []
+    if call is None or call.name not in known:
+        return []
+    return [_with_list(call, tools) if bare else call]
 
 
 def as_call(value: Any) -> Call | None:
@@ -203,55 +213,6 @@ def json_values(text: str) -> list[Any]:
     if fault and not values:
         raise MisuseError(f"The answer is not valid JSON ({fault}); answer again.")
     return values
-
-
-def _called(parts: Sequence[ToolCallPart], tools: Sequence[ToolDefinition], names: str) -> Call:
-    """Return what native tool calls amount to; several of which none is a tool are the steps of one."""
-    known = {tool.name for tool in tools}
-    calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in parts]
-    if len(calls) == 1 and calls[0].name in known:
-        return _with_list(calls[0], tools)
-    listing = next((tool for tool in tools if _listed(tool)), None)
-    if len(calls) > 1 and listing is not None and not known & {call.name for call in calls}:
-        return _with_list(
-            Call(listing.name, [{"name": call.name, "arguments": call.arguments} for call in calls]), tools
-        )
-    if len(calls) > 1:
-        told = ", ".join(call.name[:40] for call in calls)
-        raise MisuseError(
-            f"There were {len(calls)} tool calls ({told}); make exactly one, with all that is to be done."
-        )
-    raise MisuseError(f"There is no tool {calls[0].name[:60]!r}; call {names}.")
-
-
-def _recognized(value: Any, tools: Sequence[ToolDefinition], wrappers: int = 0) -> Call | None:
-    """Return the tool that a JSON value calls, None where it calls none."""
-    value = _unpacked(value)
-    if wrappers > _MOST_WRAPPERS:
-        return None
-    if isinstance(value, list):
-        only = _recognized(value[0], tools, wrappers + 1) if len(value) == 1 else None
-        listing = next((tool for tool in tools if _listed(tool)), None)
-        is_list_of_calls = listing is not None and value and all(as_call(item) is not None for item in value)
-        return only or (_with_list(Call(listing.name, value), tools) if listing and is_list_of_calls else None)
-    return _in_object(value, tools, wrappers) if isinstance(value, dict) else None
-
-
-def _in_object(value: dict[str, Any], tools: Sequence[ToolDefinition], wrappers: int) -> Call | None:
-    """Return the tool that a JSON object calls: by its arguments alone, as its only key, within a wrapper, or by name."""
-    known = {tool.name for tool in tools}
-    said = {key: item for key, item in value.items() if key not in _REMARKS}
-    bare = next((tool for tool in tools if _required(tool) and _required(tool) <= said.keys()), None)
-    if bare is not None and not ({"name", "tool", "function"} & said.keys()):
-        return _with_list(Call(bare.name, said), tools)
-    match list(said.items()):
-        case [(name, arguments)] if name in known:
-            return _with_list(Call(name, _unpacked(arguments)), tools)
-        case [(key, wrapped)] if key in _WRAPPERS and not isinstance(wrapped, str):
-            return _recognized(wrapped, tools, wrappers + 1)
-        case _:
-            call = as_call(value)
-            return _with_list(call, tools) if call is not None and call.name in known else None
 
 
 def _with_list(call: Call, tools: Sequence[ToolDefinition]) -> Call:
