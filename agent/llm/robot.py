@@ -45,4 +45,4 @@ def _why_no_pick(name: str, scene: ObservedScene, skills: Mapping[str, Operator]
         return ""
     plan = Plan(steps=(SkillCall(skill=_PICK, arguments={"object": name}),))
     problems = verify(plan, scene, list(skills.values())).problems
-    return next((problem.cause for problem in problems if problem.is_final), "")
+    return next((problem.error.message for problem in problems if problem.is_final), "")
