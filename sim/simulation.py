@@ -248,7 +248,7 @@ class Simulation:
     def _all_asleep(self) -> bool:
         """Tell whether all objects sleep."""
         trees = self.model.body_treeid[list(self._loaded.owners)]
-        return bool((self._live.tree_asleep[trees] >= 0).all())
+        return bool((self._live.tree_asleep[trees[trees >= 0]] >= 0).all())
 
     def _tick(self, guards: Sequence[Guard] = ()) -> None:
         for steps in self._strides:

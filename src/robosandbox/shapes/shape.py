@@ -195,14 +195,16 @@ class Shape(ABC):
         """Return the part of the inside that can be reached from above."""
         return self.room(size, opening)
 
-    def rest_height(self, target: Solid, width: float) -> float:
+    def rest_height(self, target: Solid, width: float, place: Array | None = None) -> float:
         """Return at what height something stands that is set on top.
 
         Args:
             target: What it is set on, upright.
             width: Half of the narrowest width of what is set on it, metres.
+            place: World x and y of the middle and height of the lowest point of what stands there already, (3,); None where
+                it is to be set down.
         """
-        del width
+        del width, place
         return float(self.support(target, np.array([[0.0, 0.0, 1.0]]))[0])
 
     @property
