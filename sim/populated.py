@@ -95,7 +95,9 @@ def robot_place(file: SceneFile, robot: RobotModel) -> tuple[tuple[float, float,
             if best is None or score < best[0]:
                 best = score, (round(x, 3), round(y, 3), round(height, 4), turn)
     if best is None:
-        raise InputError(f"{file.path.name}: there is no free place for a robot on {file.table.body!r}; give --robot-base x,y,z,yaw")
+        raise InputError(
+            f"{file.path.name}: there is no free place for a robot on {file.table.body!r}; give --robot-base x,y,z,yaw"
+        )
     return best[1], f"{-best[0][0]:.0f} of {len(wanted)} things and parts within {near:.2f} to {far:.2f} m"
 
 

@@ -20,7 +20,7 @@ from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, Sp
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.sim.keyframes import Keyframe, keyframes_of
 from robosandbox.sim.scene_sidecar import ObjectNotes, SceneSidecar, scene_sidecar, sidecar_path
-from robosandbox.spatial import matrix_from_quat_xyzw, quat_xyzw_from_matrix
+from robosandbox.spatial import quat_xyzw_from_matrix
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.types import Array, Pose, SceneObject
 from robosandbox.types.objects import Area
@@ -145,7 +145,14 @@ def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
 class _Reader:
     """Reads a compiled scene."""
 
-    def __init__(self, path: Path, said: SceneSidecar, model: mujoco.MjModel, left_out: dict[str, str], keyframes: tuple[Keyframe, ...]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        said: SceneSidecar,
+        model: mujoco.MjModel,
+        left_out: dict[str, str],
+        keyframes: tuple[Keyframe, ...],
+    ) -> None:
         self._keyframes = keyframes
         self._path, self._said, self._model, self._left_out = path, said, model, left_out
         self._data = mujoco.MjData(model)
@@ -275,7 +282,9 @@ class _Reader:
             own = name
             if prefix:
                 own = f"{prefix}.{_without(name, prefix)}"
-            made = self._made(body, bodies, pieces, "part", max(float(model.body_mass[bodies].sum()), 1e-3), joint=told, name=own)
+            made = self._made(
+                body, bodies, pieces, "part", max(float(model.body_mass[bodies].sum()), 1e-3), joint=told, name=own
+            )
             prefix = made.id
             yield made
         for at in bodies:
@@ -357,7 +366,7 @@ class _Reader:
                 rgba = _geom_colour(model, geom)
                 if rgba is None or rgba[3] < 0.1 or int(model.geom_group[geom]) > 2:
                     continue
-                x, y, z = np.sort(model.geom_aabb[geom, 3:])
+                _, y, z = np.sort(model.geom_aabb[geom, 3:])
                 areas[rgba] = areas.get(rgba, 0.0) + float(z * y)
         for rgba, area in areas.items():
             if area > most:
@@ -375,7 +384,7 @@ class _Reader:
 
     def _table(self, roots: list[int], things: list[SceneObject]) -> Table:
         """Return the level face that most things stand on."""
-        model, data = self._model, self._data
+        model = self._model
         stands = [(item.pose.position, *_extent(item)) for item in things]
         found: list[tuple[int, float, Table]] = []
         for body in (0, *roots):
@@ -392,7 +401,9 @@ class _Reader:
                 table = Table(body=name, height=height, area=area, why=why)
                 found.append((on, (x1 - x0) * (y1 - y0), table))
         if not found:
-            raise InputError(f"{self._path.name}: has no level face on which anything could stand; give it a table or a floor")
+            raise InputError(
+                f"{self._path.name}: has no level face on which anything could stand; give it a table or a floor"
+            )
         if self._said.table is not None:
             named = [one for one in found if one[2].body == self._said.table]
             if not named:
@@ -486,7 +497,9 @@ def _robots(model: mujoco.MjModel) -> dict[str, str]:
         body = int(model.jnt_bodyid[chain.joints[0]])
         while int(model.body_parentid[body]):
             body = int(model.body_parentid[body])
-        found[str(model.body(body).name)] = f"an arm of {len(hinges)} driven hinges: the scene's own robot takes its place"
+        found[str(model.body(body).name)] = (
+            f"an arm of {len(hinges)} driven hinges: the scene's own robot takes its place"
+        )
     return found
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 from pydantic import Field
 
 from robosandbox.shapes.compound import FileKind
-from robosandbox.spatial import Finite, StrictModel
-from robosandbox.spatial import Fraction
+from robosandbox.spatial import Finite, Fraction, StrictModel
 from robosandbox.validation import load_yaml_model
 
 SIDECAR_SUFFIX = ".robosandbox.yaml"

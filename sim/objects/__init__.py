@@ -27,7 +27,20 @@ __all__ = [
     "rewrite",
 ]
 
-_COMPILED_FIELDS = ("body", "geometry", "id", "kind", "mesh", "scale", "collision", "locked", "count", "inside", "tag", "tag_size")
+_COMPILED_FIELDS = (
+    "body",
+    "geometry",
+    "id",
+    "kind",
+    "mesh",
+    "scale",
+    "collision",
+    "locked",
+    "count",
+    "inside",
+    "tag",
+    "tag_size",
+)
 
 
 def add_objects(spec: mujoco.MjSpec, scene: Scene) -> None:

@@ -185,7 +185,9 @@ class HeightGrid:
             if inside.max() < _LEAST_WIDTH / 2.0:
                 continue
             found = self._room(mask, inside, top, float(np.median(level[mask])))
-            if best is None or found.half.prod() * (found.rim - found.floor) > best.half.prod() * (best.rim - best.floor):
+            if best is None or found.half.prod() * (found.rim - found.floor) > best.half.prod() * (
+                best.rim - best.floor
+            ):
                 best = found
         return best
 

@@ -10,6 +10,7 @@ from typing import ClassVar, Literal, Protocol
 import numpy as np
 
 from robosandbox.shapes.body import Body, Contact, Piece
+from robosandbox.shapes.heights import LevelSurface
 from robosandbox.shapes.hull import BoxHull, Hull
 from robosandbox.shapes.room import Room
 from robosandbox.spatial import Array, Pose, Vec3
@@ -206,6 +207,11 @@ class Shape(ABC):
         """
         del width, place
         return float(self.support(target, np.array([[0.0, 0.0, 1.0]]))[0])
+
+    def surface(self, target: Solid, width: float, place: Array | None = None) -> LevelSurface | None:
+        """Return the level face that a thing stands on, of what has several or not all over; None where the top says it all."""
+        del target, width, place
+        return None
 
     @property
     def is_open_container(self) -> bool:

@@ -47,9 +47,13 @@ class Scene(StrictModel):
     @model_validator(mode="after")
     def _a_table_of_our_own_has_a_height(self) -> Self:
         if self.world is None and self.table_height <= _LEAST_TABLE:
-            raise ValueError(f"table_height: {self.table_height:g} is too low for a table; more than {_LEAST_TABLE:g} m")
+            raise ValueError(
+                f"table_height: {self.table_height:g} is too low for a table; more than {_LEAST_TABLE:g} m"
+            )
         if self.world is None and self.robot_base is not None:
-            raise ValueError("robot_base: is of scenes from files; give scene.world, or base_pose in the robot's sidecar")
+            raise ValueError(
+                "robot_base: is of scenes from files; give scene.world, or base_pose in the robot's sidecar"
+            )
         return self
 
     @model_validator(mode="after")
