@@ -43,11 +43,19 @@ def populated(scene: Scene) -> Scene:
             "table_area": file.table.area,
         }
     )
-    base = scene.robot_base or file.sidecar.robot_base
-    if base is None:
-        base, why = robot_place(file, _robot(scene))
+    base, why = robot_base_of(scene, file)
+    if scene.robot_base is None and file.sidecar.robot_base is None:
         say(f"{file.path.name}: the robot stands at {', '.join(f'{v:.3g}' for v in base)} ({why})")
     return told.model_copy(update={"robot_base": base})
+
+
+def robot_base_of(scene: Scene, file: SceneFile) -> tuple[tuple[float, float, float, float], str]:
+    """Return where the robot's base stands in a scene, as said or as found, and why there, in words."""
+    if scene.robot_base is not None:
+        return scene.robot_base, "as it was asked for"
+    if file.sidecar.robot_base is not None:
+        return file.sidecar.robot_base, "as the sidecar says"
+    return robot_place(file, _robot(scene))
 
 
 def left_out(scene: Scene) -> tuple[str, ...]:

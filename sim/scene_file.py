@@ -171,8 +171,8 @@ class _Reader:
         self._notes: list[str] = []
 
     def read(self) -> SceneFile:
-        things = [self._thing(body) for body in self._children.get(0, ()) if self._is_free(body)]
-        things = [item for item in things if item is not None]
+        made = (self._thing(body) for body in self._children.get(0, ()) if self._is_free(body))
+        things = [item for item in made if item is not None]
         roots = [body for top in self._children.get(0, ()) if not self._is_free(top) for body in self._units(top)]
         table = self._table(roots, things)
         objects = list(things)
@@ -359,7 +359,7 @@ class _Reader:
         """Return the colour of what is seen most of some bodies, by the surface of the geoms."""
         model = self._model
         best, most = (0.7, 0.7, 0.7, 1.0), 0.0
-        areas: dict[tuple[float, ...], float] = {}
+        areas: dict[tuple[float, float, float, float], float] = {}
         for body in bodies:
             first = int(model.body_geomadr[body])
             for geom in range(first, first + int(model.body_geomnum[body])):
@@ -370,7 +370,7 @@ class _Reader:
                 areas[rgba] = areas.get(rgba, 0.0) + float(z * y)
         for rgba, area in areas.items():
             if area > most:
-                best, most = rgba, area  # type: ignore[assignment]
+                best, most = rgba, area
         return best
 
     # The table.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from robosandbox.shapes import shape_of
 from robosandbox.tasks.judge.checks import OfObject
 from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.types import Truth
