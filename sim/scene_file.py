@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ from robosandbox.sim.keyframes import Keyframe, keyframes_of
 from robosandbox.sim.scene_sidecar import ObjectNotes, SceneSidecar, scene_sidecar, sidecar_path
 from robosandbox.spatial import quat_xyzw_from_matrix
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
-from robosandbox.types import Array, Pose, SceneObject
+from robosandbox.types import Array, Pose, SceneObject, Vec3
 from robosandbox.types.objects import Area
 
 # Hinges in a row with motors that make an arm; a lamp or a crane of three joints stays in the scene.
@@ -37,6 +38,10 @@ _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_BALL.valu
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE.value
 _PLANE = mujoco.mjtGeom.mjGEOM_PLANE.value
 _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
+# Directions from which pictures may be taken, degrees about z, the house's own first, and how steeply from above, as a slope; from
+# behind, where most robots stand, none is.
+_AROUND = (-39.0, 39.0, -60.0, 60.0, 0.0, -90.0, 90.0, -120.0, 120.0)
+_STEEP = 0.7
 _NO_ID = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
@@ -70,6 +75,7 @@ class SceneFile:
         floor: Name of the body of its lowest plane; None without one.
         bodies: Names of the bodies of each object, the first carries its pose, by id.
         keyframes: The file's, by joints.
+        eye: Where a camera sees most of it, metres.
         notes: What was found, in sentences.
     """
 
@@ -81,6 +87,7 @@ class SceneFile:
     floor: str | None
     bodies: dict[str, tuple[str, ...]]
     keyframes: tuple[Keyframe, ...] = ()
+    eye: Vec3 = (1.0, -1.0, 1.0)
     notes: tuple[str, ...] = ()
 
     def bodies_of(self, body: str) -> tuple[str, ...]:
@@ -187,6 +194,7 @@ class _Reader:
             floor=self._floor(),
             bodies=self._bodies,
             keyframes=self._keyframes,
+            eye=self._eye(table, objects),
             notes=tuple(self._notes),
         )
 
@@ -372,6 +380,34 @@ class _Reader:
             if area > most:
                 best, most = rgba, area
         return best
+
+    def _eye(self, table: Table, objects: list[SceneObject]) -> Vec3:
+        """Return from where most things and parts are seen, the nearest to where the house's own camera would be."""
+        (x0, x1), (y0, y1) = table.area
+        middle = np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0, table.height])
+        far = max(1.2, 0.75 * math.hypot(x1 - x0, y1 - y0))
+        best: tuple[float, Vec3] | None = None
+        for azimuth in np.radians(_AROUND):
+            eye = middle + far * np.array([math.cos(azimuth), math.sin(azimuth), _STEEP])
+            seen = sum(self._is_seen(eye, item) * (1.0 if item.kind == "fixture" else 2.0) for item in objects)
+            # Where the arm stands nothing else is seen.
+            score = seen - 0.01 * abs(math.remainder(azimuth - math.radians(_AROUND[0]), math.tau))
+            if best is None or score > best[0]:
+                best = score, _vec(eye)
+        assert best is not None
+        return best[1]
+
+    def _is_seen(self, eye: Array, item: SceneObject) -> bool:
+        """Tell whether nothing is between a point (3,) and an object's middle."""
+        middle = item.pose.position
+        if item.geometry is not None:
+            middle = middle + item.pose.rotation @ item.geometry.box[0]
+        way = middle - eye
+        hit = np.full(1, -1, dtype=np.int32)
+        near = mujoco.mj_ray(self._model, self._data, eye, way / np.linalg.norm(way), None, 1, -1, hit)
+        body = int(self._model.geom_bodyid[hit[0]]) if hit[0] >= 0 else -1
+        own = self._bodies[item.id]
+        return near < 0.0 or near > np.linalg.norm(way) or (body > 0 and str(self._model.body(body).name) in own)
 
     # The table.
 

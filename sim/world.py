@@ -148,7 +148,7 @@ def _room_of(file: SceneFile, scene: Scene) -> mujoco.MjSpec:
     x, y, height = (x0 + x1) / 2.0, (y0 + y1) / 2.0, file.table.height
     there = {camera.name for camera in spec.cameras}
     if "scene" not in there:
-        _add_camera(spec, "scene", (x + 1.05, y - 0.85, height + 0.75), (x, y, height + 0.10), 50.0)
+        _add_camera(spec, "scene", file.eye, (x, y, height + 0.10), 50.0)
     if "top" not in there:
         _add_camera(spec, "top", (x, y, height + 1.36), (x, y, height), 50.0)
     return spec
