@@ -28,6 +28,8 @@ _HEAVY = 5.0
 _PUSH = 20.0
 _PUSH_SECONDS = 1.0
 _MOVES = 0.1
+# Metres or radians that a part moves at least: half a degree.
+_LEAST_TRAVEL = 0.0005
 # Friction ratio below which, or with pyramids, what is held creeps out of a grip (google-deepmind/mujoco issue 3328).
 _LEAST_IMPRATIO = 5.0
 
@@ -171,7 +173,7 @@ def _part(world: World, data: mujoco.MjData, item: SceneObject) -> CheckResult:
     turns = joint.kind == "hinge"
     said = f"{_value(low, turns)} to {_value(high, turns)}"
     kind = f"{joint.kind}{', springs back' if joint.stiffness else ''}"
-    if travel < _MOVES * min(span, math.pi if turns else 1.0):
+    if travel < max(_MOVES * min(span, math.pi if turns else 1.0), _LEAST_TRAVEL):
         return CheckResult(
             "part",
             False,
