@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from robosandbox.driver import Driver, require
+from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
@@ -59,6 +60,11 @@ class RgbdPerception:
         cameras: tuple[str, ...] | None = None,
         calibration: Path | None = None,
     ) -> None:
+        if setup.scene.world is not None:
+            raise InputError(
+                f"perception: rgbd looks for things on a bare table and does not know the fixtures of "
+                f"{setup.scene.world.name} yet; use --perception ground_truth"
+            )
         self._setup = setup
         self._cameras = cameras
         self._calibration = Calibration.load(calibration) if calibration else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -170,6 +171,8 @@ def robot_of(scene: Scene) -> RobotModel:
     Raises:
         InputError: A file is missing or wrong; the message names file, field, value and remedy.
     """
+    if scene.robot_base is not None:
+        return _based(scene, scene.robot_base)
     return load_robot(
         scene.robot_urdf,
         scene.robot_config,
@@ -177,6 +180,26 @@ def robot_of(scene: Scene) -> RobotModel:
         arm=scene.robot_arm,
         gripper=scene.robot_gripper,
     )
+
+
+def _based(scene: Scene, base: tuple[float, float, float, float]) -> RobotModel:
+    """Return the robot with its base where a scene's file has room for it.
+
+    Args:
+        scene: Names the robot and the table's height.
+        base: x, y and z, metres, and the turn about z, radians.
+    """
+    x, y, z, yaw = base
+    named = {"arm": scene.robot_arm, "gripper": scene.robot_gripper}
+    robot = load_robot(scene.robot_urdf, scene.robot_config, **named)  # type: ignore[arg-type]
+    # A robot is measured over a table at some height under its base: the same where that is the same.
+    over = z - scene.table_height
+    if abs(robot.base_pose.xyz[2] - TABLE_HEIGHT - over) > 1e-6:
+        height = robot.base_pose.xyz[2] - over
+        robot = load_robot(scene.robot_urdf, scene.robot_config, table_height=height, **named)  # type: ignore[arg-type]
+    turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+    there = robot.sidecar.base_pose.model_copy(update={"xyz": (x, y, z), "quat_xyzw": turn})
+    return replace(robot, sidecar=robot.sidecar.model_copy(update={"base_pose": there}))
 
 
 @lru_cache(maxsize=32)

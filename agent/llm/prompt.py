@@ -160,20 +160,19 @@ def _why_no_pick(name: str, scene: ObservedScene, skills: Mapping[str, Operator]
         return ""
     plan = Plan(steps=(SkillCall(skill="pick", arguments={"object": name}),))
     problems = verify(plan, scene, list(skills.values())).problems
-    return next((problem.cause for problem in problems if problem.is_final), "")
+    return next((problem.error.message for problem in problems if problem.is_final), "")
 
 
 def attempt_data(attempt: Attempt) -> dict[str, Any]:
     """Return a failed attempt as JSON data: calls, error, evidence, repairs."""
-    record = attempt.error.record()
     return {
         "completed": [str(call) for call in attempt.completed],
         "failed": str(attempt.failed),
         "not_begun": [str(call) for call in attempt.remaining],
-        "error": record.model_dump(mode="json", exclude={"repairs"}),
+        "error": attempt.error.model_dump(mode="json", exclude={"repairs"}),
         "repairs": [
             {"calls": [call.model_dump(mode="json") for call in repair.calls], "why": repair.why}
-            for repair in record.repairs
+            for repair in attempt.error.repairs
         ],
     }
 
