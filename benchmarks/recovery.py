@@ -114,7 +114,7 @@ class Watched(AgentContext):
             return super().twin()
         assert isinstance(self.sim, Simulated)
         copy = super().twin()
-        copy.sim = self.sim.fork()
+        copy.driver = self.sim.fork()
         return copy
 
     def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
@@ -144,13 +144,13 @@ def run(name: str, seed: int, what_if: bool, compare: bool = False, perception: 
             session.ctx.perception = perturbation.perception
         session.ctx.__class__ = Watched
         session.ctx.compare, session.ctx.found, session.ctx.spent = compare, [], []
-        meter = ContactMeter(session.sim)
-        ends = [session.sim.subscribe(meter)]
+        meter = ContactMeter(session.driver)
+        ends = [session.driver.subscribe(meter)]
         session.ctx.events.subscribe(lambda event: _expect(meter, event))
         ends += arm(session, perturbation)
         begin = time.process_time()
         episode = session.run()
-        cpu, secs = time.process_time() - begin, session.sim.time
+        cpu, secs = time.process_time() - begin, session.driver.time
         for end in ends:
             end()
         verdict = session.judge()
@@ -188,16 +188,16 @@ def arm(session: EmbeddedWorkcell, perturbation: Perturbation) -> list[Callable[
     """Let the fault begin at its moment."""
     if perturbation.fault is None:
         return []
-    injector = Intervention(session.sim)
+    injector = Intervention(session.driver)
     ticks = perturbation.fault(injector)
     if perturbation.at <= 0.0:
         next(ticks, None)
 
     def tick() -> None:
-        if session.sim.time >= perturbation.at - 1e-9:
+        if session.driver.time >= perturbation.at - 1e-9:
             next(ticks, None)
 
-    return [session.sim.subscribe(tick)]
+    return [session.driver.subscribe(tick)]
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from robosandbox.sim.calibration_board import CalibrationBoard
-from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import find_sensor
 from robosandbox.sim.world import World
@@ -48,7 +47,7 @@ def open_mujoco(
     return sim
 
 
-def open_with_board(scene: Scene, board: CalibrationBoard, sensor: str) -> Modelled:
+def open_with_board(scene: Scene, board: CalibrationBoard, sensor: str) -> MuJoCoBackend:
     """Return a scene with a board of tags on its table, to calibrate cameras with.
 
     Args:
@@ -64,7 +63,7 @@ def open_with_board(scene: Scene, board: CalibrationBoard, sensor: str) -> Model
     return sim
 
 
-def simulate(world: World, state: Array) -> Modelled:
+def simulate(world: World, state: Array) -> MuJoCoBackend:
     """Return a simulation of a world that is compiled already, in a state as `snapshot` returns it."""
     sim = MuJoCoBackend()
     sim.adopt(world)

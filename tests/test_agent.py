@@ -68,7 +68,7 @@ class Act(Skill):
     def run(self, ctx: SkillContext) -> SkillResult:
         """Act."""
         ctx.enter("approach")
-        ctx.sim.wait(1.0)
+        ctx.driver.wait(1.0)
         outcome = self.outcomes.pop(0) if self.outcomes else None
         if outcome:
             raise outcome
@@ -202,7 +202,7 @@ def test_unknown_skill_in_a_plan_is_an_invalid_argument() -> None:
 
 def test_cancel_from_another_thread_stops_between_ticks_and_is_not_replanned() -> None:
     agent, ctx, _ = make(Script(calls("pick")), Act("pick"))
-    sim = cast(Clock, ctx.sim)
+    sim = cast(Clock, ctx.driver)
 
     def cancel_at_half_time() -> None:
         if abs(sim.time - 0.5) < 1e-6:
@@ -223,7 +223,7 @@ def test_deadline_stops_a_skill_with_the_time_it_took() -> None:
     assert ep.final_reason is FinalReason.TIMED_OUT and len(ep.steps) == 1
     error = ep.attempts[0].error
     assert isinstance(error, GoalTimeoutError) and error.evidence
-    ctx.sim.wait(5.0)
+    ctx.driver.wait(5.0)
 
 
 def test_cancel_before_a_goal_does_not_reach_it() -> None:

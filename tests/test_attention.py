@@ -131,13 +131,13 @@ class Counted:
 
     def __init__(self, session):
         self.taken = []
-        capture = session.sim.capture
+        capture = session.driver.senses.capture
 
         def counted(camera, window=None):
             self.taken.append((camera, window))
             return capture(camera, window)
 
-        session.sim.capture = counted
+        session.driver.senses.capture = counted
 
 
 @pytest.mark.gl
@@ -154,10 +154,10 @@ def test_a_pick_takes_five_pictures_and_one_of_them_small():
 @pytest.mark.gl
 def test_a_rendered_window_is_the_same_as_that_part_of_the_whole_picture():
     with open_session("put_in_bin", sensor="ideal") as session:
-        for camera in session.sim.cameras:
-            whole = session.sim.capture(camera)
+        for camera in session.mujoco.cameras:
+            whole = session.driver.senses.capture(camera)
             window = PictureWindow(left=213, top=147, right=402, bottom=333)
-            part = session.sim.capture(camera, window)
+            part = session.driver.senses.capture(camera, window)
             inside = np.s_[window.rows, window.columns]
             assert np.abs(part.rgb[inside].astype(int) - whole.rgb[inside]).max() <= 1
             assert np.abs(part.depth[inside] - whole.depth[inside]).max() < 1e-5
@@ -167,7 +167,7 @@ def test_a_rendered_window_is_the_same_as_that_part_of_the_whole_picture():
 @pytest.mark.gl
 def test_what_is_nudged_between_two_looks_is_seen_where_it_is():
     with open_session("pick_from_three", perception="rgbd", sensor="realsense") as session:
-        sim, ctx = session.sim, session.ctx
+        sim, ctx = session.driver, session.ctx
         before = {item.id: item.pose for item in ctx.look().objects}
         sim.wait(0.1)
         pictures = Counted(session)
@@ -190,7 +190,7 @@ def test_what_is_put_beside_is_noticed_by_a_look_at_all_and_what_is_felt_takes_n
         assert session.run().success
         ctx = session.ctx
         held = ctx.look().held
-        session.sim.wait(0.1)
+        session.driver.wait(0.1)
         pictures = Counted(session)
         assert held is not None and ctx.look(held).held == held and ctx.feel().held == held
         assert not pictures.taken

@@ -26,8 +26,7 @@ from robosandbox.perception.factory import Setup
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.sensed import SensedSim
-from robosandbox.sim.modelled import modelled
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.mujoco_backend import MuJoCoBackend, require_mujoco
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import Array, Limits, RgbdFrame, Scene
@@ -58,7 +57,7 @@ def hardware() -> Iterator[Hardware]:
 
 def test_drivers_are_installed_by_name_and_opened_on_a_scene_with_options() -> None:
     with load_driver("mujoco:control_timestep=0.02", Scene(), supplied={"render_size": (48, 64)}) as sim:
-        world = modelled(sim, "it is of the size that was asked for")
+        world = require_mujoco(sim, "it is of the size that was asked for")
         assert (world.control_timestep, world.render_size) == (0.02, (48, 64))
 
 
@@ -97,7 +96,7 @@ def test_a_session_on_hardware_is_judged_by_its_referee_and_says_what_needs_a_si
 
 def test_what_draws_or_records_a_model_says_so_to_a_driver_without_one(hardware: Hardware) -> None:
     with pytest.raises(UnsupportedError, match=r"model: the driver of panda has no simulated model, and the viewer"):
-        modelled(hardware, "the viewer draws it")
+        require_mujoco(hardware, "the viewer draws it")
 
 
 def test_what_a_driver_does_not_have_is_no_zero(hardware: Hardware) -> None:
@@ -280,11 +279,11 @@ def test_a_grip_is_as_hard_as_it_is_told_to_be() -> None:
     with open_session("pick_cube_franka") as cell:
         assert cell.run().success
         for force in (30.0, 10.0):
-            cell.sim.set_gripper(1.0, force)
-            cell.sim.wait(1.0)
-            gripper = cell.sim.state().gripper
+            cell.driver.hands["hand"].set_gripper(1.0, force)
+            cell.driver.wait(1.0)
+            gripper = cell.driver.state().gripper
             assert gripper is not None and gripper.force == pytest.approx(force, rel=0.02)
-            assert cell.sim.grip_on("red_cube") == pytest.approx(force / 2.0, rel=0.05)
+            assert cell.driver.hands["hand"].grip_on("red_cube") == pytest.approx(force / 2.0, rel=0.05)
 
 
 def test_a_force_is_refused_by_a_gripper_that_takes_none(hardware: Hardware) -> None:

@@ -67,8 +67,8 @@ def test_the_twins_of_repairs_are_freed(worlds: "weakref.WeakSet[MuJoCoBackend]"
 def test_a_workcell_that_was_closed_is_freed_with_its_world() -> None:
     session = open_session("pick_from_three")
     session.run()
-    session.sim.subscribe(lambda: None)
-    cell, sim = weakref.ref(session), weakref.ref(session.sim)
+    session.driver.subscribe(lambda: None)
+    cell, sim = weakref.ref(session), weakref.ref(session.driver)
     session.close()
     del session
     assert cell() is None

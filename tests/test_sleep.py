@@ -246,7 +246,7 @@ def test_what_the_model_says_anew_of_a_thing_is_felt_after_waking_it() -> None:
 
 def test_the_arm_wakes_what_it_touches() -> None:
     with open_session("put_in_bin") as session:
-        sim = backend(session.sim)
+        sim = backend(session.driver)
         assert sleeping(sim) == set(sim.object_bodies)
         awake: list[set[str]] = []
         sim.subscribe(lambda: awake.append(set(sim.object_bodies) - sleeping(sim)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosandbox.driver.protocols import Driver
+from robosandbox.driver.protocols import Arm
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.types import Workspace
@@ -20,12 +20,12 @@ class WorkspaceGuard:
     """A guard that stops the arm when its TCP leaves the workspace; moving back in is always allowed.
 
     Args:
-        sim: Whose arm.
+        arm: Whose TCP.
         workspace: Where its TCP may be.
     """
 
-    def __init__(self, sim: Driver, workspace: Workspace) -> None:
-        self._sim = sim
+    def __init__(self, arm: Arm, workspace: Workspace) -> None:
+        self._arm = arm
         self._workspace = workspace
         # How far outside it was let be: where it was told of, or came back to since.
         self._outside: dict[str, float] = {}
@@ -33,7 +33,7 @@ class WorkspaceGuard:
 
     def __call__(self) -> LimitError | None:
         """Return what is wrong with where the TCP is: it is outside and went further out."""
-        state = self._sim.state()
+        state = self._arm.state()
         if state.time < self._time:
             # A reset: wherever the arm was put, it may come in from there.
             self._outside.clear()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,26 @@ from pydantic import Field
 from robosandbox.shapes import Shape, shape_of
 from robosandbox.spatial import Array, Pose, Unsent, Vec3
 from robosandbox.types.objects import ObjectKind
+
+T = TypeVar("T")
+
+
+def the_only(named: Mapping[str, T], what: str) -> T:
+    """Return the only value of a mapping by name.
+
+    Args:
+        named: Arms or hands, or what is told of each.
+        what: What they are, for the error.
+
+    Raises:
+        ValueError: There is not exactly one; it has to be named.
+    """
+    if len(named) != 1:
+        raise ValueError(
+            f"there are {len(named)} {what} ({', '.join(named) or 'none'}): say which is meant, by its name"
+        )
+    (value,) = named.values()
+    return value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,16 +57,15 @@ class GripperState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Observation:
-    """Proprioception, and pictures when they were asked for.
+class ArmState:
+    """Proprioception of one arm and of the gripper that it carries.
 
     Attributes:
-        time: Simulated seconds.
-        q: Arm configuration, radians or metres, shape (n,).
+        time: Seconds, by the driver's clock, when it was read.
+        q: Configuration, radians or metres, shape (n,).
         qd: Its rate, shape (n,).
         tcp_pose: The TCP in the world.
         gripper: The gripper's state; None for an arm without one.
-        images: RGB by camera name, each (height, width, 3) uint8.
     """
 
     time: float
@@ -54,7 +73,43 @@ class Observation:
     qd: Array
     tcp_pose: Pose
     gripper: GripperState | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Observation:
+    """Proprioception of every arm, and pictures when they were asked for.
+
+    What is asked of it without an arm's name is of the only arm, and a ValueError where there are several.
+
+    Attributes:
+        time: Seconds, by the driver's clock.
+        arms: States of the arms by name.
+        images: RGB by camera name, each (height, width, 3) uint8.
+    """
+
+    time: float
+    arms: Mapping[str, ArmState]
     images: Annotated[Mapping[str, NDArray[np.uint8]], Unsent(), Field(exclude=True)] = field(default_factory=dict)
+
+    @property
+    def q(self) -> Array:
+        """Configuration of the only arm, shape (n,)."""
+        return the_only(self.arms, "arms").q
+
+    @property
+    def qd(self) -> Array:
+        """Its rate, shape (n,)."""
+        return the_only(self.arms, "arms").qd
+
+    @property
+    def tcp_pose(self) -> Pose:
+        """The only arm's TCP in the world."""
+        return the_only(self.arms, "arms").tcp_pose
+
+    @property
+    def gripper(self) -> GripperState | None:
+        """State of the only arm's gripper; None where it carries none."""
+        return the_only(self.arms, "arms").gripper
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +165,19 @@ class PictureWindow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Posture:
+    """Joints of an arm and of its gripper.
+
+    Attributes:
+        q: Arm configuration, shape (n,).
+        gripper_q: All gripper joints, shape (g,); empty for an arm without one.
+    """
+
+    q: Array
+    gripper_q: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RgbdFrame:
     """A colour picture with a depth for each pixel, and how robot and camera stood when it was taken.
 
@@ -122,8 +190,7 @@ class RgbdFrame:
         depth: Metres along the optical axis, (height, width) float32; 0 where the sensor gave none.
         intrinsics: As calibrated.
         pose_camera_in_world: Of the optical frame (z forward, y down), as calibrated.
-        q: Arm configuration at the exposure, shape (n,).
-        gripper_q: All gripper joints at the exposure, shape (g,); empty for an arm without one.
+        arms: Postures of the arms at the exposure, by name.
     """
 
     camera: str
@@ -132,8 +199,7 @@ class RgbdFrame:
     depth: NDArray[np.float32]
     intrinsics: Intrinsics
     pose_camera_in_world: Pose
-    q: Array
-    gripper_q: Array
+    arms: Mapping[str, Posture]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
