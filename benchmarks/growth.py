@@ -28,7 +28,7 @@ from support.processes import SimProcess
 
 from robosandbox import open_session
 from robosandbox.driver import Driver
-from robosandbox.sim.mujoco_backend import require_mujoco
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.sim.saved_state import continue_from
 from robosandbox.types import Plan, Pose, Scene, SceneObject, SkillCall
 from robosandbox.workcell.recording.settings import RecordSettings, open_recorder

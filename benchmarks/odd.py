@@ -112,7 +112,7 @@ def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
     except InputError:
         return None
     with session:
-        hand = Intervention(session.driver)
+        hand = Intervention(session.mujoco)
         for thing, slip in odd.friction.items():
             session.mujoco.model.geom_friction[hand.geoms(thing), 0] = slip
             # Above that of any finger pad: the thing's own friction counts, not the larger of both.
@@ -187,7 +187,7 @@ def is_stuck(session: EmbeddedWorkcell) -> bool:
         return False
     session.driver.hands["hand"].set_gripper(0.0)
     session.driver.wait(1.0)
-    return session.mujoco.in_hands() is not None or not _goes_home(session)
+    return session.mujoco.in_hands()["hand"] is not None or not _goes_home(session)
 
 
 def _goes_home(session: EmbeddedWorkcell) -> bool:

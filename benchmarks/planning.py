@@ -99,9 +99,11 @@ def measure(problems: int, seed: int, find: Callable[..., Array | None]) -> dict
         with open_session(clutter(rng)) as session:
             motion = DLSMotionPlanner()
             scene = session.observe()
-            motion.use(session.ctx.planning(scene), session.driver.state())
+            motion.use(session.ctx.planning(scene), session.ctx.arm.state())
             motion.open_to(0.04)
-            checker = CollisionChecker(session.mujoco.model, session.mujoco.robot, session.mujoco.body_names, clearance=0.0)
+            checker = CollisionChecker(
+                session.mujoco.model, session.mujoco.robot, session.mujoco.body_names, clearance=0.0
+            )
             for item in scene.objects:
                 checker.place(session.mujoco.object_bodies[item.id], item.pose)
             gripper = session.mujoco.robot.gripper

@@ -188,7 +188,7 @@ def arm(session: EmbeddedWorkcell, perturbation: Perturbation) -> list[Callable[
     """Let the fault begin at its moment."""
     if perturbation.fault is None:
         return []
-    injector = Intervention(session.driver)
+    injector = Intervention(session.mujoco)
     ticks = perturbation.fault(injector)
     if perturbation.at <= 0.0:
         next(ticks, None)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from robosandbox.driver import Driver, Simulated, simulated
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.colour import colour_name
-from robosandbox.sim.mujoco_backend import mujoco_behind
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.world import World
 from robosandbox.types import DetectedObject, ObjectTruth, ObservedScene, Scene
 

@@ -8,8 +8,7 @@ from typing import Self
 
 import mujoco
 
-from robosandbox.driver import Capabilities, Driver, Mode, SafeDriver, Simulated, robot_name
-from robosandbox.errors import UnsupportedError
+from robosandbox.driver import Capabilities, Mode, Simulated, robot_name
 from robosandbox.robots.loader import robot_of
 from robosandbox.sim.arms import SimulatedArm, SimulatedHand, SimulatedSenses
 from robosandbox.sim.calibration_board import CalibrationBoard
@@ -208,34 +207,6 @@ class MuJoCoBackend(SensedSimulation):
         if any(stale):
             mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
         self._world = replace(world, scene=scene, revision=world.revision + any(stale))
-
-
-def mujoco_behind(driver: Driver) -> MuJoCoBackend | None:
-    """Return the MuJoCo world behind a driver, to be drawn, recorded and exported; None where it is another's.
-
-    It is commanded through the driver. Behind one that hides the truth nothing is found.
-    """
-    if isinstance(driver, SafeDriver):
-        driver = driver.behind
-    return driver if isinstance(driver, MuJoCoBackend) else None
-
-
-def require_mujoco(driver: Driver, purpose: str) -> MuJoCoBackend:
-    """Return the MuJoCo world behind a driver.
-
-    Args:
-        driver: Whose model.
-        purpose: What it is needed for, as "the viewer draws it".
-
-    Raises:
-        UnsupportedError: There is none.
-    """
-    world = mujoco_behind(driver)
-    if world is None:
-        raise UnsupportedError(
-            f"model: the driver of {robot_name(driver)} has no simulated model, and {purpose}; use --driver mujoco"
-        )
-    return world
 
 
 def _rewritable(old: Scene, new: Scene) -> bool:

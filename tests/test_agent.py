@@ -25,21 +25,40 @@ from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.monitor import Monitor
 
 
+class ClockArm:
+    """An arm that stands still."""
+
+    name = "arm"
+    one = np.ones(1)
+    spec = SimpleNamespace(
+        limits=None, name="nothing", files=None, lower=-one, upper=one, velocity_limits=one, acceleration_limits=one
+    )
+
+    def __init__(self, cell: "Clock") -> None:
+        self.cell = cell
+
+    def state(self) -> SimpleNamespace:
+        return SimpleNamespace(time=self.cell.time, q=np.zeros(1), qd=np.zeros(1))
+
+    def stop(self) -> None:
+        pass
+
+
 class Clock:
-    """The part of a sim that the context needs: time that passes in ticks."""
+    """The part of a driver that the context needs: time that passes in ticks."""
+
+    simulation = None
+    senses = None
+    fault = ""
 
     def __init__(self) -> None:
         self.time = 0.0
         self.loop = ControlLoop()
         self.guards = self.loop.guards
         self.subscribe = self.loop.subscribe
-        one = np.ones(1)
-        bounds = {"lower": -one, "upper": one, "velocity_limits": one, "acceleration_limits": one}
-        self.spec = SimpleNamespace(limits=None, name="nothing", files=None, **bounds)
         self.capabilities = Capabilities(clock="simulated")
-
-    def state(self) -> SimpleNamespace:
-        return SimpleNamespace(time=self.time, q=np.zeros(1), qd=np.zeros(1))
+        self.arms = {"arm": ClockArm(self)}
+        self.hands: dict[str, object] = {}
 
     def stop(self) -> None:
         pass

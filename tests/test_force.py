@@ -13,7 +13,7 @@ from robosandbox.driver import Capabilities
 from robosandbox.driver.force import ForceGuard
 from robosandbox.errors import LimitError, Phase, PushError
 from robosandbox.evidence import LimitEvidence, PushEvidence
-from robosandbox.perception.sensed import SensedSim
+from robosandbox.perception.sensed import SensedDriver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
@@ -101,7 +101,7 @@ def lowered(worlds: EmbeddedWorkcell) -> tuple[EmbeddedWorkcell, Trajectory]:
 @pytest.mark.parametrize("task", ["put_in_bin", "pick_can"])
 def test_forces_are_those_of_the_contacts_at_every_moment(task: str) -> None:
     with open_session(task, what_if=False) as session:
-        sim, read, pressing = session.driver, 0, []
+        sim, read, pressing = session.mujoco, 0, []
 
         def compare() -> None:
             nonlocal read
@@ -113,7 +113,7 @@ def test_forces_are_those_of_the_contacts_at_every_moment(task: str) -> None:
 
         sim.subscribe(compare)
         assert session.run().success and read > 50
-        assert bool(sim.forces()) is (sim.in_hands() is not None)
+        assert bool(sim.forces()) is (sim.in_hands()["hand"] is not None)
         sim.reset()
         sim.restore(pressing[0])
         assert sim.forces(), "what was read before a jump is not told after it"
@@ -126,7 +126,7 @@ def test_the_arm_stops_before_it_presses_harder_than_allowed(
     session, way = lowered
     session.ctx.permit(bound(SKILLS["tap"], {"object": next(iter(meant), "nothing")}))
     session.ctx.enter(Phase.DESCEND)
-    peak = Peak(session.driver, "table")
+    peak = Peak(session.mujoco, "table")
     with pytest.raises(LimitError, match=f"the robot presses on table .* allows {limit:g}") as caught:
         session.driver.arms["arm"].follow(way)
     session.driver.wait(0.3)
@@ -140,7 +140,7 @@ def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(
     lowered: tuple[EmbeddedWorkcell, Trajectory],
 ) -> None:
     session, way = lowered
-    peak = Peak(session.driver, "table")
+    peak = Peak(session.mujoco, "table")
     for _ in range(2):
         with pytest.raises(LimitError):
             session.driver.arms["arm"].follow(way)
@@ -152,7 +152,7 @@ def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(
 def test_a_force_that_was_told_of_is_told_of_again_where_it_grows(lowered: tuple[EmbeddedWorkcell, Trajectory]) -> None:
     session, way = lowered
     session.ctx.permit(bound(SKILLS["tap"], {"object": "table"}))
-    guard, told = ForceGuard(session.driver, 60.0, 30.0), list[float]()
+    guard, told = ForceGuard(session.driver, "arm", 60.0, 30.0), list[float]()
 
     def ask() -> None:
         if (error := guard()) is not None and isinstance(error.evidence, LimitEvidence):
@@ -169,14 +169,14 @@ def test_the_hand_that_goes_on_into_what_it_pressed_on_is_stopped_again(
     lowered: tuple[EmbeddedWorkcell, Trajectory],
 ) -> None:
     session, way = lowered
-    peak = Peak(session.driver, "table")
+    peak = Peak(session.mujoco, "table")
     with pytest.raises(LimitError):
         session.driver.arms["arm"].follow(way)
     with pytest.raises(LimitError, match="the robot presses on table"):
         session.driver.arms["arm"].follow(Trajectory(q=np.array([session.driver.state().q, way.q[-1]]), dt=2.0))
     peak.end()
     assert peak.force < 1.2 * 40.0
-    assert raw_force(session.driver, "table")[2] < -10.0, "down, on the table"
+    assert raw_force(session.mujoco, "table")[2] < -10.0, "down, on the table"
 
 
 def test_limits_add_up_to_the_least() -> None:
@@ -194,7 +194,7 @@ def push(session: EmbeddedWorkcell, direction: str) -> None:
 @pytest.mark.parametrize("direction", ["forward", "left"])
 def test_a_heavy_thing_that_slides_is_pushed_within_the_limit(direction: str) -> None:
     with open_session(scene(1.0), what_if=False) as session:
-        peak = Peak(session.driver, "cube")
+        peak = Peak(session.mujoco, "cube")
         push(session, direction)
         assert 9.0 < peak.force < 60.0
 
@@ -202,7 +202,7 @@ def test_a_heavy_thing_that_slides_is_pushed_within_the_limit(direction: str) ->
 def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
     wall = SceneObject(id="wall", kind="box", size=(0.03, 0.08, 0.01), pose=Pose(xyz=(0.23, 0.0, 0.051)), mass=200.0)
     with open_session(scene(0.1, beside=(wall,)), what_if=False) as session:
-        peak, began = Peak(session.driver, "cube"), session.driver.time
+        peak, began = Peak(session.mujoco, "cube"), session.driver.time
         with pytest.raises(
             PushError, match=r"it resists .* N, and limits.max_force_n allows 60; wall is in its way"
         ) as caught:
@@ -211,20 +211,22 @@ def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
         assert isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and evidence.blocking == ("wall",)
         assert evidence.force is not None and 0.7 * 60.0 < evidence.force <= peak.force + 0.01
         assert peak.force < 1.1 * 60.0
-        assert session.driver.time - began < 18.0, "not until the time of the whole way, 300 s for each metre, has passed"
+        assert session.driver.time - began < 18.0, (
+            "not until the time of the whole way, 300 s for each metre, has passed"
+        )
         session.agent.perform(SkillCall(skill="home", arguments={}))
 
 
 def test_a_robots_own_limit_is_kept_in_a_push() -> None:
     task = find_task("push_left").model_copy(update={"limits": Limits(max_force_n=20.0), "scene": scene(3.0)})
     with open_session(task, what_if=False) as session:
-        peak = Peak(session.driver, "cube")
+        peak = Peak(session.mujoco, "cube")
         with pytest.raises(PushError, match=r"limits\.max_force_n allows 20"):
             push(session, "left")
         assert 5.0 < peak.force < 1.1 * 20.0
 
 
-class WristOnly(SensedSim):
+class WristOnly(SensedDriver):
     """A world whose robot feels at its wrist alone."""
 
     @property
@@ -235,7 +237,7 @@ class WristOnly(SensedSim):
 def test_a_wrench_at_the_wrist_keeps_the_limit_on_what_is_to_be_moved() -> None:
     with open_session("pick_cube_franka", what_if=False) as session:
         # The cube weighs 0.49 N.
-        light, heavy = (ForceGuard(WristOnly(session.driver), limit, 0.1) for limit in (0.6, 0.4))
+        light, heavy = (ForceGuard(WristOnly(session.driver), "arm", limit, 0.1) for limit in (0.6, 0.4))
         assert light() is None and heavy() is None
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "red_cube"}))
         assert [light() for _ in range(3)] == [None] * 3
@@ -288,7 +290,7 @@ def test_what_is_to_stay_slides_under_its_weight_times_friction_and_what_is_name
 def test_a_shove_of_what_is_to_stay_stops_the_arm_before_it_slides() -> None:
     with open_session(bin_beside(1.0), what_if=False) as session:
         sim, motion = session.driver, session.ctx.motion
-        motion.use(session.ctx.planning(session.observe()), sim.state())
+        motion.use(session.ctx.planning(session.observe()), sim.arms["arm"].state())
         motion.allow("bin")
         down = np.diag([1.0, -1.0, -1.0])
         begin, end = (Pose.from_matrix(np.array([0.15, y, 0.08]), down) for y in (-0.12, -0.04))

@@ -252,7 +252,7 @@ def test_a_hand_around_a_thing_and_a_wall_does_not_hold_the_thing() -> None:
         way = arm.motion.plan_joints(arm.q, arm.motion.ik(above), speed=0.5)
         arm.follow(way, Phase.APPROACH)
         arm.follow(arm.motion.plan_line(arm.q, there, speed=0.3), Phase.DESCEND)
-        arm.sim.set_gripper(1.0, 20.0)
+        arm.hand.set_gripper(1.0, 20.0)
         arm.wait_for_fingers()
         target = arm.find("cube")
         with pytest.raises(GraspError) as wedged:

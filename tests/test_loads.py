@@ -6,6 +6,7 @@ import pytest
 from robosandbox.errors import GraspError, SkillError
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.loads import LoadMeter, held_back
+from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import DetectedObject, ObservedScene, Pose, Scene, SceneObject, SkillCall
 from robosandbox.workcell.session import open_session
 
@@ -65,10 +66,10 @@ def test_a_load_that_stays_is_a_weight_and_one_that_grows_is_none() -> None:
             (20.0 + 0.8 * np.sin(rising * 400.0), 20.0),
             (np.where(np.arange(60) == 30, 40.0, 1.0), 1.0),
         ):
-            meter = LoadMeter(session.driver, "it")
+            meter = LoadMeter(Manipulator(session.ctx), "it")
             meter.readings.extend(zip(rising.tolist(), forces.tolist(), strict=True))
             assert meter.weight == (None if weight is None else pytest.approx(weight, rel=0.1))
-        standing = LoadMeter(session.driver, "it")
+        standing = LoadMeter(Manipulator(session.ctx), "it")
         standing.readings.extend((0.1, 20.0) for _ in range(60))
         assert standing.weight is None, "a hand that does not rise weighs nothing"
 

@@ -27,7 +27,7 @@ from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import SENSORS, find_sensor, perfect_intrinsics
-from robosandbox.types import Pose, RgbdFrame, Scene, SceneObject
+from robosandbox.types import Pose, Posture, RgbdFrame, Scene, SceneObject
 from robosandbox.workcell.session import open_session
 from robosandbox.world.relations import inside
 
@@ -40,8 +40,7 @@ def frame(rgb=None, depth=None, size=(48, 64)):
         depth=np.full(size, 1.0, np.float32) if depth is None else depth,
         intrinsics=perfect_intrinsics(size, 0.8),
         pose_camera_in_world=Pose(xyz=(0.0, 0.0, 1.0)),
-        q=np.zeros(7),
-        gripper_q=np.zeros(2),
+        arms={"arm": Posture(q=np.zeros(7), gripper_q=np.zeros(2))},
     )
 
 
@@ -378,7 +377,9 @@ def test_what_is_held_moves_with_the_hand_and_keeps_its_name(session):
     scene = session.observe()
     held = scene.find("green_cube")
     assert scene.held == "green_cube"
-    assert np.linalg.norm(held.pose.position - np.array(session.simulation.truth().objects["green_cube"].pose.xyz)) < 0.004
+    assert (
+        np.linalg.norm(held.pose.position - np.array(session.simulation.truth().objects["green_cube"].pose.xyz)) < 0.004
+    )
 
 
 @pytest.mark.gl
@@ -405,7 +406,7 @@ def test_the_robot_is_masked_without_drawing_it(session):
     sim = backend(session.driver)
     seen = sim.capture("scene")
     silhouette = RobotMask(RobotShapes(sim.model, sim.robot))
-    silhouette.place(seen.q, seen.gripper_q)
+    silhouette.place(seen.arms["arm"].q, seen.arms["arm"].gripper_q)
     sim.sensor = SENSORS["ideal"]
     mask, _ = silhouette.masks(sim.capture("scene"))
     renderer = OffscreenRenderer(sim.model, (480, 640))

@@ -152,7 +152,7 @@ def world() -> Iterator[EmbeddedWorkcell]:
 def test_an_installed_grasp_planner_keeps_its_promises(name: str, world: EmbeddedWorkcell) -> None:
     scene = world.observe()
     planner = plugins.make_plugin("grasp_planners", GraspPlanner, name)
-    assert check_grasp_planner(planner, scene.objects[0], scene, world.sim.robot)
+    assert check_grasp_planner(planner, scene.objects[0], scene, world.mujoco.robot)
 
 
 @pytest.mark.parametrize("name", plugins.plugin_names("motion_planners"))
@@ -224,6 +224,6 @@ def test_the_checks_find_what_is_broken(world: EmbeddedWorkcell) -> None:
             return replace(found, dt=found.dt / 50.0)
 
     with pytest.raises(AssertionError, match="from the object's centre"):
-        check_grasp_planner(Far(), scene.objects[0], scene, world.sim.robot)
+        check_grasp_planner(Far(), scene.objects[0], scene, world.mujoco.robot)
     with pytest.raises(AssertionError, match="faster than the joints may be"):
         check_motion_planner(Reckless(), world.ctx)

@@ -12,7 +12,18 @@ import numpy as np
 import pytest
 
 from robosandbox.apps.conformance import check_driver
-from robosandbox.driver import BareDriver, Capabilities, Guard, SafeDriver, load_driver, made_safe, per_tick, simulated
+from robosandbox.driver import (
+    BareArm,
+    BareDriver,
+    BareHand,
+    Capabilities,
+    Guard,
+    SafeDriver,
+    load_driver,
+    made_safe,
+    per_tick,
+    simulated,
+)
 from robosandbox.driver.clamps import TOLERANCES
 from robosandbox.drivers.hardware import Hardware
 from robosandbox.errors import FaultError, LimitError, UnsupportedError
@@ -20,9 +31,10 @@ from robosandbox.evidence import LimitEvidence
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.motion.time_optimal import optimal_trajectory
 from robosandbox.types import (
+    ArmState,
     Array,
+    GripperState,
     Limits,
-    Observation,
     ObservedScene,
     Pose,
     Scene,
@@ -31,7 +43,7 @@ from robosandbox.types import (
     Workspace,
     frozen_array,
 )
-from robosandbox.types.robot import RobotSpec
+from robosandbox.types.robot import GripperSpec, RobotSpec
 
 
 class Arrays(BareDriver):
@@ -58,19 +70,23 @@ class Arrays(BareDriver):
         planning = PlanningScenes(Scene()).of(
             ObservedScene(time=0.0, objects=(), table_height=0.04, base_xy=(0.0, 0.0))
         )
-        self._spec = replace(planning.robot.spec, gripper=None, limits=limits)
-        self._kinematics = planning.kinematics()
+        self.spec = replace(planning.robot.spec, limits=limits)
+        self.kinematics = planning.kinematics()
         self._has = Capabilities(clock=clock, link_timeout=link_timeout)  # type: ignore[arg-type]
         self._lag = lag
-        self._ticks, self._heard = 0, 0
-        self.q, self.qd = self._spec.home_q.copy(), np.zeros(self._spec.n)
+        self._ticks, self.heard = 0, 0.0
+        self.q, self.qd = self.spec.home_q.copy(), np.zeros(self.spec.n)
         self.gripper: list[float] = []
         # What happens in a tick besides; the driver's user knows nothing of it.
         self.linked, self.slow_tick = True, -1
 
     @property
-    def spec(self) -> RobotSpec:
-        return self._spec
+    def arms(self) -> Mapping[str, ArraysArm]:
+        return {"arm": ArraysArm(self)}
+
+    @property
+    def hands(self) -> Mapping[str, ArraysHand]:
+        return {"hand": ArraysHand(self)}
 
     @property
     def capabilities(self) -> Capabilities:
@@ -80,53 +96,81 @@ class Arrays(BareDriver):
     def time(self) -> float:
         return self._ticks * self.control_timestep
 
-    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
-        for row in per_tick(trajectory, self.control_timestep):
-            self.qd, self.q = (row - self.q) / self.control_timestep, row
-            self._tick(guards)
-        self.qd = np.zeros(self._spec.n)
-
-    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
-        self.follow(Trajectory(q=np.array([self.q, goal]), dt=self.control_timestep), guards)
-
     def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
         for _ in range(max(1, round(seconds / self.control_timestep))):
             self.qd = self.qd * np.exp(-self.control_timestep / self._lag)
             self.q = self.q + self.qd * self.control_timestep
-            self._tick(guards)
-
-    def stop(self) -> None:
-        pass
-
-    def set_gripper(self, closed: float, force: float | None = None) -> None:
-        if not 0.0 <= closed <= 1.0:
-            raise ValueError(f"closed is {closed}")
-        if force is not None:
-            raise UnsupportedError("grip_limit: it takes none")
-        self.gripper.append(closed)
-
-    def state(self, cameras: Sequence[str] = ()) -> Observation:
-        return Observation(
-            time=self._heard * self.control_timestep,
-            q=frozen_array(self.q),
-            qd=frozen_array(self.qd),
-            tcp_pose=Pose.from_matrix(*self._kinematics.forward(self.q)),
-            gripper=None,
-        )
+            self.tick(guards)
 
     def close(self) -> None:
         self._loop.close()
 
-    def _tick(self, guards: Sequence[Guard]) -> None:
+    def tick(self, guards: Sequence[Guard]) -> None:
         self._ticks += 1
         if self.linked:
-            self._heard = self._ticks
+            self.heard = self.time
         if self._ticks == self.slow_tick:
             # The host is busy with something else: this is what is watched, nobody waits for it.
             end = time.monotonic() + 0.3
             while time.monotonic() < end:
                 pass
         self._ticked(guards)
+
+
+class ArraysArm(BareArm):
+    def __init__(self, cell: Arrays) -> None:
+        super().__init__(cell)
+        self._cell = cell
+
+    @property
+    def spec(self) -> RobotSpec:
+        return self._cell.spec
+
+    def state(self) -> ArmState:
+        cell = self._cell
+        return ArmState(
+            time=cell.heard,
+            q=frozen_array(cell.q),
+            qd=frozen_array(cell.qd),
+            tcp_pose=Pose.from_matrix(*cell.kinematics.forward(cell.q)),
+            gripper=cell.hands["hand"].state(),
+        )
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
+        cell = self._cell
+        for row in per_tick(trajectory, cell.control_timestep):
+            cell.qd, cell.q = (row - cell.q) / cell.control_timestep, row
+            cell.tick(guards)
+        cell.qd = np.zeros(cell.spec.n)
+
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
+        self.follow(Trajectory(q=np.array([self._cell.q, goal]), dt=self._cell.control_timestep), guards)
+
+    def stop(self) -> None:
+        pass
+
+
+class ArraysHand(BareHand):
+    def __init__(self, cell: Arrays) -> None:
+        super().__init__(cell)
+        self._cell = cell
+
+    @property
+    def spec(self) -> GripperSpec:
+        assert self._cell.spec.gripper is not None
+        return self._cell.spec.gripper
+
+    def state(self) -> GripperState:
+        closed, geometry = self._cell.gripper[-1] if self._cell.gripper else 0.0, self.spec.geometry
+        joint = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
+        return GripperState(joint=joint, width=geometry.aperture(joint), closed=closed, force=None, commanded=closed)
+
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
+        if not 0.0 <= closed <= 1.0:
+            raise ValueError(f"closed is {closed}")
+        if force is not None:
+            raise UnsupportedError("grip_limit: it takes none")
+        self._cell.gripper.append(closed)
 
 
 @pytest.fixture(params=["mujoco", "hardware", "outsider"])
@@ -313,7 +357,7 @@ def test_a_press_is_stopped_without_an_agent(name: str, options: Mapping[str, bo
 
 
 def _forces(driver: SafeDriver) -> list[Array]:
-    return list(driver.forces().values()) if driver.capabilities.contact else [driver.force_on(None)]
+    return list(driver.senses.forces().values()) if driver.capabilities.contact else [driver.senses.force_on(None)]
 
 
 def test_what_is_not_protected_is_said() -> None:
@@ -461,7 +505,7 @@ def test_a_robot_that_is_heard_of_no_more_is_lost_and_found_again() -> None:
         driver.arms["arm"].trim(driver.state().q)
     with pytest.raises(FaultError, match="it is not over"):
         driver.recover()
-    inner._heard, inner.qd = inner._ticks, np.zeros(7)
+    inner.heard, inner.qd = inner.time, np.zeros(7)
     driver.recover()
     driver.arms["arm"].trim(driver.state().q)
 
@@ -471,9 +515,11 @@ def test_a_robot_that_is_heard_of_no_more_is_lost_and_found_again() -> None:
 
 def test_a_safe_driver_is_what_the_driver_is() -> None:
     with load_driver("mujoco", Scene()) as world, load_driver("hardware", Scene()) as plant:
-        assert type(world).__name__ == "SafeModelled" and type(plant).__name__ == "SafeRefereed"
+        assert world.simulation is not None and world.referee is None
+        assert plant.simulation is None and plant.referee is not None
         assert made_safe(world) is world
-        assert not hasattr(made_safe(Arrays()), "referee")
+        nobodys = made_safe(Arrays())
+        assert nobodys.simulation is None and nobodys.referee is None
 
 
 def test_the_guards_of_a_program_cannot_take_the_place_of_the_limits() -> None:

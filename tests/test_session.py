@@ -48,7 +48,7 @@ def test_doing_nothing_fails_every_task() -> None:
 def test_start_q_starts_the_arm_there() -> None:
     task = find_task("home")
     with open_session(task) as session:
-        np.testing.assert_allclose(session.start.q, task.start_q, atol=0.02)
+        np.testing.assert_allclose(session.start.arms["arm"].q, task.start_q, atol=0.02)
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ def test_reset_repeats_to_the_last_bit(sim):
 def test_fork_leaves_the_world_alone(sim):
     before = sim.snapshot()
     other = sim.fork()
-    other.set_gripper(1.0)
+    other.set_gripper("hand", 1.0)
     other.wait(0.5)
     assert (sim.snapshot() == before).all()
 

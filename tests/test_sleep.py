@@ -61,7 +61,7 @@ def test_physics_is_spent_on_the_robot_alone_however_many_things_lie_there(count
 
 def test_a_twin_sleeps_too() -> None:
     with open_session(Scene(objects=(box("cube", 0.15, 0.0), box("other", 0.15, 0.2)))) as session:
-        twin = backend(session.ctx.twin().sim)
+        twin = backend(session.ctx.twin().driver)
         twin.wait(CALM_SECONDS)
         assert sleeping(twin) == {"cube", "other"}
 

@@ -145,7 +145,7 @@ def test_what_the_cup_pulls_is_not_told_as_pressing(model):
     with open_session(suction.tasks(model)["pick, can"]) as session:
         session.reset(1)
         assert session.run().success
-        sim = session.ctx.driver
+        sim = session.mujoco
         sim.wait(0.5)
         weight = suction.THINGS["can"]["mass"] * 9.81
         assert float(sim.force_on("red_thing")[2]) == pytest.approx(weight, rel=0.1)
@@ -195,6 +195,6 @@ def test_cup_that_leaks_says_by_how_much_and_lets_go(model):
         evidence = caught.value.evidence
         assert evidence.reason == "no_seal" and 0.0 <= evidence.seal < evidence.needed_seal
         assert "mm about its axis" in caught.value.message
-        assert sim.state().gripper.closed == 0.0 and sim.in_hands() is None
+        assert sim.state().gripper.closed == 0.0 and sim.in_hands()["hand"] is None
     finally:
         sim.close()

@@ -16,7 +16,7 @@ from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.sim.mujoco_backend import require_mujoco
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.pick import Pick
 from robosandbox.types import SkillCall
@@ -41,12 +41,12 @@ def test_the_twin_is_as_what_is_believed() -> None:
     with open_session(Scene(objects=(CUP, BEADS, CHEST, CUBE))) as session:
         assert session.run("pick up the cube").success
         truth = session.simulation.truth()
-        twin = session.ctx.twin().sim
+        twin = session.ctx.twin().driver
         twin = require_mujoco(twin, "it is a model of what is believed")
         assert twin.model is not session.mujoco.model
         believed = twin.truth()
         assert believed.held == truth.held == "cube"
-        assert believed.time > truth.time and np.abs(believed.q - truth.q).max() < 2e-3
+        assert believed.time > truth.time and np.abs(believed.arms["arm"].q - truth.arms["arm"].q).max() < 2e-3
         for name, item in truth.objects.items():
             other = believed.objects[name]
             assert np.linalg.norm(other.pose.position - item.pose.position) < 1e-3, name
@@ -54,14 +54,16 @@ def test_the_twin_is_as_what_is_believed() -> None:
         opening = believed.objects["drawer"].opening
         assert opening == pytest.approx(0.1, abs=1e-3)
         twin.wait(1.0)
-        assert twin.held() == "cube"
+        assert twin.in_hands()["hand"] == {"hand": "cube"}
         assert session.simulation.truth().time == truth.time
 
 
 def test_of_what_is_seen_the_task_tells_the_mass_or_the_density_of_plastic_does() -> None:
     with open_session(Scene(objects=(CUBE, block("other", 0.2, 0.2, mass=0.3)))) as session:
         seen = session.observe()
-        made = believed_scene(Scene(), seen.objects, {"other": DeclaredProperties.of(session.simulation.scene.objects[1])})
+        made = believed_scene(
+            Scene(), seen.objects, {"other": DeclaredProperties.of(session.simulation.scene.objects[1])}
+        )
     assert [item.mass for item in made.objects] == pytest.approx([0.064, 0.3])
 
 
@@ -76,15 +78,15 @@ def test_grains_without_a_container_are_left_out() -> None:
 def test_what_is_not_seen_is_not_in_the_twin() -> None:
     with open_session(Scene(objects=(CUBE, block("other", 0.2, 0.2)))) as session:
         seen = session.observe()
-        twin = session.ctx.planning(replace(seen, objects=seen.objects[:1])).twin(session.driver.state())
-        assert list(twin.truth().objects) == ["cube"]
+        twin = session.ctx.planning(replace(seen, objects=seen.objects[:1])).twin(session.ctx.arm.state())
+        assert list(twin.simulation.truth().objects) == ["cube"]
 
 
 def test_a_pick_on_the_twin_takes_as_long_as_on_an_exact_copy() -> None:
     with open_session(Scene(objects=(CUBE,))) as session:
         ctx, seconds = session.ctx.twin(), []
         for sim in (session.simulation.fork(), ctx.driver):
-            ctx.driver, begin = sim, sim.time
+            ctx.driver, ctx.arm, ctx.hand, begin = sim, sim.arms["arm"], sim.hands["hand"], sim.time
             perform(ctx, Pick(), {"object": "cube"})
             seconds.append(sim.time - begin)
     assert seconds[0] == pytest.approx(seconds[1], abs=0.05)

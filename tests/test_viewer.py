@@ -222,7 +222,7 @@ def test_a_typed_prompt_is_carried_out_and_the_cube_rises_in_the_picture(desk: D
     say(page, "pick up the red cube")
     page.get_by_text("judged on the simulated state: success").wait_for(timeout=1000 * PATIENCE)
     wait_until(lambda: (red_height(page) or 1e9) < (before or 0.0) - 15.0, "the cube is higher in the picture")
-    assert session.mujoco.in_hands() == "red_cube"
+    assert session.mujoco.in_hands()["hand"] == "red_cube"
     assert viewer.stream.drawn - drawn > 20
     if clock.kept_real_time:
         assert (viewer.stream.drawn - drawn) / (session.driver.time - began) >= 20.0
@@ -306,7 +306,7 @@ def test_try_and_judge_are_buttons_and_stop_is_a_word(desk: Desk) -> None:
     field(page, "Prompt").fill("pick up the red cube")
     button(page, "Try").click()
     page.get_by_text("would work, in").wait_for(timeout=1000 * PATIENCE)
-    assert session.mujoco.in_hands() is None
+    assert session.mujoco.in_hands()["hand"] is None
     button(page, "Judge").click()
     page.get_by_text("judged on the simulated state: no success").wait_for(timeout=1000 * PATIENCE)
     # However slowly the browser types: the arm waits for it on its way, and then goes on slowly until the word is heard.
@@ -318,7 +318,7 @@ def test_try_and_judge_are_buttons_and_stop_is_a_word(desk: Desk) -> None:
     page.keyboard.press("Enter")
     typed.set()
     page.get_by_text("stopped: the arm holds").wait_for(timeout=1000 * PATIENCE)
-    assert session.mujoco.in_hands() is None
+    assert session.mujoco.in_hands()["hand"] is None
 
 
 @needs_chromium
@@ -476,7 +476,7 @@ def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Brow
         assert len(marked) == 2 and any("finger" in name for name in marked) and any("blue" in name for name in marked)
         page.locator("button", has_text="Repair 1").click()
         page.get_by_text("done: pick").wait_for(timeout=1000 * PATIENCE)
-        assert session.mujoco.in_hands() == "red_cube"
+        assert session.mujoco.in_hands()["hand"] == "red_cube"
         assert not scene_names(viewer, "/mark")
 
 
@@ -705,8 +705,10 @@ def test_a_step_back_begins_the_timeline_anew() -> None:
         at = session.driver.state()
         for seconds in (1.0, 1.5, 1.5, 0.5):
             timeline.enter(f"at {seconds}")
-            seen = replace(at, time=seconds, qd=np.full(len(at.q), -0.5))
-            timeline.add(Frame(model=session.mujoco.model, seen=seen, held=None, qpos=session.simulation.snapshot()), blueprint)
+            seen = replace(at, time=seconds, arms={"arm": replace(at.arms["arm"], qd=np.full(len(at.q), -0.5))})
+            timeline.add(
+                Frame(model=session.mujoco.model, seen=seen, held=None, qpos=session.simulation.snapshot()), blueprint
+            )
         assert timeline.recording().seconds.tolist() == [0.5] and timeline.recording().phases == ()
         assert timeline.recording().values[0, 0] == pytest.approx(np.degrees(0.5))
         assert (blueprint.speed_unit, blueprint.force_unit) == ("°/s", "N")

@@ -247,7 +247,7 @@ class ContactMeter:
     def __call__(self) -> None:
         """Look at the contacts of this tick."""
         robot, names = self.sim.robot, self.sim.body_names
-        held = self.sim.held()
+        held = self.sim.in_hands()["hand"]
         for force, first, second in self.sim.contact_forces():
             if first not in robot.bodies and second not in robot.bodies:
                 continue

@@ -9,7 +9,8 @@ import numpy as np
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.driver import Driver, Simulated, robot_name, simulated
-from robosandbox.sim.mujoco_backend import MuJoCoBackend, require_mujoco
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.skills.manual import MANUAL
 from robosandbox.tasks.evaluate import aside, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts

@@ -16,7 +16,7 @@ from robosandbox.errors import (
     ServiceError,
     ServiceUnavailableError,
 )
-from robosandbox.sim.mujoco_backend import mujoco_behind
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.tasks.task import Task
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell

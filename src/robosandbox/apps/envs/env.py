@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from robosandbox.apps.envs.control import ActionKind, Controller
 from robosandbox.apps.envs.progress import potential
 from robosandbox.errors import InputError, SkillError
-from robosandbox.sim.mujoco_backend import MuJoCoBackend, require_mujoco
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.tasks.evaluate import longest_hold
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array

@@ -14,7 +14,8 @@ from robosandbox.apps.viewer.stream import FRAME_HZ
 from robosandbox.apps.viewer.teleop import EmbeddedTeleop
 from robosandbox.driver import come_to_rest, require
 from robosandbox.errors import RoboSandboxError, SkillError
-from robosandbox.sim.mujoco_backend import MuJoCoBackend, mujoco_behind
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.world import World
 from robosandbox.tasks.task import Task
 from robosandbox.workcell.embedded import EmbeddedWorkcell

@@ -10,7 +10,7 @@ import numpy as np
 from robosandbox.apps.viewer.source import Frame
 from robosandbox.driver import ARM
 from robosandbox.errors import InputError
-from robosandbox.sim.mujoco_backend import require_mujoco
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.types import ArmState, Array, GripperState, Observation, Pose, frozen_array
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.recording.episode import RecordedEpisode

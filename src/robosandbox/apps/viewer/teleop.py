@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.sim.mujoco_backend import MuJoCoBackend, require_mujoco
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.sim.saved_state import continue_from, take_state
 from robosandbox.sim.sleep_timer import moving_count
 from robosandbox.types import Pose

@@ -15,7 +15,7 @@ from pydantic_core import to_json
 
 from robosandbox.agent import episode as events
 from robosandbox.driver import Driver
-from robosandbox.sim.mujoco_backend import mujoco_behind
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.world import World, build_world_of
 from robosandbox.types import Array, ObservedScene, Verdict, the_only
 from robosandbox.types.robot import RobotSpec

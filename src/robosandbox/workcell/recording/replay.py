@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.sim.mujoco_backend import MuJoCoBackend, require_mujoco
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.sim.step_recorder import Ragged
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Verdict, the_only

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.driver import Driver
-from robosandbox.sim.mujoco_backend import mujoco_behind
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.workcell.recording.files import VIDEOS, VideoMeta
 from robosandbox.workcell.recording.settings import VideoSettings, rows_per_frame
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.driver import Driver
-from robosandbox.sim.mujoco_backend import MuJoCoBackend, mujoco_behind
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.state_renderer import StateRenderer
 from robosandbox.types import Intrinsics, Pose, RgbdFrame
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from robosandbox.sim.mujoco_backend import mujoco_behind
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.types import ArmTruth, GraspSearch, Intent, Trajectory, Truth, frozen_array, the_only
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.zenoh.messages import Camera, GripperInfo, Info, Joint, Objects, SkillInfo, State, TrueState
