@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import InitVar, dataclass, field
+from dataclasses import InitVar, dataclass, field, replace
 from typing import Self
 
 from robosandbox.agent.goal import GoalContext
@@ -116,17 +116,26 @@ class AgentContext(GoalContext):
         """Return what perception sees now; of these things alone, where it can look at some alone."""
         perception = self.perception
         if names and isinstance(perception, Glancing):
-            self.seen = perception.glance(self.driver, names)
+            seen = perception.glance(self.driver, names)
         else:
-            self.seen = perception.perceive(self.driver)
+            seen = perception.perceive(self.driver)
+        self.seen = self._of_this_arm(seen)
         return self.seen
+
+    def _of_this_arm(self, seen: ObservedScene) -> ObservedScene:
+        """Return what was seen as it concerns the arm that calls are made with."""
+        if len(self.driver.arms) == 1:
+            return seen
+        robot = self.arm.spec
+        base = float(robot.base_position[0]), float(robot.base_position[1])
+        return replace(seen, hand=None if self.hand is None else self.hand.name, base_xy=base, reach=robot.reach)
 
     def feel(self) -> ObservedScene:
         """Return what is believed now without a look, where perception remembers: what the hand holds is where the hand is."""
         perception = self.perception
         if not isinstance(perception, Glancing):
             return self.look()
-        self.seen = perception.glance(self.driver, ())
+        self.seen = self._of_this_arm(perception.glance(self.driver, ()))
         return self.seen
 
     def doubt(self) -> None:

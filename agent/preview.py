@@ -101,7 +101,7 @@ def preview(
         done: list[tuple[SkillCall, SkillResult]] = []
         result = Preview(steps=(), seconds=0.0, begin=begin, end=begin)
         for call in plan.steps:
-            touches.about |= {*map(str, call.arguments.values()), str(twin.look().held)}
+            touches.about |= {*map(str, call.arguments.values()), *twin.look().in_hands}
             try:
                 done.append((call, twin.perform(bind(call, skills))))
             except SkillError as error:

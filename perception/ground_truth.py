@@ -58,7 +58,7 @@ class GroundTruthPerception:
             objects=tuple(self._detect(item) for item in truth.objects.values()),
             table_height=truth.table_height,
             base_xy=(float(robot.base_position[0]), float(robot.base_position[1])),
-            held=truth.held,
+            hands=truth.hands,
             reach=robot.reach,
         )
         self._seen = driver.episode, seen

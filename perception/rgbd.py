@@ -299,7 +299,7 @@ class RgbdPerception:
             objects=tuple(as_told(track.detected(), self._setup.known.get(track.id)) for track in clear),
             table_height=self._setup.scene.table_height,
             base_xy=(float(base[0]), float(base[1])),
-            held=held,
+            hands=dict.fromkeys(driver.hands, held),
             reach=robot.reach,
             notes=(*self.notes, *unclear),
         )

@@ -174,7 +174,7 @@ def _why(evidence: PushEvidence, direction: Direction, most: float) -> str:
 
 def _ahead(scene: ObservedScene, target: DetectedObject, axis: Array) -> tuple[str, ...]:
     """Return what the object stands against on the side that it is pushed to."""
-    others = (item for item in scene.objects if item.id not in (target.id, scene.held))
+    others = (item for item in scene.objects if item.id not in {target.id, *scene.in_hands})
     return tuple(
         item.id
         for item in others

@@ -64,7 +64,7 @@ def test_hardware_is_served_and_an_agent_in_another_process_does_the_task(sim: S
     with connect(sim.endpoint) as client:
         robot = client.robot()
         # What the fingers hold is what perception believed when it last looked.
-        assert robot.state().held == "red_cube"
+        assert robot.state().hands == {"hand": "red_cube"}
         assert robot.state().physics_steps is None
         assert robot.observe().held == "red_cube"
         cell = RemoteWorkcell(robot)

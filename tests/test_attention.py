@@ -129,13 +129,13 @@ class Counted:
 
     def __init__(self, session):
         self.taken = []
-        capture = session.driver.senses.capture
+        capture = session.mujoco.capture
 
         def counted(camera, window=None):
             self.taken.append((camera, window))
             return capture(camera, window)
 
-        session.driver.senses.capture = counted
+        session.mujoco.capture = counted
 
 
 @pytest.mark.gl
@@ -153,9 +153,9 @@ def test_a_pick_takes_five_pictures_and_one_of_them_small():
 def test_a_rendered_window_is_the_same_as_that_part_of_the_whole_picture():
     with open_session("put_in_bin", sensor="ideal") as session:
         for camera in session.mujoco.cameras:
-            whole = session.driver.senses.capture(camera)
+            whole = session.mujoco.capture(camera)
             window = PictureWindow(left=213, top=147, right=402, bottom=333)
-            part = session.driver.senses.capture(camera, window)
+            part = session.mujoco.capture(camera, window)
             inside = np.s_[window.rows, window.columns]
             assert np.abs(part.rgb[inside].astype(int) - whole.rgb[inside]).max() <= 1
             assert np.abs(part.depth[inside] - whole.depth[inside]).max() < 1e-5

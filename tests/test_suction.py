@@ -119,7 +119,9 @@ def test_grasps_fit_the_cup_and_come_from_above_first(model):
     with open_session(suction.tasks(model)["pick, carton"]) as session:
         spec = session.ctx.driver.arms["arm"].spec
     target = seen("box", (0.045, 0.03, 0.06))
-    scene = ObservedScene(objects=(target,), time=0.0, held=None, table_height=0.04, base_xy=(0, 0), reach=(0.1, 0.8))
+    scene = ObservedScene(
+        objects=(target,), time=0.0, hands={"hand": None}, table_height=0.04, base_xy=(0, 0), reach=(0.1, 0.8)
+    )
     grasps = list(AnalyticTopDown().candidates(target, scene, spec))
     assert len(grasps) == 5 * 8 and grasps[0].tcp_pose.rotation[2, 2] == pytest.approx(-1.0)
     small = seen("box", (0.015, 0.03, 0.015))

@@ -197,13 +197,12 @@ class RobotAbilities(GripperAbilities):
             return None
         level = levelled(item.pose.rotation)
         there = with_pose(item, resting_pose(item, spots[0], about_z(spots[0].yaws[0]) @ level))
-        others = replace(
-            scene, held=None, objects=tuple(one for one in scene.objects if one.id not in (item.id, *allowed))
-        )
+        emptied = scene.holding(None)
+        others = replace(emptied, objects=tuple(one for one in scene.objects if one.id not in (item.id, *allowed)))
         near, palm = neighbours(there, others), self._hand.bounds(self._planning)
         if is_alone(there, near, gripper.geometry, palm):
             return None
-        first = self._first_grasp(there, replace(scene, held=None, objects=(there,)))
+        first = self._first_grasp(there, replace(emptied, objects=(there,)))
         if first is not None and not may_meet(first, near, gripper.geometry, palm):
             return None
         above = scene if scene.held == item.id else taken(scene, item.id)
@@ -221,7 +220,7 @@ class RobotAbilities(GripperAbilities):
         if self._planning.seen.held == held.id:
             yield self._ctx.arm.state()
             return
-        alone = replace(scene, held=None, objects=(there,))
+        alone = replace(scene.holding(None), objects=(there,))
         kinds: dict[tuple[object, ...], Grasp] = {}
         for grasp in self._grasps(there, alone):
             # From straight above wherever that can be, as picks do.

@@ -176,7 +176,7 @@ def _cause(
 
 def held_back(target: DetectedObject, scene: ObservedScene) -> Held:
     """Return what holds a thing back from above or from its sides, as it is seen."""
-    others = [item for item in scene.objects if item.id not in (target.id, scene.held)]
+    others = [item for item in scene.objects if item.id not in {target.id, *scene.in_hands}]
     over = tuple(item.id for item in others if is_over(item, target))
     if over:
         said = ", ".join(over)

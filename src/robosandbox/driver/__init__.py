@@ -13,9 +13,10 @@ from robosandbox.driver.capabilities import (
 )
 from robosandbox.driver.loading import SUPPLIED, driver_factory, fitted, load_driver, split_name
 from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand, PassingSenses
-from robosandbox.driver.protocols import ARM, HAND, Arm, Driver, Guard, Hand, Mode, Senses, Simulated
+from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode, Senses, Simulated
 from robosandbox.driver.safe import SafeDriver, made_safe
 from robosandbox.driver.safety import Safety
+from robosandbox.types.robot import ARM, HAND
 
 __all__ = [
     "ARM",

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robosandbox.driver.capabilities import Capabilities, refusal
-from robosandbox.driver.protocols import ARM, HAND
 from robosandbox.types import Observation
+from robosandbox.types.robot import ARM, HAND
 
 if TYPE_CHECKING:
     from robosandbox.driver.capabilities import Declares

@@ -28,9 +28,6 @@ Guard = Callable[[], Exception | None]
 Mode = Literal["ready", "moving", "stopping", "stopped", "fault", "lost"]
 """State of a driver: at rest after a motion, in one, told to stop, seen to stand after that; ended by a fault; not heard of."""
 
-# Names of the only arm and of the only hand of a cell.
-ARM, HAND = "arm", "hand"
-
 
 class Arm(Protocol):
     """One arm of a cell. Others hold still while it moves."""

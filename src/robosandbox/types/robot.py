@@ -11,6 +11,8 @@ from robosandbox.spatial import Array
 from robosandbox.types.limits import Limits
 from robosandbox.types.scene import TABLE_HEIGHT
 
+# Names of the only arm and of the only hand of a cell.
+ARM, HAND = "arm", "hand"
 # Share of a cup's radius about its axis that has to be covered for it to seal. Chosen as the half: what is held then hangs
 # inside of what holds it, and a cup half over an edge, which leaks, covers none.
 _SEALED = 0.5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, TypeVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from pydantic import Field
 from robosandbox.shapes import Shape, shape_of
 from robosandbox.spatial import Array, Pose, Unsent, Vec3
 from robosandbox.types.objects import ObjectKind
+from robosandbox.types.robot import HAND
 
 T = TypeVar("T")
 
@@ -242,15 +243,18 @@ class DetectedObject:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObservedScene:
-    """The planner's scene: what perception sees, and what the gripper holds.
+    """The planner's scene: what perception sees, and what each hand holds.
+
+    Calls are made with one hand at a time: `held` is what that holds, `in_hands` what any does.
 
     Attributes:
         time: Simulated seconds of the look.
         objects: Everything seen.
         table_height: Metres.
-        base_xy: Where the robot stands, metres; "nearest" is measured from there.
-        held: Id of the object in the gripper.
-        reach: Least and largest distance from `base_xy` at which the robot works, metres.
+        base_xy: Where the arm stands that calls are made with, metres; "nearest" is measured from there.
+        hands: Ids of the objects in the hands, by the hand's name; None in an empty one. Without an arm's gripper there is none.
+        hand: Name of the hand that calls are made with; needless where there is one.
+        reach: Least and largest distance from `base_xy` at which that arm works, metres.
         notes: What could not be seen well and why, in sentences.
     """
 
@@ -258,10 +262,42 @@ class ObservedScene:
     objects: tuple[DetectedObject, ...]
     table_height: float
     base_xy: tuple[float, float]
-    held: str | None = None
+    hands: Mapping[str, str | None] = field(default_factory=dict)
+    hand: str | None = None
     reach: tuple[float, float] = (0.22, 0.80)
     notes: tuple[str, ...] = ()
+
+    def __hash__(self) -> int:
+        """Return a hash of the look and of what was seen: what is worked out of a scene is kept by it."""
+        return hash((self.time, self.objects))
 
     def find(self, object_id: str) -> DetectedObject | None:
         """Return the object with this id, or None."""
         return next((item for item in self.objects if item.id == object_id), None)
+
+    @property
+    def held(self) -> str | None:
+        """Id of what the hand holds that calls are made with; None in an empty one, or without one.
+
+        A ValueError where there are several hands and none is named.
+        """
+        if self.hand is not None:
+            return self.hands[self.hand]
+        return the_only(self.hands, "hands") if self.hands else None
+
+    @property
+    def in_hands(self) -> frozenset[str]:
+        """Ids of all that is held, in whichever hand."""
+        return frozenset(name for name in self.hands.values() if name is not None)
+
+    def holding(self, object_id: str | None, hand: str | None = None) -> ObservedScene:
+        """Return the scene with an object, or nothing, in a hand: the one named, or the one that calls are made with."""
+        if hand is None:
+            hand = self.hand or next(iter(self.hands), HAND)
+        return replace(self, hands={**self.hands, hand: object_id})
+
+    def letting_go(self, object_id: str) -> ObservedScene:
+        """Return the scene with no hand holding an object."""
+        if object_id not in self.in_hands:
+            return self
+        return replace(self, hands={hand: None if held == object_id else held for hand, held in self.hands.items()})

@@ -134,6 +134,11 @@ class Truth:
         return max(float(np.abs(arm.q - arm.home_q).max(initial=0.0)) for arm in self.arms.values())
 
     @property
+    def in_hands(self) -> frozenset[str]:
+        """Ids of all that is held, in whichever hand."""
+        return frozenset(name for name in self.hands.values() if name is not None)
+
+    @property
     def held(self) -> str | None:
         """Object in the only hand; None in an empty one, or without one. A ValueError where there are several hands."""
         return the_only(self.hands, "hands") if self.hands else None

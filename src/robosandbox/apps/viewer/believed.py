@@ -36,4 +36,4 @@ class BelievedWorld:
         self.world = self._scenes.world_of(seen)
         arm = the_only(state.arms, "arms")
         qpos = frozen_array(standing(self.world, self._since_look.objects(seen, arm), arm))
-        return Frame(model=self.world.model, seen=state, held=seen.held, qpos=qpos)
+        return Frame(model=self.world.model, seen=state, held=", ".join(seen.in_hands) or None, qpos=qpos)

@@ -252,7 +252,7 @@ class _Told:
         arms = {name: replace(arm, q=truth.arms[name].q) for name, arm in state.robot.arms.items()}
         seen = _of_this_robot(replace(state.robot, arms=arms), self.world)
         qpos = frozen_array(standing(self.world, truth.objects.values(), the_only(arms, "arms")))
-        return Frame(model=self.world.model, seen=seen, held=truth.held, qpos=qpos)
+        return Frame(model=self.world.model, seen=seen, held=", ".join(truth.in_hands) or None, qpos=qpos)
 
 
 class _Believed:

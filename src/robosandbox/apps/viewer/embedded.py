@@ -183,7 +183,11 @@ class _Simulated:
         # A state begins with the time, and positions come next.
         qpos = state[1 : 1 + sim.model.nq]
         return Frame(
-            model=sim.model, seen=sim.state(), held=next(iter(sim.in_hands().values()), None), qpos=qpos, state=state
+            model=sim.model,
+            seen=sim.state(),
+            held=", ".join(filter(None, sim.in_hands().values())) or None,
+            qpos=qpos,
+            state=state,
         )
 
 

@@ -108,7 +108,7 @@ class Readings:
             seq=0,
             stamp=time.time(),
             robot=served.driver.state(),
-            held=self._held(),
+            hands=self._hands(),
             goal_id=goal.goal.goal_id if goal else None,
             skill=goal.goal.skill if goal else None,
             phase=served.ctx.phase if goal else None,
@@ -141,12 +141,12 @@ class Readings:
             truth=truth if self._with_truth else replace(truth, objects={}, hands=dict.fromkeys(truth.hands)),
         )
 
-    def _held(self) -> str | None:
-        """Return what contacts say is held, where they are known, else what perception believed at its last look."""
+    def _hands(self) -> dict[str, str | None]:
+        """Return what contacts say is held in each hand, where they are known, else what perception believed at its last look."""
         world, seen = mujoco_behind(self._served().driver), self._served().ctx.seen
         if world is not None:
-            return next(iter(world.in_hands().values()), None)
-        return seen.held if seen is not None else None
+            return world.in_hands()
+        return dict(seen.hands) if seen is not None else dict.fromkeys(self._served().driver.hands)
 
     def _physics_steps(self) -> int | None:
         world = self._served().driver.simulation
