@@ -71,7 +71,7 @@ class Watch:
 
 def _moved(before: Truth, after: Truth) -> bool:
     """Say whether a joint or an object is elsewhere, or a drawer further open or shut."""
-    ways = [float(np.abs(after.q - before.q).max())]
+    ways = [float(np.abs(after.arms[name].q - arm.q).max()) for name, arm in before.arms.items()]
     for name, item in before.objects.items():
         now = after.objects[name]
         ways += [math.dist(now.pose.xyz, item.pose.xyz), abs((now.opening or 0.0) - (item.opening or 0.0))]

@@ -219,7 +219,7 @@ def clients(sizes: Iterable[int]) -> Iterator[Growth]:
 
 def _pictures(sim: Driver, names: Sequence[str]) -> None:
     for name in names:
-        sim.capture(name)
+        sim.senses.capture(name)
 
 
 def _step_ms(sim: Driver, steps: int) -> float:

@@ -121,14 +121,14 @@ def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
         world = session.simulation.fork()
         start = places(world)
         bottom = lowest(world, raw_state(world, mujoco.MjData(world.model)), odd.subject)
-        meter = Meter(session.driver, odd)
+        meter = Meter(session.mujoco, odd)
         end = session.driver.subscribe(meter)
         begin = time.process_time()
         run = session.run()
         cpu = time.process_time() - begin
         end()
         is_done = done(session.simulation.fork(), odd, start, bottom)
-        now = places(session.driver)
+        now = places(session.mujoco)
         judged = session.judge().success
         possible: bool | None = odd.possible
         if is_done:

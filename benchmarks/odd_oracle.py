@@ -92,7 +92,7 @@ def _dragged(
             continue
         copy = sim.fork()
         _stand(copy, above.q)
-        copy.set_gripper(1.0)
+        copy.set_gripper("hand", 1.0)
         copy.wait(1.0)
         if any("robot" in pair for pair in forces(copy, raw_state(copy, data))):
             continue

@@ -165,7 +165,7 @@ def try_out(task: str, mode: str, draw: random.Random) -> Row:
 
 
 def _moved(before: Truth, after: Truth) -> bool:
-    arm = float(abs(after.q - before.q).max())
+    arm = max(float(abs(after.arms[name].q - arm.q).max()) for name, arm in before.arms.items())
     return arm > _STILL or any(
         math.dist(after.objects[name].pose.xyz, item.pose.xyz) > _STILL for name, item in before.objects.items()
     )

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.behind import work_with
 from support.performing import perform
 
 from robosandbox import Pose, Scene, SceneObject, open_session
@@ -54,7 +55,7 @@ def test_the_twin_is_as_what_is_believed() -> None:
         opening = believed.objects["drawer"].opening
         assert opening == pytest.approx(0.1, abs=1e-3)
         twin.wait(1.0)
-        assert twin.in_hands()["hand"] == {"hand": "cube"}
+        assert twin.in_hands() == {"hand": "cube"}
         assert session.simulation.truth().time == truth.time
 
 
@@ -86,8 +87,8 @@ def test_a_pick_on_the_twin_takes_as_long_as_on_an_exact_copy() -> None:
     with open_session(Scene(objects=(CUBE,))) as session:
         ctx, seconds = session.ctx.twin(), []
         for sim in (session.simulation.fork(), ctx.driver):
-            ctx.driver, ctx.arm, ctx.hand, begin = sim, sim.arms["arm"], sim.hands["hand"], sim.time
-            perform(ctx, Pick(), {"object": "cube"})
+            begin = sim.time
+            perform(work_with(ctx, sim), Pick(), {"object": "cube"})
             seconds.append(sim.time - begin)
     assert seconds[0] == pytest.approx(seconds[1], abs=0.05)
 
@@ -97,9 +98,7 @@ def on_exact_copy(session: EmbeddedWorkcell) -> type[AgentContext]:
 
     class Exact(AgentContext):
         def twin(self) -> AgentContext:
-            copy = super().twin()
-            copy.driver = session.simulation.fork()
-            return copy
+            return work_with(super().twin(), session.simulation.fork())
 
     return Exact
 

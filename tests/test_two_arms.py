@@ -127,12 +127,15 @@ def test_each_hand_holds_its_own_thing_and_relations_name_the_hand(cell: SafeDri
     assert left.hand is not None and left.hand.name == "left" and left.arm.name == "left"
     seen = left.look()
     assert seen.hands == {"left": "red_cube", "right": None} and seen.held == "red_cube" and right.look().held is None
-    holds = {str(f): find(f, View.of(seen)).holds for f in (
-        fact("holding", "red_cube", "left"),
-        fact("holding", "red_cube", "right"),
-        fact("hand_empty", "left"),
-        fact("hand_empty", "right"),
-    )}
+    holds = {
+        str(f): find(f, View.of(seen)).holds
+        for f in (
+            fact("holding", "red_cube", "left"),
+            fact("holding", "red_cube", "right"),
+            fact("hand_empty", "left"),
+            fact("hand_empty", "right"),
+        )
+    }
     assert [*holds.values()] == [True, False, False, True], holds
     assert find(fact("hand_empty"), View.of(right.look())).holds and not find(fact("hand_empty"), View.of(seen)).holds
     pick(cell, "right")
