@@ -225,9 +225,9 @@ def test_the_mujoco_driver_passes_the_check_exact_and_as_cameras_leave_it() -> N
 class Boastful(Hardware):
     """Answers 0 where it measures nothing."""
 
-    @property
-    def senses(self) -> BareSenses:  # type: ignore[override]
-        return Zeros(self)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.senses = Zeros(self)
 
 
 class Zeros(BareSenses):

@@ -72,6 +72,8 @@ class Arrays(BareDriver):
         )
         self.spec = replace(planning.robot.spec, limits=limits)
         self.kinematics = planning.kinematics()
+        assert self.spec.gripper is not None
+        self.arms, self.hands = {"arm": ArraysArm(self, self.spec)}, {"hand": ArraysHand(self, self.spec.gripper)}
         self._has = Capabilities(clock=clock, link_timeout=link_timeout)  # type: ignore[arg-type]
         self._lag = lag
         self._ticks, self.heard = 0, 0.0
@@ -79,14 +81,6 @@ class Arrays(BareDriver):
         self.gripper: list[float] = []
         # What happens in a tick besides; the driver's user knows nothing of it.
         self.linked, self.slow_tick = True, -1
-
-    @property
-    def arms(self) -> Mapping[str, ArraysArm]:
-        return {"arm": ArraysArm(self)}
-
-    @property
-    def hands(self) -> Mapping[str, ArraysHand]:
-        return {"hand": ArraysHand(self)}
 
     @property
     def capabilities(self) -> Capabilities:
@@ -118,13 +112,9 @@ class Arrays(BareDriver):
 
 
 class ArraysArm(BareArm):
-    def __init__(self, cell: Arrays) -> None:
-        super().__init__(cell)
+    def __init__(self, cell: Arrays, spec: RobotSpec) -> None:
+        super().__init__(cell, spec)
         self._cell = cell
-
-    @property
-    def spec(self) -> RobotSpec:
-        return self._cell.spec
 
     def state(self) -> ArmState:
         cell = self._cell
@@ -151,14 +141,9 @@ class ArraysArm(BareArm):
 
 
 class ArraysHand(BareHand):
-    def __init__(self, cell: Arrays) -> None:
-        super().__init__(cell)
+    def __init__(self, cell: Arrays, spec: GripperSpec) -> None:
+        super().__init__(cell, spec)
         self._cell = cell
-
-    @property
-    def spec(self) -> GripperSpec:
-        assert self._cell.spec.gripper is not None
-        return self._cell.spec.gripper
 
     def state(self) -> GripperState:
         closed, geometry = self._cell.gripper[-1] if self._cell.gripper else 0.0, self.spec.geometry

@@ -69,17 +69,14 @@ class BareArm(ABC):
 
     Attributes:
         driver: Whose arm.
+        spec: Specification.
         name: Its key in `driver.arms`.
     """
 
-    def __init__(self, driver: Declares, name: str = ARM) -> None:
+    def __init__(self, driver: Declares, spec: RobotSpec, name: str = ARM) -> None:
         self.driver = driver
+        self.spec: RobotSpec = spec
         self.name: str = name
-
-    @property
-    @abstractmethod
-    def spec(self) -> RobotSpec:
-        """Specification."""
 
     @abstractmethod
     def state(self) -> ArmState:
@@ -112,19 +109,16 @@ class BareHand(ABC):
 
     Attributes:
         driver: Whose hand.
+        spec: Specification.
         name: Its key in `driver.hands`.
         arm: Name of the arm that carries it.
     """
 
-    def __init__(self, driver: Declares, name: str = HAND, arm: str = ARM) -> None:
+    def __init__(self, driver: Declares, spec: GripperSpec, name: str = HAND, arm: str = ARM) -> None:
         self.driver = driver
+        self.spec: GripperSpec = spec
         self.name: str = name
         self.arm: str = arm
-
-    @property
-    @abstractmethod
-    def spec(self) -> GripperSpec:
-        """Specification."""
 
     @abstractmethod
     def state(self) -> GripperState:
@@ -204,26 +198,22 @@ class BareDriver(ABC):
     """A driver of arms without any sense but their encoders, and without a fault of its own.
 
     Attributes:
+        arms: The arms by name, which a driver of yours sets.
+        hands: Likewise the hands.
+        senses: None, until a driver of yours sets them.
         fault: Reason why nothing moves; a driver whose controller has faults of its own sets it.
         simulation: None: it simulates nothing that anybody may know.
         referee: None: it judges nothing.
     """
 
+    arms: Mapping[str, Arm]
+    hands: Mapping[str, Hand]
     simulation: Simulated | None = None
 
     def __init__(self) -> None:
         self._loop = ControlLoop()
+        self.senses: Senses = BareSenses(self)
         self.fault: str = ""
-
-    @property
-    @abstractmethod
-    def arms(self) -> Mapping[str, Arm]:
-        """The arms by name."""
-
-    @property
-    @abstractmethod
-    def hands(self) -> Mapping[str, Hand]:
-        """The hands by name."""
 
     @property
     @abstractmethod
@@ -234,11 +224,6 @@ class BareDriver(ABC):
     @abstractmethod
     def time(self) -> float:
         """Seconds by the driver's clock."""
-
-    @property
-    def senses(self) -> Senses:
-        """Senses: none."""
-        return BareSenses(self)
 
     @property
     def mode(self) -> Mode:

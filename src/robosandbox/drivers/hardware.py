@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Final, Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.driver import (
+    ARM,
     BareArm,
     BareDriver,
     BareHand,
@@ -22,7 +23,8 @@ from robosandbox.driver import (
     refusal,
     require,
 )
-from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
+from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.types import (
@@ -113,26 +115,15 @@ class Hardware(BareDriver):
         self._on_the_way: deque[Array] = deque(
             self._commands.copy() for _ in range(round(latency / self.control_timestep))
         )
-        self._arm = _HardwareArm(self, PlanningScenes(scene).of(nothing), encoder_noise)
+        planning = PlanningScenes(scene).of(nothing)
+        spec = planning.robot.spec
+        hand = None if spec.gripper is None else _HardwareHand(self, spec.gripper, encoder_noise)
+        self.hands = {} if hand is None else {hand.name: hand}
+        self.arms = {ARM: _HardwareArm(self, spec, planning.kinematics(), hand, encoder_noise)}
+        self.senses = _HardwareSenses(self)
         self._ticks = 0
         # Seconds of the wall's clock when it was switched on; None where that clock is not this driver's.
         self._began = time.monotonic() if clock == "wall" else None
-
-    @property
-    def arms(self) -> Mapping[str, _HardwareArm]:
-        """The arm."""
-        return {self._arm.name: self._arm}
-
-    @property
-    def hands(self) -> Mapping[str, _HardwareHand]:
-        """The hand, where the robot has one."""
-        hand = self._arm.hand
-        return {} if hand is None else {hand.name: hand}
-
-    @property
-    def senses(self) -> _HardwareSenses:
-        """Cameras, and the wrist's sensor where there is one."""
-        return _HardwareSenses(self)
 
     @property
     def capabilities(self) -> Capabilities:
@@ -218,19 +209,15 @@ class Hardware(BareDriver):
 class _HardwareArm(BareArm):
     """The arm as its encoders know it."""
 
-    def __init__(self, cell: Hardware, planning: PlanningScene, noise: float) -> None:
-        super().__init__(cell)
+    def __init__(
+        self, cell: Hardware, spec: RobotSpec, kinematics: Kinematics, hand: _HardwareHand | None, noise: float
+    ) -> None:
+        super().__init__(cell, spec)
         self._cell = cell
-        self._spec = planning.robot.spec
-        self._kinematics = planning.kinematics()
+        self._kinematics = kinematics
+        self._hand = hand
         self._noise = noise
-        self._trim = np.zeros(self._spec.n)
-        self.hand = None if self._spec.gripper is None else _HardwareHand(cell, self._spec.gripper, noise)
-
-    @property
-    def spec(self) -> RobotSpec:
-        """Specification of the robot."""
-        return self._spec
+        self._trim = np.zeros(spec.n)
 
     def state(self) -> ArmState:
         """Return what the encoders read."""
@@ -241,7 +228,7 @@ class _HardwareArm(BareArm):
             seen,
             q=frozen_array(q),
             tcp_pose=Pose.from_matrix(*self._kinematics.forward(q)),
-            gripper=None if self.hand is None else self.hand.state(),
+            gripper=None if self._hand is None else self._hand.state(),
         )
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
@@ -267,7 +254,7 @@ class _HardwareArm(BareArm):
 
     def stop(self) -> None:
         """Command the arm to stay where its encoders say it is."""
-        self._command(np.clip(self._measured_q(), self._spec.lower, self._spec.upper))
+        self._command(np.clip(self._measured_q(), self.spec.lower, self.spec.upper))
 
     def servo_force(self, joint: int) -> tuple[float, float]:
         """Return what an arm joint's servo gives now and the most that it can, N m or N.
@@ -279,7 +266,7 @@ class _HardwareArm(BareArm):
         return self._cell.plant.servo_force(self.name, joint)
 
     def _measured_q(self) -> Array:
-        q: Array = self._cell.plant.arm_state(self.name).q + self._noise * self._cell.noise(self._spec.n)
+        q: Array = self._cell.plant.arm_state(self.name).q + self._noise * self._cell.noise(self.spec.n)
         return q
 
     def _command(self, q: Array) -> None:
@@ -291,22 +278,16 @@ class _HardwareHand(BareHand):
     """The gripper as its encoders know it."""
 
     def __init__(self, cell: Hardware, spec: GripperSpec, noise: float) -> None:
-        super().__init__(cell)
+        super().__init__(cell, spec)
         self._cell = cell
-        self._spec = spec
         self._noise = noise
         self._closed = 0.0
-
-    @property
-    def spec(self) -> GripperSpec:
-        """Specification of the gripper."""
-        return self._spec
 
     def state(self) -> GripperState:
         """Return what its encoders read."""
         exact = self._cell.plant.arm_state(self.arm).gripper
         assert exact is not None
-        geometry = self._spec.geometry
+        geometry = self.spec.geometry
         # Relative to a radian as an arm joint's noise is; a gripper's travel is often a few centimetres.
         noise = self._noise * float(self._cell.noise(1)[0])
         joint = exact.joint + noise * abs(geometry.closed_joint - geometry.open_joint)
@@ -332,7 +313,7 @@ class _HardwareHand(BareHand):
             raise ValueError(f"closed is {closed}; a gripper takes 0 (open) to 1 (closed)")
         self._closed = closed
         bound = self._cell.plant.world.grippers[self.name]
-        self._cell.command(np.asarray(bound.actuator_ids, dtype=np.intp), self._spec.geometry.control(closed))
+        self._cell.command(np.asarray(bound.actuator_ids, dtype=np.intp), self.spec.geometry.control(closed))
 
     def grip_on(self, object_id: str | None) -> float:
         """Return how hard the pads are pressed, N; they cannot tell by which object.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
 import numpy as np
@@ -80,7 +80,10 @@ class PyBulletDriver(BareDriver):
         self._ticks = 0
         self._felt = dict.fromkeys(felt, 0.0)
         self._wrist = WristSensor(self._world)
-        self._arm, self._hand = _PandaArm(self, planning.kinematics()), _PandaHand(self)
+        assert self._robot.gripper is not None
+        self._hand = _PandaHand(self, self._robot.gripper)
+        self._arm = _PandaArm(self, self._robot, planning.kinematics(), self._hand)
+        self.arms, self.hands, self.senses = {ARM: self._arm}, {HAND: self._hand}, _PandaSenses(self)
         self._place(self._robot.home_q if start_q is None else start_q)
         self.wait(_SETTLE_SECONDS)
         self._ticks = 0
@@ -95,26 +98,6 @@ class PyBulletDriver(BareDriver):
         if (str(scene.robot_urdf) if scene.robot_urdf else None) not in _STANDS_FOR:
             raise InputError(f"robot_urdf: the driver 'pybullet' has a Panda, not {scene.robot_urdf}; leave it out")
         return scene.model_copy(update={"robot_urdf": ROBOT_MODEL, "robot_config": ROBOT_SIDECAR})
-
-    @property
-    def arms(self) -> Mapping[str, _PandaArm]:
-        """The arm."""
-        return {self._arm.name: self._arm}
-
-    @property
-    def hands(self) -> Mapping[str, _PandaHand]:
-        """The hand."""
-        return {self._hand.name: self._hand}
-
-    @property
-    def senses(self) -> _PandaSenses:
-        """Cameras, and a force sensor between flange and hand."""
-        return _PandaSenses(self)
-
-    @property
-    def robot(self) -> RobotSpec:
-        """What the robot is."""
-        return self._robot
 
     @property
     def world(self) -> BulletWorld:
@@ -198,16 +181,12 @@ class PyBulletDriver(BareDriver):
 class _PandaArm(BareArm):
     """The arm: position servos, and encoders."""
 
-    def __init__(self, cell: PyBulletDriver, kinematics: Kinematics) -> None:
-        super().__init__(cell)
+    def __init__(self, cell: PyBulletDriver, spec: RobotSpec, kinematics: Kinematics, hand: _PandaHand) -> None:
+        super().__init__(cell, spec)
         self._cell, self._world = cell, cell.world
         self._kinematics = kinematics
-        self._trim = np.zeros(cell.robot.n)
-
-    @property
-    def spec(self) -> RobotSpec:
-        """What the robot is."""
-        return self._cell.robot
+        self._hand = hand
+        self._trim = np.zeros(spec.n)
 
     def state(self) -> ArmState:
         """Return what the encoders read."""
@@ -218,7 +197,7 @@ class _PandaArm(BareArm):
             q=q,
             qd=frozen_array(arm[:, 1]),
             tcp_pose=Pose.from_matrix(*self._kinematics.forward(q)),
-            gripper=self._cell.hands[HAND].state(),
+            gripper=self._hand.state(),
         )
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
@@ -272,16 +251,10 @@ class _PandaArm(BareArm):
 class _PandaHand(BareHand):
     """The gripper, without a sense of force."""
 
-    def __init__(self, cell: PyBulletDriver) -> None:
-        super().__init__(cell)
-        self._cell, self._world = cell, cell.world
+    def __init__(self, cell: PyBulletDriver, spec: GripperSpec) -> None:
+        super().__init__(cell, spec)
+        self._world = cell.world
         self._closed = 0.0
-
-    @property
-    def spec(self) -> GripperSpec:
-        """What the gripper is."""
-        assert self._cell.robot.gripper is not None
-        return self._cell.robot.gripper
 
     def state(self) -> GripperState:
         """Return what its encoders read."""
