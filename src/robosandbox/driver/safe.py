@@ -10,9 +10,10 @@ from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand
 from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode
 from robosandbox.driver.safety import Safety
 from robosandbox.errors import LimitError
+from robosandbox.types import Trajectory
 
 if TYPE_CHECKING:
-    from robosandbox.types import Array, Trajectory
+    from robosandbox.types import Array
 
 
 class SafeArm(PassingArm):
@@ -26,9 +27,7 @@ class SafeArm(PassingArm):
     def __init__(self, inner: Arm, cell: SafeDriver) -> None:
         super().__init__(inner)
         self._cell = cell
-        self._clamps = Clamps(inner.spec)
-        # Where it was sent last, shape (n,); None where it does not go by that any longer.
-        self._last: Array | None = None
+        self._clamps = Clamps(inner.spec, cell.control_timestep)
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory within the robot's limits.
@@ -39,16 +38,16 @@ class SafeArm(PassingArm):
             FaultError: A watchdog has stopped the arm, or nothing moves before `recover`.
         """
         self._cell.safety.begin()
-        self._clamps.check_trajectory(trajectory, self._last, self._measured)
+        self._clamps.check_trajectory(trajectory, self._cell.time, self._measured)
         self._command(lambda: self._inner.follow(trajectory, guards))
-        self._last = trajectory.q[-1]
+        self._clamps.followed(trajectory, self._cell.time)
 
     def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal`; errors as of `follow`."""
         self._cell.safety.begin()
-        self._clamps.check_step(goal, self._last, self._measured)
+        self._clamps.check_step(goal, self._cell.time, self._measured)
         self._command(lambda: self._inner.trim(goal, guards))
-        self._last = goal
+        self._clamps.stepped(goal, self._cell.time)
 
     def stop(self) -> None:
         """Command the arm to stay where it is, and see to it that it stands; as `SafeDriver.stop`."""
@@ -57,11 +56,18 @@ class SafeArm(PassingArm):
     def halt(self) -> None:
         """Command the arm to stay where it is."""
         self._inner.stop()
-        self._last = None
+        self._clamps.forget()
+
+    def brake(self, guards: Sequence[Guard]) -> None:
+        """Come to rest within the arm's limits where it was sent somewhere at a speed and nothing follows; errors as of `follow`."""
+        rows = self._clamps.braking(self._cell.time)
+        if rows is not None:
+            self._clamps.forget()
+            self._command(lambda: self._inner.follow(Trajectory(q=rows, dt=self._cell.control_timestep), guards))
 
     def forget_command(self) -> None:
         """Take note that the arm no longer goes by where it was sent last."""
-        self._last = None
+        self._clamps.forget()
 
     def _command(self, move: Callable[[], None]) -> None:
         cell = self._cell
@@ -147,7 +153,12 @@ class SafeDriver(PassingDriver):
         return self._guards
 
     def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
-        """Let time pass, which a fault does not keep from it; errors as of a motion under way."""
+        """Let time pass, which a fault does not keep from it; errors as of a motion under way.
+
+        An arm that was to go on, and does not, first comes to rest.
+        """
+        for arm in self._arms.values():
+            arm.brake(guards)
         try:
             self._inner.wait(seconds, guards)
         except BaseException as error:
@@ -177,6 +188,28 @@ class SafeDriver(PassingDriver):
         self.safety.stopping(*(arm.name for arm in arms))
         if waits and self._waits_out_stops:
             self._wait_out_stop()
+
+    def run_again(self, tick: Callable[[], None]) -> None:
+        """Let a tick pass with recorded controls, which reach the servos as they are.
+
+        They hold what the driver had added to its commands, the lead against the servos' lag and integral action, so that the
+        clamps of commands do not fit them, and a world that refused one would not be the recorded one. Limits of place and force
+        are kept, and a fault keeps them from moving anything.
+
+        Raises:
+            LimitError: The arm came to a limit of place or force, and holds.
+            FaultError: Nothing moves before `recover`.
+        """
+        self.safety.begin()
+        for name in self._arms:
+            self.safety.moving(name)
+        try:
+            tick()
+        except BaseException as error:
+            self.halt(*self._arms.values(), waits=isinstance(error, Exception))
+            raise
+        self._forget_commands()
+        self.safety.arrived()
 
     def recover(self) -> None:
         """Have the driver move again after a fault; somebody has looked after what was the matter.

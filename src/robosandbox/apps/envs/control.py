@@ -24,7 +24,7 @@ _FULL_TURN = np.pi
 
 
 class Controller:
-    """Carries out actions, one control period each; never faster than the joints' velocity limits.
+    """Carries out actions, one control period each, within the joints' limits of speed and acceleration.
 
     Args:
         driver: Of the robot.
@@ -46,6 +46,7 @@ class Controller:
         self._low = np.where(np.isfinite(robot.lower), robot.lower, -_FULL_TURN)
         self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
         self._q: Array = robot.home_q.copy()
+        self._velocity: Array = np.zeros(robot.n)
         self._position: Array = np.zeros(3)
         self._rotation: Array = np.eye(3)
         self.reset()
@@ -61,6 +62,7 @@ class Controller:
             # A layout with other things in it is another model.
             self._solver = Kinematics.of(self._world.model, self._world.robot)
         self._q = self._arm.state().q.copy()
+        self._velocity = np.zeros(len(self._q))
         self._position, self._rotation = self._solver.forward(self._q)
 
     def apply(self, action: Array) -> None:
@@ -80,9 +82,23 @@ class Controller:
         for hand in self._hands.values():
             hand.set_gripper(0.5 * (float(action[-1]) + 1.0))
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
-        step = robot.velocity_limits * self._period
-        start, self._q = self._q, np.clip(self._q + np.clip(goal - self._q, -step, step), robot.lower, robot.upper)
-        self._arm.follow(Trajectory(q=np.stack([start, self._q]), dt=self._period))
+        start, self._q = self._q, self._step_towards(goal)
+        self._velocity = (self._q - start) / self._period
+        self._arm.follow(Trajectory(q=np.stack([start, self._q]), dt=self._period, goes_on=True))
+
+    def _step_towards(self, goal: Array) -> Array:
+        """Return the configuration after a period on the way to another, within the joints' limits.
+
+        A joint changes its speed by what it can in a period, and is never quicker than it can brake from before its goal.
+        """
+        robot, period = self._arm.spec, self._period
+        change, away = robot.acceleration_limits * period, np.clip(goal, robot.lower, robot.upper) - self._q
+        # The most at which whole periods of braking, this one included, end at the goal.
+        braking = np.sqrt(0.25 * change**2 + 2.0 * robot.acceleration_limits * np.abs(away)) - 0.5 * change
+        wanted = np.sign(away) * np.minimum.reduce([np.abs(away) / period, braking, robot.velocity_limits])
+        velocity = np.clip(wanted, self._velocity - change, self._velocity + change)
+        found: Array = np.clip(self._q + velocity * period, robot.lower, robot.upper)
+        return found
 
     def joint_action(self, q: Array, closed: float = 0.0) -> Array:
         """Return the action of kind `joint` that asks for a configuration.

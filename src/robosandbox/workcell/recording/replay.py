@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robosandbox.driver import made_safe
 from robosandbox.errors import InputError
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import require_mujoco
@@ -64,6 +65,7 @@ class Replay:
     def __init__(self, episode: RecordedEpisode, session: EmbeddedWorkcell) -> None:
         self.episode = episode
         self.session = session
+        self._safe = made_safe(session.driver)
         self.world: MuJoCoBackend = require_mujoco(session.driver, "recorded actions go to its actuators")
         self.row: int = 0
         if episode.meta.checkpoint is None:
@@ -80,10 +82,11 @@ class Replay:
     def step(self) -> None:
         """Let the next recorded tick pass; after the last one the last commands are held."""
         if self.row + 1 >= len(self._actions):
-            self.world.wait(self.world.control_timestep)
+            self._safe.wait(self._safe.control_timestep)
             return
         self.row += 1
-        self.world.replay(self._actions[self.row], self._push(self.row))
+        controls, push = self._actions[self.row], self._push(self.row)
+        self._safe.run_again(lambda: self.world.replay(controls, push))
 
     def run(self) -> Replayed:
         """Run all that is left, and judge where the recording was judged."""
