@@ -282,8 +282,8 @@ def test_an_arm_that_stands_outside_its_limits_may_come_in() -> None:
 
 def test_the_arm_stops_at_the_border_of_the_workspace_without_an_agent(driver: SafeDriver) -> None:
     q, at = driver.state().q, driver.state().tcp_pose.position
-    driver.safety.limit(Limits(workspace=Workspace(y=(at[1] - 0.05, at[1] + 0.05))))
-    with pytest.raises(LimitError, match=r"the tool centre point is at y = .* outside the workspace's .*") as caught:
+    driver.safety.limit(Limits(workspace=Workspace(y=(at[1] - 0.15, at[1] + 0.15))))
+    with pytest.raises(LimitError, match=r"link6 is at y = .* outside the workspace's .*") as caught:
         driver.arms["arm"].follow(timed(driver.arms["arm"].spec, q, moved(driver.arms["arm"].spec, q, 0, 1.0), 0.5))
     value, _, high = limit_of(caught.value)
     # 10 mm are let pass, and a tick at the speed of the way.
@@ -339,6 +339,26 @@ def test_a_press_is_stopped_without_an_agent(name: str, options: Mapping[str, bo
         with contextlib.suppress(LimitError):
             driver.wait(0.3)
         assert limit_of(caught.value)[2] == most and 0.5 * most < max(peak) < 1.2 * most
+
+
+def test_no_link_leaves_the_workspace_while_the_tool_stays_in_it(driver: SafeDriver) -> None:
+    arm = driver.arms["arm"]
+    # Sideways with the shoulder, and back with the joint behind it: the elbow goes out, the hand stays.
+    q, spec = arm.state().q, arm.spec
+    bent = q + np.array([0.0, 0.38, 0.0, -0.98, 0.0, -0.4, 0.6])
+    arm.follow(timed(spec, q, bent, 0.5))
+    driver.safety.limit(Limits(workspace=Workspace(y=(-0.2, 0.2))))
+    here = arm.state().q
+    out = here + np.array([1.65, 0.26, -1.76, -0.35, 0.0, 0.0, 0.0])
+    with pytest.raises(LimitError, match=r"link\d is at y = -?0\.\d+ m, outside the workspace's -0.2..0.2") as caught:
+        arm.follow(timed(spec, here, out, 0.5))
+    assert 0.21 < abs(limit_of(caught.value)[0]) < 0.23, "stopped at the line, and not where it was going"
+    assert abs(arm.state().tcp_pose.position[1]) < 0.2
+    driver.wait(1.0)
+    assert driver.mode == "stopped"
+    # Back in is allowed.
+    now = arm.state().q
+    arm.follow(timed(spec, now, here, 0.5))
 
 
 def _forces(driver: SafeDriver) -> list[Array]:
