@@ -57,6 +57,7 @@ class GroundTruthPerception:
             time=truth.time,
             objects=tuple(self._detect(item) for item in truth.objects.values()),
             table_height=truth.table_height,
+            table_area=truth.table_area,
             base_xy=(float(robot.base_position[0]), float(robot.base_position[1])),
             hands=truth.hands,
             reach=robot.reach,

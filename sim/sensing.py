@@ -178,6 +178,7 @@ class SensedSimulation(ControlledSimulation):
                 for name, robot in world.robots.items()
             },
             table_height=world.scene.table_height,
+            table_area=world.scene.table_area,
             objects=objects,
             hands=hands,
         )

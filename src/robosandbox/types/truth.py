@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robosandbox.shapes.compound import Geometry
 from robosandbox.spatial import Array, Pose, Vec3
-from robosandbox.types.objects import ObjectKind
+from robosandbox.types.objects import TABLE_AREA, Area, ObjectKind
 from robosandbox.types.sensed import DetectedObject, the_only
 
 
@@ -63,6 +64,7 @@ class ObjectTruth:
         touches: Its contacts that carry force; None where the world does not tell forces.
         weight: N; None where it is not known.
         mass_centre: In the world, metres; None where it is not known.
+        geometry: Its convex pieces in the frame of its pose, of what a scene's file has.
     """
 
     id: str
@@ -81,6 +83,7 @@ class ObjectTruth:
     touches: tuple[Touch, ...] | None = None
     weight: float | None = None
     mass_centre: Vec3 | None = None
+    geometry: Geometry | None = None
 
     def detected(self) -> DetectedObject:
         """Return it as perception would, were perception perfect; the colour is left unnamed."""
@@ -94,6 +97,7 @@ class ObjectTruth:
             opening=self.opening,
             grains=self.grains,
             tag=self.tag,
+            geometry=self.geometry,
         )
 
 
@@ -118,6 +122,7 @@ class Truth:
         time: Simulated seconds since reset.
         arms: States of the arms by name.
         table_height: Metres.
+        table_area: Least and largest x, then y, of the table's top, metres.
         objects: By id.
         hands: Objects that both sides of each hand touch, by the hand's name; None in an empty one.
     """
@@ -127,6 +132,7 @@ class Truth:
     table_height: float
     objects: Mapping[str, ObjectTruth]
     hands: Mapping[str, str | None]
+    table_area: Area = TABLE_AREA
 
     @property
     def off_home(self) -> float:
