@@ -57,7 +57,7 @@ def looks(scenes: int, sensor: str) -> Iterator[Look]:
             yield _look(seed, sim, Setup())
     for number, name in enumerate(bundled_tasks()):
         with open_session(name, sensor=sensor) as session:
-            yield _look(1000 + number, session.sim, Setup.of(session.task.scene))
+            yield _look(1000 + number, session.mujoco, Setup.of(session.task.scene))
 
 
 def _look(seed: int, sim: Modelled, setup: Setup) -> Look:
