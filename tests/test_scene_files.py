@@ -143,7 +143,7 @@ def test_the_file_is_simulated_as_it_is() -> None:
         key = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, key, model.key("tidy").id)
         mujoco.mj_kinematics(model, key)
-        assert np.allclose(key.body("red_mug").xpos, (0.62, -0.12, 0.741))
+        assert np.allclose(key.body("red_mug").xpos, (0.50, 0.02, 0.741))
         assert np.allclose(key.qpos[sim.robot.qpos_indices], sim.robot.home_q)
     finally:
         sim.close()
@@ -213,7 +213,7 @@ def test_an_inferred_sidecar_changes_nothing(tmp_path: Path) -> None:
 def test_the_check_finds_what_was_made_wrong(tmp_path: Path) -> None:
     text = KITCHEN.read_text()
     text = text.replace('name="box" pos="0.56 0.24 0.771"', 'name="box" pos="0.56 0.24 0.95"')
-    text = text.replace('name="red_mug" pos="0.62 0.02 0.741"', 'name="red_mug" pos="0.62 0.02 0.735"')
+    text = text.replace('name="red_mug" pos="0.52 -0.10 0.741"', 'name="red_mug" pos="0.52 -0.10 0.735"')
     text = text.replace('range="-100 0" damping', 'range="-0.001 0" damping')
     text = text.replace('density="600"', 'density="60000"')
     path = tmp_path / "wrong.xml"
