@@ -1,10 +1,11 @@
-"""Close: lead a door, drawer or lid of a scene's file shut by what can be taken hold of."""
+"""Close: push a door, drawer or lid of a scene's file shut, or lead it by what can be taken hold of."""
 
 from __future__ import annotations
 
+from robosandbox.errors import CollisionError, GraspError, UnreachableError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import RESISTED, lead, stuck
+from robosandbox.skills.primitives.parts import RESISTED, lead, push_part, stuck
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
@@ -13,7 +14,7 @@ from robosandbox.world.parts import CLOSED_SHARE, open_share, shut_value
 
 
 class Close(Skill):
-    """Lead a part shut along its hinge or slide."""
+    """Push or lead a part shut along its hinge or slide."""
 
     name = "close"
 
@@ -31,7 +32,7 @@ class Close(Skill):
         )
 
     def run(self, ctx: SkillContext, *, part: str) -> SkillResult:
-        """Take hold of a door, drawer or lid and lead it shut.
+        """Push a door, drawer or lid shut, or lead it shut by a grip.
 
         Args:
             part: Id of the part, as cupboard.door.
@@ -49,7 +50,11 @@ class Close(Skill):
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_closed": True}
             )
-        _, force = lead(arm, part, [shut_value(before)])
+        try:
+            _, force = push_part(arm, part, shut_value(before))
+        except (UnreachableError, CollisionError, GraspError):
+            # Where there is no face to push on within reach, there may be something to hold.
+            _, force = lead(arm, part, [shut_value(before)])
         now = arm.find(part, arm.look())
         if open_share(now) > CLOSED_SHARE:
             raise stuck(before, now, shut_value(before), force)

@@ -52,6 +52,15 @@ _MOST_GRIPS = 24
 _HOVERS = (HOVER_HEIGHT, 0.05, 0.03)
 # Metres between each finger and the handle before they close.
 _PRESHAPE = 0.008
+# Where on a face it is pushed, shares of its half-extents; how squarely a face looks against the way, as a cosine; leans of the hand
+# from along the way to downwards, radians; and faces that are tried.
+_ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
+_PUSH_LEANS = tuple(np.radians([0.0, 35.0, 70.0]))
+_MOST_FACES = 60
+# Metres up to which two places to push at are one.
+_SAME_PLACE = 0.04
+# Share of its way before the end of which a part that stops has come to its stop.
+_AT_ITS_STOP = 0.06
 # Headings of a hand that presses, about its direction.
 _YAWS = 8
 # Metres before a button from which it is pressed, and beyond its travel that the hand goes, for servos to give.
@@ -111,6 +120,37 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float]) -> tuple[float, fl
     _let_go(arm, part)
     now = arm.find(name, arm.settle(name))
     return part_value(now), force
+
+
+def push_part(arm: Manipulator, name: str, goal: float) -> tuple[float, float]:
+    """Push a part to a value of its joint with the closed fingers; return the value reached and the most force along the way, N.
+
+    Args:
+        arm: The skill's manipulator.
+        name: Id of the part.
+        goal: Value of the joint, metres or radians.
+
+    Raises:
+        UnsupportedError: The driver does not tell how hard the hand pushes.
+        UnreachableError: No face to push on, or its way, is in reach.
+        CollisionError: Something is in the way.
+        DrawerError: It is locked or blocked, or the hand slipped off.
+    """
+    require(arm.sim, "wrist_wrench", "a part that is locked or blocked is told by how hard the hand pushes at it")
+    part = arm.find(name)
+    arm.ctx.enter(Phase.PLAN)
+    arm.use(arm.look())
+    gripper = arm.sim.spec.gripper
+    if gripper is not None:
+        arm.motion.open_to(gripper.geometry.min_aperture)
+    approach, descent, poses, values = _pushing(arm, part, goal)
+    if gripper is not None:
+        arm.open_for(approach, 0.0)
+    follow_free(arm, approach, Phase.APPROACH)
+    follow_free(arm, descent, Phase.DESCEND)
+    force = _follow_part(arm, part, poses, values, met=1)
+    _withdraw(arm, part)
+    return part_value(arm.find(name, arm.settle(name))), force
 
 
 def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
@@ -352,17 +392,96 @@ def _at(part: DetectedObject, grip: Pose, value: float, share: float) -> Pose:
     return Pose.from_matrix(place, matrix_about_axis(axis, share * way) @ grip.rotation)
 
 
+def _pushing(
+    arm: Manipulator, part: DetectedObject, goal: float
+) -> tuple[Trajectory, Trajectory, Sequence[Pose], Sequence[float]]:
+    """Return the ways to a face of a part and along its joint, as poses with the joint's values."""
+    motion, failures, q_now = arm.motion, list[SkillError](), arm.q
+    for tcp, direction in _faces(arm, part, goal):
+        start = _moved(tcp, -_STAND_OFF * direction)
+        values = _values(part, tcp, goal)
+        for share in _TURNS if joint_of(part).kind == "hinge" else (1.0,):
+            # What stops it lies a little before where the hand goes on to, for servos to give.
+            poses = [start, *(_at(part, tcp, value, share) for value in values)]
+            try:
+                motion.allow()
+                descent = arm.line_to(start, withdrawn(start, _HOVERS[-1]), speed=arm.tempo.near)
+                motion.allow(part.id, _owner(part))
+                q = descent.q[-1]
+                for pose in poses[1:]:
+                    q = motion.plan_line(q, pose, speed=SPEED).q[-1]
+                motion.allow()
+                approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+                continue
+            return approach, descent, poses, [values[0], *values]
+    if not failures:
+        raise _no_grip(arm, part, "none_found", 0.0)
+    raise most_telling(failures)
+
+
+def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tuple[Pose, Array]]:
+    """Yield TCP poses with the fingertips on faces of a part that look against its way, and the way there, the longest lever first."""
+    joint, robot, hand = joint_of(part), arm.sim.spec, arm.state.tcp_pose.rotation
+    axis, anchor = np.array(joint.axis), np.array(joint.anchor)
+    sign = 1.0 if goal > part_value(part) else -1.0
+    assert part.geometry is not None
+    tip = robot.gripper.geometry.tip_depth if robot.gripper else 0.0
+    found: dict[tuple[float, ...], tuple[tuple[float, ...], Pose, Array]] = {}
+    for piece in part.geometry.pieces:
+        axes = part.pose.rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
+        middle, half = part.pose.position + part.pose.rotation @ np.array(piece.centre), piece.hull.half_extents
+        for k, side in product(range(3), (1.0, -1.0)):
+            normal = side * axes[:, k]
+            i, j = (n for n in range(3) if n != k)
+            for u, v in product(_ON_FACE, _ON_FACE):
+                point = middle + half[k] * normal + u * half[i] * axes[:, i] + v * half[j] * axes[:, j]
+                way = sign * (np.cross(axis, point - anchor) if joint.kind == "hinge" else axis)
+                lever = float(np.linalg.norm(way))
+                if lever < 1e-6 or normal @ way / lever > -_AGAINST:
+                    continue
+                way = way / lever
+                for lean in _PUSH_LEANS:
+                    level = np.cross(way, [0.0, 0.0, 1.0])
+                    if np.linalg.norm(level) < 1e-3:
+                        level = np.array([1.0, 0.0, 0.0])
+                    level = level / np.linalg.norm(level)
+                    approach = turned(way, level, -lean)
+                    for y in (level, -level, np.cross(approach, level)):
+                        rotation = np.column_stack([np.cross(y, approach), y, approach])
+                        pose = Pose.from_matrix(point - tip * approach, rotation)
+                        turn = -float(np.trace(hand.T @ rotation))
+                        key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
+                        found.setdefault(key, ((-round(lever, 1), round(turn + lean, 2)), pose, way))
+    best = sorted(found.values(), key=lambda one: one[0])
+    yield from ((pose, way) for _, pose, way in best[:_MOST_FACES])
+
+
 def _led(arm: Manipulator, part: DetectedObject, way: LedWay) -> float:
-    """Lead a part along its way; return the most that the hand pressed with along it, N.
+    """Lead a part along its way by the grip; return the most that the hand pressed with along it, N."""
+    return _follow_part(arm, part, way.poses, way.values, met=0)
+
+
+def _follow_part(
+    arm: Manipulator, part: DetectedObject, poses: Sequence[Pose], values: Sequence[float], *, met: int
+) -> float:
+    """Move the hand along poses while a part follows; return the most that it pressed with along them, N.
+
+    Args:
+        arm: Its hand is at the first pose.
+        part: As it was seen then.
+        poses: The TCP's.
+        values: What the part's joint is to be at each.
+        met: Number of the pose from which on the part is touched.
 
     Raises:
         DrawerError: It does not follow.
     """
     force, name = 0.0, part.id
     arm.ctx.enter(Phase.SLIDE)
-    # The hand holds the part now, and what it is on is behind it.
-    for number in range(1, len(way.poses)):
-        direction = way.poses[number].position - way.poses[number - 1].position
+    for number in range(1, len(poses)):
+        direction = poses[number].position - poses[number - 1].position
         direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
 
         def felt(direction: Array = direction) -> bool:
@@ -373,12 +492,16 @@ def _led(arm: Manipulator, part: DetectedObject, way: LedWay) -> float:
 
         arm.use(arm.look())
         arm.motion.allow(name, _owner(part))
-        stopped = follow_until(arm, arm.motion.plan_line(arm.q, way.poses[number], speed=SPEED), Phase.SLIDE, felt)
+        stopped = follow_until(arm, arm.motion.plan_line(arm.q, poses[number], speed=SPEED), Phase.SLIDE, felt)
         now = part_value(arm.find(name, arm.look()))
-        wanted, gone = way.values[number] - way.values[0], now - way.values[0]
-        if stopped or gone / wanted < _FOLLOWS:
-            _let_go(arm, part)
-            raise stuck(part, arm.find(name, arm.look()), way.values[-1], force)
+        wanted, gone = values[number] - values[0], now - values[0]
+        if stopped and abs(values[-1] - now) < _AT_ITS_STOP * abs(values[-1] - values[0]):
+            return force
+        if stopped or (
+            number > met and gone < _FOLLOWS * wanted if wanted > 0.0 else number > met and gone > _FOLLOWS * wanted
+        ):
+            (_withdraw if met else _let_go)(arm, part)
+            raise stuck(part, arm.find(name, arm.look()), values[-1], force)
     return force
 
 
@@ -386,6 +509,11 @@ def _let_go(arm: Manipulator, part: DetectedObject) -> None:
     """Open the fingers and go back along the hand's approach, else up."""
     arm.ctx.enter(Phase.RELEASE)
     arm.open(min(arm.geometry.max_aperture, arm.gripper.width + 2.0 * _PRESHAPE))
+    _withdraw(arm, part)
+
+
+def _withdraw(arm: Manipulator, part: DetectedObject) -> None:
+    """Take the hand back along its approach, else up."""
     arm.use(arm.look())
     arm.motion.allow(part.id, _owner(part))
     state = arm.sim.state()
