@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from robosandbox.agent.episode import Episode
 from robosandbox.apps.commands.world import open_here
 from robosandbox.errors import InputError
 from robosandbox.shapes.body import Piece
@@ -21,6 +22,7 @@ from robosandbox.sim.scene_report import to_yaml
 from robosandbox.sim.scene_sidecar import sidecar_path
 from robosandbox.tasks.loader import load_task
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
 
@@ -304,3 +306,42 @@ def test_a_recorded_episode_in_a_file_is_replayed(tmp_path: Path, task_file: Pat
 def test_a_robot_base_is_of_scenes_from_files_alone() -> None:
     with pytest.raises(InputError, match="--robot-base: is for scenes from files"):
         open_here(WorkcellOptions(robot_base=(0.0, 0.0, 0.0, 0.0)))
+
+
+def _watched(cell: EmbeddedWorkcell, prompt: str, name: str) -> tuple[Episode, list[float]]:
+    """Return an episode, and the values of a part's joint at every tick."""
+    seen: list[float] = []
+    end = cell.sim.subscribe(lambda: seen.append(cell.sim.truth(for_judging=False).objects[name].opening or 0.0))
+    try:
+        return cell.run(prompt), seen
+    finally:
+        end()
+
+
+def test_a_cupboards_door_is_opened_by_its_handle_and_pushed_shut() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        opened, angles = _watched(cell, "open the cupboard", "cupboard.door")
+        assert opened.success, opened.final_detail
+        assert np.degrees(angles[-1]) < -70.0
+        shut, angles = _watched(cell, "close it again", "cupboard.door")
+        assert shut.success, shut.final_detail
+        assert abs(np.degrees(angles[-1])) < 5.0
+
+
+def test_a_button_goes_in_and_springs_back() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        episode, ways = _watched(cell, "press the button", "bell.button")
+        assert episode.success, episode.final_detail
+        assert max(ways) > 0.007
+        assert ways[-1] < 0.003
+
+
+def test_a_locked_door_is_told_of_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen.xml"
+    lock = '<equality><joint joint1="cupboard_hinge" polycoef="0 0 0 0 0" solref="0.005 1"/></equality>'
+    path.write_text(KITCHEN.read_text().replace("<keyframe>", lock + "<keyframe>"))
+    with open_here(WorkcellOptions(scene=path, max_replans=0)) as cell:
+        episode = cell.run("open the cupboard")
+        assert not episode.success
+        assert "cupboard.door does not move" in episode.final_detail
+        assert "locked or blocked" in episode.final_detail
