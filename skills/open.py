@@ -34,6 +34,7 @@ class Open(Skill):
                 fact("hand_empty"),
                 fact("may_press", RESISTED),
                 fact("reachable", part),
+                fact("room_to_swing", part),
             ),
             gives=(fact("open", part),),
         )

@@ -345,3 +345,32 @@ def test_a_locked_door_is_told_of_as_such(tmp_path: Path) -> None:
         assert not episode.success
         assert "cupboard.door does not move" in episode.final_detail
         assert "locked or blocked" in episode.final_detail
+
+
+def test_what_stands_where_a_door_goes_is_put_aside_first(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen.xml"
+    path.write_text(KITCHEN.read_text().replace('name="box" pos="0.56 0.24 0.771"', 'name="box" pos="0.66 0.00 0.771"'))
+    with open_here(WorkcellOptions(scene=path)) as cell:
+        episode = cell.run("open the cupboard")
+        assert episode.success, episode.final_detail
+        now = cell.sim.truth().objects
+        assert np.degrees(now["cupboard.door"].opening or 0.0) < -70.0
+        assert "pick" in [event.call.skill for event in episode.steps]
+
+
+def test_a_goal_with_a_door_is_judged_on_the_simulated_state(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen_door.yaml"
+    path.write_text(
+        f"""
+name: kitchen_door
+goal: "open(cupboard.door), on(box, shelf)"
+scene: {{world: {KITCHEN}}}
+"""
+    )
+    with open_workcell(WorkcellOptions(task=load_task(path))) as cell:
+        assert not cell.judge().success
+        episode = cell.run(cell.task.prompt)
+        assert episode.success, episode.final_detail
+        verdict = cell.judge()
+        assert verdict.success, verdict.detail
+        assert verdict.detail["open(cupboard.door).open_share"] > 0.8

@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from robosandbox.errors import DrawerError, Phase, SkillError
+from robosandbox.evidence import DrawerEvidence
 from robosandbox.shapes.compound import PartJoint
 from robosandbox.spatial import matrix_about_axis
 from robosandbox.types import DetectedObject, ObservedScene, Pose
 from robosandbox.world.effects import with_objects
-from robosandbox.world.predicate import Finding, View, predicate
+from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.nearness import nearer
+from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
+from robosandbox.world.relations import bottom, top
 
 # Share of its way from which on a part is open, and up to which it is closed.
 OPEN_SHARE, CLOSED_SHARE = 0.5, 0.05
 # Way of a part that nothing limits, radians or metres.
 _UNLIMITED = math.pi / 2.0
+# Share of its way that is looked at for what stands there, values of its joint that are looked at, and metres that are to be free.
+_WIDE, _STATIONS, _SPARE = 0.9, 19, 0.002
 
 
 def joint_of(part: DetectedObject) -> PartJoint:
@@ -93,6 +102,51 @@ def movable_part(view: View, p: str) -> Finding:
         holds=is_part(item),
         cause=f"{p} is {item.shape.name} and neither turns nor slides",
         help=f"there is {', '.join(parts) or 'no part that does'}",
+    )
+
+
+def _swept(view: View, part: DetectedObject, goal: float) -> tuple[str, ...]:
+    """Return the loose things that a part meets on its way to a value of its joint; what it touches already is no obstacle."""
+    here = part_value(part)
+    loose = [item for item in view.others(part.id) if not item.is_fixed and not item.shape.is_granular]
+    apart = [item for item in loose if item.id != view.scene.held and not _meets(part, item)]
+    met: dict[str, None] = {}
+    for value in np.linspace(here, goal, _STATIONS)[1:]:
+        there = at_value(part, float(value))
+        met.update(dict.fromkeys(item.id for item in apart if _meets(there, item)))
+    return tuple(met)
+
+
+def _meets(part: DetectedObject, item: DetectedObject) -> bool:
+    beside = nearer(part, item, _SPARE)
+    return beside and bottom(item) < top(part) and top(item) > bottom(part)
+
+
+def _in_the_way(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    part = view.get(arguments[0])
+    evidence = DrawerEvidence(
+        drawer=part.id,
+        reason="blocked",
+        wanted=open_value(part),
+        opening=part_value(part),
+        force=0.0,
+        blocking=finding.blocking,
+    )
+    return DrawerError(sentence(finding), phase=Phase.CHECK, evidence=evidence)
+
+
+@predicate("object", blame=_in_the_way)
+def room_to_swing(view: View, p: str) -> Finding:
+    """Nothing loose stands where a part goes when it is opened."""
+    part = view.get(p)
+    names = _swept(view, part, open_value(part, _WIDE)) if is_part(part) else ()
+    return Finding(
+        holds=not names,
+        is_sure=is_clearly_seen(part),
+        cause=f"{', '.join(names)} {'stands' if len(names) == 1 else 'stand'} where {p} goes when it is opened",
+        help=f"put {names[0]} aside first" if names else "",
+        blocking=names,
+        remedies=tuple(fact("on", name, TABLE) for name in names),
     )
 
 
