@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from robosandbox.robots.check.finding import CheckResult
+from robosandbox.robots.findings import CheckResult
 from robosandbox.robots.loader import robot_of
 from robosandbox.sim.objects import place
 from robosandbox.sim.populated import populated

@@ -9,7 +9,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import place, taken_anew
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, Fact, fact
 from robosandbox.world.placement_sampling import placements_on
@@ -28,10 +28,10 @@ class PlaceOn(Skill):
             gives=(fact("on", HELD, target), fact("hand_empty")),
         )
 
-    def alternatives(self, failure: Failure, *, target: str) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, target: str) -> Iterator[Alternative]:
         """Yield another grip on what is held."""
         del target
-        yield from taken_anew(failure)
+        yield from taken_anew(failed)
 
     def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
         """Put the held object on top of another.

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 
 from robosandbox.driver import come_to_rest
-from robosandbox.errors import CancelledError, ConnectionLostError, ErrorRecord, InternalError, SkillError
+from robosandbox.errors import CancelledError, ConnectionLostError, Failure, InternalError, SkillError
 from robosandbox.evidence import ConnectionEvidence
 from robosandbox.skills import events
 from robosandbox.skills.events import PhaseEntered, SkillEvent
@@ -47,7 +47,7 @@ class Executor:
     def execute(self, goal_id: str, served: EmbeddedWorkcell) -> None:
         """Run a goal to its end."""
         entry = self._ledger.entry(goal_id)
-        outcome: SkillResult | Answer | ErrorRecord
+        outcome: SkillResult | Answer | Failure
         self.running = entry
         try:
             with served.ctx.goal(entry.timeout):
@@ -58,12 +58,12 @@ class Executor:
                 assert entry.call is not None, "a goal of an earlier process is not run again"
                 outcome = self._call(entry, entry.call, served)
         except CancelledError as error:
-            outcome = self._abandoned(error) if entry.abandoned else error.record()
+            outcome = self._abandoned(error) if entry.abandoned else error.failure
         except SkillError as error:
-            outcome = error.record()
+            outcome = error.failure
         except Exception as fault:
-            outcome = InternalError.log(entry.goal.skill, fault, _log).record()
-        if isinstance(outcome, ErrorRecord) or (isinstance(outcome, Answer) and outcome.failure is not None):
+            outcome = InternalError.log(entry.goal.skill, fault, _log).failure
+        if isinstance(outcome, Failure) or (isinstance(outcome, Answer) and outcome.failure is not None):
             _come_to_rest(served)
         self.running = None
         ended = self._ledger.ended(goal_id, served.sim.time, outcome)
@@ -71,13 +71,13 @@ class Executor:
         self._ledger.finish(ended)
         self._news.status(ended)
 
-    def _abandoned(self, error: CancelledError) -> ErrorRecord:
+    def _abandoned(self, error: CancelledError) -> Failure:
         """Return what a client reads that lost its connection and came back: nobody has cancelled."""
         return ConnectionLostError(
             "the connection to the client was lost and the goal stopped; look what is done and send what is left",
             phase=error.phase,
             evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
-        ).record()
+        ).failure
 
     def _call(self, entry: LiveGoal, call: BoundCall | BoundOrder, served: EmbeddedWorkcell) -> SkillResult | Answer:
         began, goal = served.sim.time, entry.goal
