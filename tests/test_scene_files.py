@@ -350,7 +350,7 @@ def test_a_locked_door_is_told_of_as_such(tmp_path: Path) -> None:
 def test_what_stands_where_a_door_goes_is_put_aside_first(tmp_path: Path) -> None:
     path = tmp_path / "kitchen.xml"
     path.write_text(KITCHEN.read_text().replace('name="box" pos="0.56 0.24 0.771"', 'name="box" pos="0.66 0.00 0.771"'))
-    with open_here(WorkcellOptions(scene=path)) as cell:
+    with open_here(WorkcellOptions(scene=path, robot_base=(0.264, 0.05, 0.74, 0.0))) as cell:
         episode = cell.run("open the cupboard")
         assert episode.success, episode.final_detail
         now = cell.sim.truth().objects

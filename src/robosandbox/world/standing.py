@@ -336,8 +336,8 @@ def _free_spots(view: View, a: str) -> Iterator[tuple[float, float]]:
         elif is_part(other):
             # All along its way.
             opened = [at_value(other, open_value(other, share)) for share in _OPENINGS]
-            there = (replace(one, id=f"{other.id}/{number}") for number, one in enumerate(opened))
-            scene = replace(scene, objects=(*scene.objects, *there))
+            stations = (replace(one, id=f"{other.id}/{number}") for number, one in enumerate(opened))
+            scene = replace(scene, objects=(*scene.objects, *stations))
     # It is put aside since it is in the way where it is, or was picked: there it counts as standing still.
     down = scene.table_height - bottom(item)
     there = Pose.from_matrix(item.pose.position + [0.0, 0.0, down], item.pose.rotation)
