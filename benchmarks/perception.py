@@ -28,13 +28,13 @@ import cv2
 import mujoco
 import numpy as np
 from odd_judge import raw_state
+from robosandbox.sim.modelled import Modelled
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import COLOURS, colour_name
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import Track
-from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, find_sensor

@@ -23,12 +23,12 @@ from typing import Any
 
 import cv2
 import numpy as np
+from robosandbox.sim.modelled import Modelled
 
 # The benchmark beside this file.
 from perception import Case, Visibility, _compare, random_scene  # noqa: TID251
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import find_sensor
 from robosandbox.tasks.bundled import bundled_tasks
