@@ -311,7 +311,9 @@ def test_a_robot_base_is_of_scenes_from_files_alone() -> None:
 def _watched(cell: EmbeddedWorkcell, prompt: str, name: str) -> tuple[Episode, list[float]]:
     """Return an episode, and the values of a part's joint at every tick."""
     seen: list[float] = []
-    end = cell.sim.subscribe(lambda: seen.append(cell.sim.truth(for_judging=False).objects[name].opening or 0.0))
+    end = cell.driver.subscribe(
+        lambda: seen.append(cell.simulation.truth(for_judging=False).objects[name].opening or 0.0)
+    )
     try:
         return cell.run(prompt), seen
     finally:
@@ -353,7 +355,7 @@ def test_what_stands_where_a_door_goes_is_put_aside_first(tmp_path: Path) -> Non
     with open_here(WorkcellOptions(scene=path, robot_base=(0.264, 0.05, 0.74, 0.0))) as cell:
         episode = cell.run("open the cupboard")
         assert episode.success, episode.final_detail
-        now = cell.sim.truth().objects
+        now = cell.simulation.truth().objects
         assert np.degrees(now["cupboard.door"].opening or 0.0) < -70.0
         assert "pick" in [event.call.skill for event in episode.steps]
 
