@@ -10,7 +10,7 @@ import numpy as np
 from robosandbox.errors import ErrorCode
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.facts import Fact, fact
 from robosandbox.world.means_ends import MeansEndsPlan
 from robosandbox.world.nearness import nearer
@@ -49,12 +49,12 @@ class Candidates:
         skills: What may be called, by name.
     """
 
-    def __init__(self, failure: Failure, skills: Mapping[str, Operator]) -> None:
+    def __init__(self, failure: FailedCall, skills: Mapping[str, Operator]) -> None:
         self._failure = failure
         self._skills = skills
         self._view = View.of(failure.scene)
         about = (failure.scene.find(name) for name in failure.contract.objects)
-        self._about = [item for item in about if item is not None and item.id != failure.scene.held]
+        self._about = [item for item in about if item is not None and item.id not in failure.scene.in_hands]
         skill = skills.get(failure.call.skill)
         self._declared = () if skill is None else tuple(skill.alternatives(failure, **failure.call.arguments))
         # Of a change that has been brought about in part, the skill says what is left.
@@ -118,7 +118,7 @@ class Candidates:
         for item in self._about:
             if tilt(item) >= TIPPED:
                 yield Alternative(why=f"{item.id} is set upright first", first=(fact("upright", item.id),), call=call)
-            if failure.error.code is ErrorCode.UNREACHABLE:
+            if failure.error.code == ErrorCode.UNREACHABLE:
                 yield from self._nearer(item)
         yield from self._cleared()
 
@@ -185,7 +185,7 @@ class Candidates:
 
     def _pushed_away(self, item: DetectedObject, other: DetectedObject) -> list[Fact]:
         """Return pushes of an object away from another, far enough and to where there is room, the shortest first."""
-        if item.shape.opens or item.id == self._failure.scene.held:
+        if item.shape.opens or item.id in self._failure.scene.in_hands:
             return []
         found: list[tuple[float, str]] = []
         for direction in DIRECTION_AXES:

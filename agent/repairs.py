@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from robosandbox.agent.candidates import Calls, Candidates
 from robosandbox.errors import CancelledError, ErrorCode, Repair, SkillError
 from robosandbox.types import ObservedScene
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import bind
 from robosandbox.world.relations import moved
 
@@ -55,7 +55,7 @@ class _Budget:
         return _SpentError() if self._left < 0.0 else None
 
 
-def find_repairs(ctx: AgentContext, failure: Failure) -> tuple[Repair, ...]:
+def find_repairs(ctx: AgentContext, failure: FailedCall) -> tuple[Repair, ...]:
     """Return skill calls that bring about on the twin what the failed call promised.
 
     What moves the fewest other things there comes first, then what takes the least time. Candidates are tried one after
@@ -77,9 +77,9 @@ def find_repairs(ctx: AgentContext, failure: Failure) -> tuple[Repair, ...]:
         if len(found) >= _ENOUGH or number >= _MOST_TRIED:
             break
         with ctx.twin() as copy:
-            budget = budget or _Budget(ctx.what_if_seconds, copy.sim.control_timestep)
-            copy.sim.guards.append(budget)
-            begin = copy.sim.time
+            budget = budget or _Budget(ctx.what_if_seconds, copy.driver.control_timestep)
+            copy.driver.guards.append(budget)
+            begin = copy.driver.time
             try:
                 after = _rolled_out(copy, calls)
             except CancelledError:
@@ -90,7 +90,7 @@ def find_repairs(ctx: AgentContext, failure: Failure) -> tuple[Repair, ...]:
                 _log.debug("%s would fail too: %s", ", ".join(map(str, calls)), error)
                 continue
             if failure.is_mended(after):
-                cost, believed = round(copy.sim.time - begin, 3), not ctx.sim.capabilities.truth
+                cost, believed = round(copy.driver.time - begin, 3), not ctx.driver.capabilities.truth
                 others = _moved(failure, after)
                 found.append((others, Repair(calls=calls, why=why, cost=cost, believed=believed)))
     return tuple(repair for _, repair in sorted(found, key=lambda pair: (pair[0], pair[1].cost)))
@@ -107,7 +107,7 @@ def _rolled_out(copy: AgentContext, calls: Calls) -> ObservedScene:
     return copy.look()
 
 
-def _moved(failure: Failure, after: ObservedScene) -> int:
+def _moved(failure: FailedCall, after: ObservedScene) -> int:
     """Return how many things have moved that the call is not about."""
     pairs = ((item, after.find(item.id)) for item in failure.scene.objects if item.id not in failure.contract.objects)
     return sum(now is None or moved(item, now) > _MOVED for item, now in pairs)

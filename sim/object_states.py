@@ -50,15 +50,19 @@ class ObjectStates:
         self._sleepers = sleepers
         self._sizes = sizes
         self._solids: Solids | None = None
-        self._trees = {name: world.model.body_treeid[parts] for name, parts in world.parts.items()}
+        trees = {name: world.model.body_treeid[parts] for name, parts in world.parts.items()}
+        # What is fixed belongs to no tree, and what lies on it may move.
+        self._trees = {name: found[found >= 0] for name, found in trees.items()}
         self._told: dict[bool, _LastStates] = {}
 
     def forget(self) -> None:
         """Read all anew: the world was put into another state."""
         self._told = {}
 
-    def read(self, felt: Mapping[str, float], *, for_judging: bool) -> tuple[dict[str, ObjectTruth], str | None]:
-        """Return each object's state, and the object that the robot holds.
+    def read(
+        self, felt: Mapping[str, float], *, for_judging: bool
+    ) -> tuple[dict[str, ObjectTruth], dict[str, str | None]]:
+        """Return each object's state, and the object that each hand holds.
 
         Args:
             felt: As `ObjectTruth` has it, by id; 0 of those that are left out.
@@ -90,7 +94,7 @@ class ObjectStates:
         return {
             name: one
             for name, one in told.objects.items()
-            if slept[self._trees[name]].all() and one.felt == felt.get(name, 0.0)
+            if len(self._trees[name]) and slept[self._trees[name]].all() and one.felt == felt.get(name, 0.0)
         }
 
     def _sleeps(self, item: SceneObject) -> bool:

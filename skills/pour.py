@@ -21,7 +21,7 @@ from robosandbox.types import (
     Trajectory,
     matrix_about_axis,
 )
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import LEAST_FRACTION, MOST_SPILLED
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
@@ -90,17 +90,17 @@ class Pour(Skill):
             gives=(fact("poured", HELD, target),),
         )
 
-    def alternatives(self, failure: Failure, *, target: str) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, target: str) -> Iterator[Alternative]:
         """Yield pouring what is left, and another grip on what is poured from."""
         del target
-        evidence = failure.error.evidence
+        evidence = failed.error.evidence
         if (
-            failure.had_begun
+            failed.had_begun
             and isinstance(evidence, PourEvidence)
             and evidence.poured + evidence.spilled < evidence.count
         ):
-            yield Alternative(why="what is left is poured", call=failure.call)
-        yield from taken_anew(failure)
+            yield Alternative(why="what is left is poured", call=failed.call)
+        yield from taken_anew(failed)
 
     def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
         """Carry the held container level to another one and tip out into it what it holds.
@@ -172,7 +172,7 @@ def _find_way(arm: Manipulator, held: DetectedObject, vessel: DetectedObject) ->
     scene = arm.look()
     arm.use(scene, held=held.id)
     arm.motion.allow()
-    observation = arm.sim.state()
+    observation = arm.state
     held = arm.find(held.id, scene)
     tcp_in_object = held.pose.inverse() @ observation.tcp_pose
     level = _levelled(held.pose)
@@ -236,7 +236,7 @@ def _directions(arm: Manipulator, held: DetectedObject, level: Pose) -> Iterator
 
     Ways that lead over a finger come last, those that turn the hand the least come first.
     """
-    tcp = arm.sim.state().tcp_pose
+    tcp = arm.state.tcp_pose
     closing = tcp.rotation[:, 1]
     pads = [tcp.position + sign * closing * arm.gripper.width / 2.0 for sign in (1.0, -1.0)]
     angles = np.arctan2(closing[1], closing[0]) + np.arange(8) * np.pi / 4.0
@@ -291,12 +291,12 @@ def _opening(vessel: DetectedObject) -> tuple[Array, float, float]:
 
 def _drain(arm: Manipulator, name: str) -> None:
     """Wait until nothing more leaves the container."""
-    deadline = arm.sim.time + _DRAIN_SECONDS
+    deadline = arm.driver.time + _DRAIN_SECONDS
     scene = arm.look()
     left = contents(scene.objects, arm.find(name, scene))
     still = 0
-    while left and still < 5 and arm.sim.time < deadline:
-        arm.sim.wait(0.1)
+    while left and still < 5 and arm.driver.time < deadline:
+        arm.driver.wait(0.1)
         scene = arm.look()
         now = contents(scene.objects, arm.find(name, scene))
         still, left = (still + 1 if len(now) == len(left) else 0), now

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
-    from robosandbox.driver import Driver
-    from robosandbox.errors import Repair, SkillError
+    from robosandbox.driver import Arm, Driver, Hand
+    from robosandbox.errors import Failure, Repair
     from robosandbox.grasp.protocols import GraspPlanner
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.motion.protocols import MotionPlanner
     from robosandbox.perception.protocols import Perception
     from robosandbox.types import Intent, ObservedScene, Tempo
-    from robosandbox.world.alternatives import Failure
+    from robosandbox.world.alternatives import FailedCall
     from robosandbox.world.operators import BoundCall
 
 
@@ -21,7 +21,20 @@ class SkillContext(Protocol):
     """All that a skill may use."""
 
     @property
-    def sim(self) -> Driver: ...
+    def driver(self) -> Driver:
+        """Driver of the cell."""
+        ...
+
+    @property
+    def arm(self) -> Arm:
+        """The arm that the call works with; of a cell with one, that one."""
+        ...
+
+    @property
+    def hand(self) -> Hand | None:
+        """The hand that this arm carries; None where it carries none."""
+        ...
+
     @property
     def perception(self) -> Perception: ...
     @property
@@ -60,11 +73,11 @@ class SkillContext(Protocol):
         """Return what to plan among where things are believed to be as `seen`."""
         ...
 
-    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
+    def repairs_for(self, failed: FailedCall) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on a simulation of what is believed."""
         ...
 
-    def advice_for(self, error: SkillError) -> str:
+    def advice_for(self, failure: Failure) -> str:
         """Return what is wrong with the robot's own sidecar, to be put behind a failure's message; often nothing."""
         ...
 

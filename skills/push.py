@@ -25,7 +25,7 @@ from robosandbox.types import (
     SkillCall,
     SkillResult,
 )
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import push_allowance
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -64,14 +64,14 @@ class Push(Skill):
         )
 
     def alternatives(
-        self, failure: Failure, *, object: str, direction: Direction, distance: float
+        self, failed: FailedCall, *, object: str, direction: Direction, distance: float
     ) -> Iterator[Alternative]:
         """Yield the rest of the way, and carrying it there in place of pushing."""
-        before, now = failure.before.find(object), failure.scene.find(object)
+        before, now = failed.before.find(object), failed.scene.find(object)
         if before is None or now is None:
             return
         left = round(distance - displacement(before, now, direction).detail["along_mm"] / 1000.0, 4)
-        if failure.had_begun and left > _PROGRESS:
+        if failed.had_begun and left > _PROGRESS:
             rest = SkillCall(skill=self.name, arguments={"object": object, "direction": direction, "distance": left})
             yield Alternative(why="what is left of the way", call=rest)
         x, y = centre(now)[:2] + left * np.array(DIRECTION_AXES[direction])
@@ -174,7 +174,7 @@ def _why(evidence: PushEvidence, direction: Direction, most: float) -> str:
 
 def _ahead(scene: ObservedScene, target: DetectedObject, axis: Array) -> tuple[str, ...]:
     """Return what the object stands against on the side that it is pushed to."""
-    others = (item for item in scene.objects if item.id not in (target.id, scene.held))
+    others = (item for item in scene.objects if item.id not in {target.id, *scene.in_hands})
     return tuple(
         item.id
         for item in others
@@ -184,7 +184,7 @@ def _ahead(scene: ObservedScene, target: DetectedObject, axis: Array) -> tuple[s
 
 def _room_above(arm: Manipulator, target: DetectedObject) -> float:
     """Return how far the hand may rise from where it is and still have an object's side before it, metres."""
-    gripper, height = arm.sim.spec.gripper, float(arm.state.tcp_pose.xyz[2])
+    gripper, height = arm.spec.gripper, float(arm.state.tcp_pose.xyz[2])
     tip = height if gripper is None else height - gripper.geometry.tip_depth
     return max(0.0, _PASSES * (top(target) - tip))
 
@@ -194,7 +194,7 @@ def _stroke(
 ) -> Pressed:
     """Put the fingers behind the object and push it once."""
     stroke = plan_stroke(arm, target, scene, axis, distance, missed)
-    if arm.sim.spec.gripper is not None:
+    if arm.spec.gripper is not None:
         arm.open_for(stroke.approach, 0.0)
     follow_free(arm, stroke.approach, Phase.APPROACH)
     follow_free(arm, stroke.descent, Phase.DESCEND)

@@ -12,8 +12,8 @@ import pytest
 import zenoh
 from support.processes import SimProcess
 
-from robosandbox.errors import ErrorRecord
-from robosandbox.types import Grasp, GraspSearch, GripperState, Observation, Pose, Trajectory, frozen_array
+from robosandbox.errors import Failure
+from robosandbox.types import ArmState, Grasp, GraspSearch, GripperState, Observation, Pose, Trajectory, frozen_array
 from robosandbox.workcell.zenoh.client import connect
 from robosandbox.workcell.zenoh.messages import Feedback, Goal, Intended, SendGoal, State, decode
 
@@ -40,8 +40,9 @@ def test_values_come_back_from_the_wire_as_they_were() -> None:
     assert isinstance(back, Trajectory) and back.dt == path.dt and not back.q.flags.writeable
     np.testing.assert_array_equal(back.q, path.q)
     gripper = GripperState(joint=0.01, width=0.02, closed=0.5, force=None, commanded=0.4)
-    seen = Observation(time=1.0, q=path.q[0], qd=path.q[1], tcp_pose=pose, gripper=gripper)
-    state = State(boot_id="b", seq=0, stamp=0.0, robot=seen, held=None, physics_steps=3)
+    arm = ArmState(time=1.0, q=path.q[0], qd=path.q[1], tcp_pose=pose, gripper=gripper)
+    seen = Observation(time=1.0, arms={"arm": arm})
+    state = State(boot_id="b", seq=0, stamp=0.0, robot=seen, hands={"hand": None}, physics_steps=3)
     robot = decode(state.encode(), State).robot
     assert robot.gripper == gripper and robot.tcp_pose == pose and robot.q.tolist() == [0.0, 0.5]
 
@@ -75,7 +76,7 @@ def test_the_worked_example_is_of_the_protocol() -> None:
         "failed",
     ]
     assert decode(succeeded.encode(), Goal).goal_id == decode(feedback.encode(), Feedback).goal_id == goal_id
-    assert ErrorRecord.model_validate_json(refusal).code == "invalid_message"
+    assert Failure.model_validate_json(refusal).code == "invalid_message"
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +93,7 @@ def test_every_query_in_the_table_is_answered_by_a_sim(generator: ModuleType, se
         key = "robosandbox/robot/" + key.replace("<name>", "home")
         replies = list(session.get(key, payload=b"{", timeout=20.0))
         assert len(replies) == 1 and replies[0].err is not None, key
-        error = ErrorRecord.model_validate_json(replies[0].err.payload.to_bytes())
+        error = Failure.model_validate_json(replies[0].err.payload.to_bytes())
         assert error.code == "invalid_message", key
         assert ("no camera 'home'" if camera else "no JSON") in error.message
 

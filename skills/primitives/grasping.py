@@ -98,9 +98,9 @@ def plan_grasp(
     """
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
-    pieces = () if target.shape.size_fields else arm.planning.pieces(target.id)
+    pieces = arm.planning.pieces(target.id)
     hand = arm.state.tcp_pose.rotation
-    found = arm.ctx.grasp.candidates(target, scene, arm.sim.spec, pieces=pieces, hand=hand)
+    found = arm.ctx.grasp.candidates(target, scene, arm.spec, pieces=pieces, hand=hand)
     search = _GraspSearch(arm, target, least_aperture)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     # A cup is to touch what it is to hold.
@@ -224,12 +224,12 @@ class _GraspSearch:
         Raises:
             UnreachableError: There is none.
         """
-        for seed in (self._q, self._arm.sim.spec.home_q):
+        for seed in (self._q, self._arm.spec.home_q):
             try:
                 return self._arm.motion.ik(pose, seed, restarts=0)
             except UnreachableError:
                 continue
-        return self._arm.motion.ik(pose, self._arm.sim.spec.home_q, restarts=_RESTARTS)
+        return self._arm.motion.ik(pose, self._arm.spec.home_q, restarts=_RESTARTS)
 
     def _plan(self, grasp: Grasp, aperture: float, descent: Trajectory) -> GraspPlan:
         """Add the approach, which is what takes longest to find."""
@@ -289,7 +289,7 @@ def _is_of_leaning(grasp: Grasp, error: SkillError) -> bool:
 
 def _most_telling(failures: Sequence[tuple[Grasp, SkillError]]) -> SkillError:
     """Return, of the telling ones, the failure that came closest to working: a collision, else the smallest residual."""
-    counts = Counter(str(error.code) for _, error in failures)
+    counts = Counter(error.code for _, error in failures)
     telling = [error for grasp, error in failures if not _is_of_leaning(grasp, error)]
     telling = telling or [error for _, error in failures]
     collisions = [error for error in telling if isinstance(error, CollisionError)]
@@ -299,8 +299,7 @@ def _most_telling(failures: Sequence[tuple[Grasp, SkillError]]) -> SkillError:
         unreachable = [error for error in telling if isinstance(error, UnreachableError)]
         chosen = min(unreachable, key=lambda error: _residual(error))
     tried = ", ".join(f"{count} {code}" for code, count in sorted(counts.items()))
-    chosen.message = f"{chosen.message} (grasps tried: {tried})"
-    return chosen
+    return chosen.with_(message=f"{chosen.message} (grasps tried: {tried})")
 
 
 def _residual(error: UnreachableError) -> float:

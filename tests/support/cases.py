@@ -15,7 +15,7 @@ from support.perturbations import FARTHEST
 from support.sampling import EpisodeSampler, Perturbation
 
 from robosandbox.driver import simulated
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.tasks.task import Task
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.world.relations import centre, support
@@ -23,7 +23,7 @@ from robosandbox.world.relations import centre, support
 _PICKS = ("pick_cube_scrambled", "pick_can", "pick_ball")
 _HANDLED = (*_PICKS, "put_in_bin", "stack_two")
 
-Causes = Callable[[ErrorRecord], bool]
+Causes = Callable[[Failure], bool]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +91,8 @@ def draw_perturbation(case: Case, seed: int) -> tuple[Task, Perturbation, str]:
 
 def lost(session: EmbeddedWorkcell, subject: str) -> bool:
     """Tell whether an object has come to rest where no part of the hand gets to it."""
-    item = simulated(session.sim, "it tells where a lost object lies").truth().objects[subject].detected()
-    towards = session.sim.spec.base_position - centre(item)
+    item = simulated(session.driver, "it tells where a lost object lies").truth().objects[subject].detected()
+    towards = session.driver.arms["arm"].spec.base_position - centre(item)
     towards[2] = 0.0
     distance = float(np.linalg.norm(towards))
     nearest = distance - float(support(item, towards[None] / distance)[0] - towards @ centre(item) / distance)

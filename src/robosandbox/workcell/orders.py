@@ -19,7 +19,7 @@ from robosandbox.agent.tools import (
     wanted,
     wrong_arguments,
 )
-from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, PlannerError, RefusedPromptError
+from robosandbox.errors import Failure, InputError, InvalidArgumentError, PlannerError, RefusedPromptError
 from robosandbox.types import MAX_PROMPT_LENGTH, Plan, Refusal, StrictModel
 from robosandbox.workcell.workcell import Workcell
 
@@ -58,7 +58,7 @@ class Answer:
     """
 
     data: dict[str, Any]
-    failure: ErrorRecord | None = None
+    failure: Failure | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,14 +147,14 @@ def ended(episode: Episode) -> Answer:
     }
     if episode.success:
         return Answer(data)
-    return Answer(data, episode.error or RefusedPromptError(episode.final_detail).record())
+    return Answer(data, episode.error or RefusedPromptError(episode.final_detail).failure)
 
 
 def _achieved(cell: Workcell, arguments: AchieveArguments) -> Answer:
     found = wanted(arguments, cell.observe(), cell.skills)
     if isinstance(found, Plan):
         return ended(cell.agent.follow(found))
-    return Answer({"success": False, **planned(found)}, RefusedPromptError(found.message).record())
+    return Answer({"success": False, **planned(found)}, RefusedPromptError(found.message).failure)
 
 
 def _judged(cell: Workcell) -> Answer:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -20,14 +21,16 @@ from robosandbox.motion.protocols import MotionPlanner
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
 from robosandbox.progress import doing
+from robosandbox.robots.locate import say
 from robosandbox.sim.objects.weight import weighed
+from robosandbox.sim.populated import left_out, populated
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Scene, find_tempo
+from robosandbox.types import Array, Scene, find_tempo, the_only
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.option_types import check_types
 from robosandbox.workcell.options import WorkcellOptions
@@ -54,11 +57,11 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
     check_types(options)
     task = _task_of(options)
     skills: list[Operator] = [*load_skills()]
-    sim: SafeDriver
+    driver: SafeDriver
     planner_options = dict(options.planner_options or {})
     if options.camera is not None:
         camera = options.camera
-        planner_options["picture"] = lambda: sim.state([camera]).images[camera]
+        planner_options["picture"] = lambda: driver.state([camera]).images[camera]
     mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue)
     grasps: GraspPlanner = make_plugin("grasp_planners", GraspPlanner, options.grasp, options=options.grasp_options)
     paths: MotionPlanner = make_plugin("motion_planners", MotionPlanner, options.motion, options=options.motion_options)
@@ -72,14 +75,14 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
     )
     layouts = Layouts(task, wait_hook)
     # With a robot of the caller's own the task is not to blame.
-    sim = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
+    driver = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
     try:
-        if options.camera is not None and options.camera not in sim.capabilities.cameras:
-            cameras = ", ".join(sim.capabilities.cameras)
+        if options.camera is not None and options.camera not in driver.capabilities.cameras:
+            cameras = ", ".join(driver.capabilities.cameras)
             raise InputError(f"{task.name}: camera {options.camera!r} is not one of {cameras}")
         ctx = AgentContext(
-            sim=eyes.view(sim),
-            safety=sim.safety,
+            sim=eyes.view(driver),
+            safety=driver.safety,
             perception=eyes,
             grasp=grasps,
             motion=paths,
@@ -88,11 +91,11 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
             tempo=find_tempo(options.tempo),
         )
         agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
-        workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed, undoes=options.dialogue)
-        if sim.capabilities.reset and (options.seed != 0 or task.start_q is not None):
+        workcell = EmbeddedWorkcell(task, driver, agent, layouts=layouts, seed=options.seed, undoes=options.dialogue)
+        if driver.capabilities.reset and (options.seed != 0 or task.start_q is not None):
             workcell.reset(options.seed)
     except BaseException:
-        sim.close()
+        driver.close()
         raise
     return workcell
 
@@ -121,7 +124,13 @@ open_session = _front_door(WorkcellOptions)
 
 def _task_of(options: WorkcellOptions) -> Task:
     """Return the task with the robot that was asked for and the masses of its meshes."""
-    task = resolve_task(options.task)
+    task = resolve_task(options.task if options.scene is None else with_world(options.task, options.scene))
+    if options.robot_base is not None:
+        if task.scene.world is None:
+            raise InputError(
+                "--robot-base: is for scenes from files; give --scene, or base_pose in the robot's sidecar"
+            )
+        task = task.model_copy(update={"scene": task.scene.model_copy(update={"robot_base": options.robot_base})})
     scene = task.scene if options.robot is None else with_robot(task.scene, options.robot)
     files = {"sidecar": options.sidecar, "gripper": options.gripper}
     for name, file in files.items():
@@ -135,7 +144,26 @@ def _task_of(options: WorkcellOptions) -> Task:
         named = {"robot_config": config, "robot_arm": options.arm, "robot_gripper": gripper}
         scene = scene.model_copy(update=named)
     # Before masses are varied by seed.
-    return task.model_copy(update={"scene": weighed(fitted(options.driver, scene))})
+    scene = weighed(populated(fitted(options.driver, scene)))
+    if scene.world is None:
+        return task.model_copy(update={"scene": scene})
+    for line in left_out(scene):
+        say(line)
+    # What success names can be checked now that it is known what is there.
+    return Task.model_validate({**dict(task), "scene": scene})
+
+
+def with_world(task: Task | Scene | Path | str | None, world: Path | str) -> Task:
+    """Return a task in somebody's scene, whose prompt comes from the person.
+
+    Raises:
+        InputError: A task is given as well.
+    """
+    if task is not None:
+        raise InputError(
+            "--scene: a task has its own scene (scene: {world: FILE} in its file); leave out --scene or --task"
+        )
+    return resolve_task(Scene(world=Path(world)))
 
 
 def with_robot(scene: Scene, robot: Path | str) -> Scene:
@@ -156,17 +184,27 @@ def resolve_task(task: Task | Scene | Path | str | None) -> Task:
         case Task():
             return task
         case Scene():
-            return Task(name="scene", prompt="go home", scene=task, success=AtHome(kind="at_home"))
+            return Task(
+                name="scene" if task.world is None else _task_name(task.world),
+                prompt="go home",
+                scene=task,
+                success=AtHome(kind="at_home"),
+            )
         case Path():
             return load_task(task)
         case _:
             return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
 
 
+def _task_name(world: Path) -> str:
+    """Return a name for what is done in a scene's file."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "_", world.stem).strip("_.-")[:60] or "scene"
+
+
 def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> SafeDriver:
     """Return the driver, opened on the task's scene: as written where it can start over, on the seed's layout where not."""
     try:
-        sim = connect(task.scene)
+        driver = connect(task.scene)
     except InputError as error:
         # A failure on a robot with a sidecar of its own is often the sidecar's. The checks infer a robot from its model,
         # which most worlds never need.
@@ -175,16 +213,16 @@ def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, se
         files = own_files(task.scene)
         text = f"{error}{advice(files, str(error)) if files else ''}"
         raise InputError(f"{blamed}: {text}" if blamed else text) from None
-    if sim.capabilities.reset or (seed == 0 and layouts.begin_as_written):
-        return sim
-    sim.close()
+    if driver.capabilities.reset or (seed == 0 and layouts.begin_as_written):
+        return driver
+    driver.close()
     return layouts.lay_out(seed, lambda scene, q: _begun_at(connect(scene, start_q=q), q, task))
 
 
-def _begun_at(sim: SafeDriver, q: Array, task: Task) -> SafeDriver:
+def _begun_at(driver: SafeDriver, q: Array, task: Task) -> SafeDriver:
     """Return a driver that stands where the task wants the arm to begin."""
-    off = float(np.abs(sim.state().q - q).max())
+    off = float(np.abs(the_only(driver.arms, "arms").state().q - q).max())
     if task.start_q is not None and off > _BEGUN:
-        sim.close()
+        driver.close()
         raise InputError(f"start_q: the driver begins {off:.3f} rad or m from there; use one that takes start_q")
-    return sim
+    return driver

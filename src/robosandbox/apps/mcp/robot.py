@@ -17,7 +17,7 @@ import anyio
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.episode import AgentEvent, Consulted, PhaseEntered, Planned, SkillFailed, Thought
-from robosandbox.errors import BusyError, CancelledError, ErrorRecord, Phase
+from robosandbox.errors import BusyError, CancelledError, Failure, Phase
 from robosandbox.evidence import BusyEvidence
 from robosandbox.types import Observation, ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -49,14 +49,14 @@ class McpRobot:
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="robot")
         self._looks: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._running: str | None = None
-        self.last_failure: ErrorRecord | None = None
+        self.last_failure: Failure | None = None
         self._adopt(cell)
 
     def _adopt(self, cell: Workcell) -> None:
         self.cell: Workcell = cell
         self._here = isinstance(cell, EmbeddedWorkcell)
         if isinstance(cell, EmbeddedWorkcell):
-            cell.sim.subscribe(self._answer_looks)
+            cell.driver.subscribe(self._answer_looks)
 
     @property
     def skills(self) -> tuple[Operator, ...]:

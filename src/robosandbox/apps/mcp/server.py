@@ -104,7 +104,7 @@ async def _perform(robot: McpRobot, ctx: Context, call: SkillCall) -> types.Call
     try:
         return tools.done(await reported(ctx, lambda tell: robot.perform(call, tell)))
     except SkillError as error:
-        robot.last_failure = error.record()
+        robot.last_failure = error.failure
         return tools.skill_failed(error)
     except RoboSandboxError as error:
         return failed(error)

@@ -62,7 +62,7 @@ def _tried(data: Mapping[str, Any]) -> list[Line]:
     if error is not None and error["code"] == ErrorCode.CANCELLED:
         return [STOPPED]
     lines: list[Line] = [
-        (f"{problem['call'] or 'the plan'}: {problem['cause']}; {problem['help']}".rstrip("; "), "red")
+        (f"{problem['call'] or 'the plan'}: {problem['error']['message']}", "red")
         for problem in data.get("problems", ())
     ]
     if error is not None:

@@ -12,7 +12,7 @@ from robosandbox.apps.viewer import html, operator
 from robosandbox.apps.viewer.handles import BRAND
 from robosandbox.apps.viewer.operator import Doing, News, Operator
 from robosandbox.error_codes import ErrorCode
-from robosandbox.errors import ErrorRecord, Repair
+from robosandbox.errors import Failure, Repair
 from robosandbox.types import Plan
 from robosandbox.workcell.orders import ORDERS
 
@@ -47,7 +47,7 @@ class RepairsPanel:
         self._control = control
         self._folder = server.gui.add_folder("Failure", visible=False)
         self._made: list[viser.GuiButtonHandle | viser.GuiHtmlHandle] = []
-        self._error: ErrorRecord | None = None
+        self._error: Failure | None = None
 
     def hear(self, news: News) -> None:
         """Take news."""

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 
 from robosandbox.driver import come_to_rest
-from robosandbox.errors import CancelledError, ConnectionLostError, ErrorRecord, InternalError, SkillError
+from robosandbox.errors import CancelledError, ConnectionLostError, Failure, InternalError, SkillError
 from robosandbox.evidence import ConnectionEvidence
 from robosandbox.skills import events
 from robosandbox.skills.events import PhaseEntered, SkillEvent
@@ -47,46 +47,46 @@ class Executor:
     def execute(self, goal_id: str, served: EmbeddedWorkcell) -> None:
         """Run a goal to its end."""
         entry = self._ledger.entry(goal_id)
-        outcome: SkillResult | Answer | ErrorRecord
+        outcome: SkillResult | Answer | Failure
         self.running = entry
         try:
             with served.ctx.goal(entry.timeout):
                 # From here on a cancel reaches the context; one that came before is in the ledger.
-                if not self._ledger.start(goal_id, served.sim.time):
+                if not self._ledger.start(goal_id, served.driver.time):
                     raise CancelledError("cancelled before it began")
                 self._news.status(entry.goal)
                 assert entry.call is not None, "a goal of an earlier process is not run again"
                 outcome = self._call(entry, entry.call, served)
         except CancelledError as error:
-            outcome = self._abandoned(error) if entry.abandoned else error.record()
+            outcome = self._abandoned(error) if entry.abandoned else error.failure
         except SkillError as error:
-            outcome = error.record()
+            outcome = error.failure
         except Exception as fault:
-            outcome = InternalError.log(entry.goal.skill, fault, _log).record()
-        if isinstance(outcome, ErrorRecord) or (isinstance(outcome, Answer) and outcome.failure is not None):
+            outcome = InternalError.log(entry.goal.skill, fault, _log).failure
+        if isinstance(outcome, Failure) or (isinstance(outcome, Answer) and outcome.failure is not None):
             _come_to_rest(served)
         self.running = None
-        ended = self._ledger.ended(goal_id, served.sim.time, outcome)
+        ended = self._ledger.ended(goal_id, served.driver.time, outcome)
         self._save(ended)
         self._ledger.finish(ended)
         self._news.status(ended)
 
-    def _abandoned(self, error: CancelledError) -> ErrorRecord:
+    def _abandoned(self, error: CancelledError) -> Failure:
         """Return what a client reads that lost its connection and came back: nobody has cancelled."""
         return ConnectionLostError(
             "the connection to the client was lost and the goal stopped; look what is done and send what is left",
             phase=error.phase,
             evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
-        ).record()
+        ).failure
 
     def _call(self, entry: LiveGoal, call: BoundCall | BoundOrder, served: EmbeddedWorkcell) -> SkillResult | Answer:
-        began, goal = served.sim.time, entry.goal
+        began, goal = served.driver.time, entry.goal
 
         def tell(event: SkillEvent) -> None:
             match event:
                 case PhaseEntered(_, phase):
                     entry.phases += 1
-                    now = served.sim.time
+                    now = served.driver.time
                     self._news.feedback(
                         Feedback(
                             goal_id=goal.goal_id,
@@ -114,7 +114,7 @@ def _come_to_rest(served: EmbeddedWorkcell) -> None:
         try:
             # A new goal of the context, in which no deadline and no earlier cancel counts.
             with served.ctx.goal():
-                come_to_rest(served.sim)
+                come_to_rest(served.driver)
             return
         except SkillError as error:
             # Another cancel, or a limit that the braking arm still passes.

@@ -12,7 +12,7 @@ from robosandbox.errors import (
     BusyError,
     CancelledError,
     ConnectionLostError,
-    ErrorRecord,
+    Failure,
     InvalidMessageError,
     UnknownGoalError,
 )
@@ -150,7 +150,7 @@ class Ledger:
             entry.goal = entry.goal.model_copy(update={"status": GoalStatus.EXECUTING, "began": time})
             return True
 
-    def ended(self, goal_id: str, time: float, outcome: SkillResult | Answer | ErrorRecord) -> Goal:
+    def ended(self, goal_id: str, time: float, outcome: SkillResult | Answer | Failure) -> Goal:
         """Return a goal as it ends, which `finish` then makes known."""
         change: dict[str, Any] = {}
         if isinstance(outcome, Answer):
@@ -227,7 +227,7 @@ class Ledger:
         lost = ConnectionLostError(
             "the sim stopped while this goal was open; look what is done and send what is left",
             evidence=ConnectionEvidence(robot_id=robot_id, restarted=True),
-        ).record()
+        ).failure
         for item in kept:
             goal = item.goal
             if not goal.status.final:
