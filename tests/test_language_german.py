@@ -10,12 +10,12 @@ import pytest
 from support.scored import language, sentences
 
 from robosandbox.agent.language.front import ENGLISH, language_of
-from robosandbox.agent.language.vocabulary import LexiconError
 from robosandbox.agent.language.lexicon import WORDS
 from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
 from robosandbox.agent.language.places import DIRECTIONS, RELATIONS
 from robosandbox.agent.language.ruleset import BUILT_IN, Ruleset, bring, ruleset
 from robosandbox.agent.language.things import AMOUNTS, POSITIONS, SIZES, SUPERLATIVES, UNITS
+from robosandbox.agent.language.vocabulary import LexiconError
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import run_app

@@ -631,7 +631,9 @@ def _sorted(values: dict[str, Any], text: str) -> tuple[Command, ...]:
 
 def _respective(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     """As in "put the lemon, the cube and the mug in the bowl, the tray and the crate respectively"."""
-    ways = values.get("ways") or tuple(Relation(values["kind"], (ref,)) for ref in with_nouns(values["refs"]))
+    ways: tuple[Any, ...] = values.get("ways") or tuple(
+        Relation(values["kind"], (ref,)) for ref in with_nouns(values["refs"])
+    )
     objects = with_nouns(values["objects"])
     if len(ways) != len(objects) or len(ways) < 2 or any(ref.plural for ref in objects):
         raise Misfit
@@ -844,10 +846,7 @@ def _turns(values: dict[str, Any], text: str) -> Any:
         raise Misfit
     if (
         len(steps) == 1
-        and (
-            steps[0].objects
-            and (steps[0].objects[0].plural or len(steps[0].objects) > 1 or steps[0].objects[0].determiner == "all")
-        )
+        and (len(steps[0].objects) > 1 or any(ref.plural or ref.determiner == "all" for ref in steps[0].objects))
         and steps[0].order is None
     ):
         return (replace(steps[0], order=((when, ref),)),)

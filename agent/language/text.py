@@ -9,8 +9,6 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
-from rapidfuzz.distance import OSA
-
 from robosandbox.agent.language.real_words import REAL_WORDS
 from robosandbox.agent.language.ruleset import Ruleset
 from robosandbox.agent.language.tokens import SceneWords, id_parts
@@ -110,6 +108,8 @@ def _known(token: Token, words: SceneWords, book: Ruleset, mend: bool) -> Iterat
         return
     parts = book.vocabulary.split(word) or _run_together(words).get(word, ())
     if mend and "_" in word:
+        from rapidfuzz.distance import OSA
+
         named = [name for name in words.ids if OSA.distance(word, name, score_cutoff=2) <= 2]
         if len(named) == 1:
             yield Token(words.ids[named[0]], token.raw, "id")
@@ -138,6 +138,8 @@ def named_in(words: SceneWords, vocabulary: Vocabulary) -> Mapping[str, tuple[st
 @lru_cache(maxsize=4096)
 def _nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
     """Return the one known word that this is a slip of: letters more, less, swapped, or other ones beside them."""
+    from rapidfuzz.distance import OSA
+
     if len(word) < LEAST_LETTERS or not word.isalpha() or word in REAL_WORDS:
         return None
     most = 1 if len(word) < LONG_WORD else 2
