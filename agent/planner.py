@@ -19,17 +19,21 @@ from robosandbox.world.operators import Operator
 
 
 class StubPlanner:
-    """Plans from the sentence and the scene alone; no network, no model, the same answer every time."""
+    """Plans from the sentence and the scene alone; no network, no model, the same answer every time.
 
-    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False, by_rules: bool = False) -> None:
+    Attributes:
+        by_rules: Read English by english.rules, which the benchmark measures until it is as good as the grammar.
+    """
+
+    by_rules = False
+
+    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False) -> None:
         """Plan with these skills only.
 
         Args:
             skills: The skills at hand; their names are read, and the words of those that have some.
             dialogue: Let a prompt refer to the ones before: "it", answers to questions, "no, the green one".
-            by_rules: Read English by english.rules; what the benchmark measures until it is as good as the grammar.
         """
-        self._by_rules = by_rules
         self._known = tuple(skills)
         self._skills = tuple(skill.name for skill in skills)
         learn_translations(skills)
@@ -81,7 +85,7 @@ class StubPlanner:
         elif self._dialogue:
             draft = self._dialogue.interpret(prompt, scene)
         else:
-            draft = interpret(prompt, scene, self._skills, by_rules=self._by_rules)
+            draft = interpret(prompt, scene, self._skills, by_rules=self.by_rules)
         if isinstance(draft, Refusal):
             return draft
         self._last = (prompt, draft)

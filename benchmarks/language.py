@@ -264,7 +264,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     chosen = {"base_url": options.base_url, "model": options.model, "cassette": options.cassette}
     try:
         planner = make_planner(options.planner, catalogue(), chosen)
-        outcomes = run(_chosen(options), StubPlanner(catalogue(), by_rules=True) if options.rules else planner)
+        if isinstance(planner, StubPlanner):
+            planner.by_rules = options.rules
+        outcomes = run(_chosen(options), planner)
     except (InputError, PlannerError, OSError) as error:
         parser.error(str(error))
     if options.refusals:

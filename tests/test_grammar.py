@@ -43,7 +43,9 @@ def scene(task: str) -> ObservedScene:
 
 @cache
 def planner() -> StubPlanner:
-    return StubPlanner(load_skills(), by_rules=True)
+    made = StubPlanner(load_skills())
+    made.by_rules = True
+    return made
 
 
 def plan_of(sentence: str, task: str = "clear_to_bin") -> Plan | Refusal:
