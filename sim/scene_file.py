@@ -42,6 +42,8 @@ _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
 # behind, where most robots stand, none is.
 _AROUND = (-39.0, 39.0, -60.0, 60.0, 0.0, -90.0, 90.0, -120.0, 120.0)
 _STEEP = 0.7
+# Numbers of a texture that its mean colour is taken of.
+_PIXELS = 20_000
 _NO_ID = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
@@ -180,11 +182,19 @@ class _Reader:
     def read(self) -> SceneFile:
         made = (self._thing(body) for body in self._children.get(0, ()) if self._is_free(body))
         things = [item for item in made if item is not None]
-        roots = [body for top in self._children.get(0, ()) if not self._is_free(top) for body in self._units(top)]
+        groups = {top: [*self._units(top)] for top in self._children.get(0, ()) if not self._is_free(top)}
+        roots = [body for units in groups.values() for body in units]
+        # What is alone in a body without geoms is called by that.
+        called = {
+            unit: str(self._model.body(top).name)
+            for top, units in groups.items()
+            for unit in units
+            if sum(not self._moves(one) for one in units) == 1 and not self._moves(unit)
+        }
         table = self._table(roots, things)
         objects = list(things)
         for body in roots:
-            objects += self._fixture(body, table)
+            objects += self._fixture(body, table, called.get(body))
         return SceneFile(
             path=self._path,
             sidecar=self._said,
@@ -249,7 +259,7 @@ class _Reader:
             return self._made(body, bodies, pieces, kind_of(pieces), mass)
         return self._made(body, bodies, None, kind, mass, size)
 
-    def _fixture(self, body: int, table: Table) -> Iterator[SceneObject]:
+    def _fixture(self, body: int, table: Table, called: str | None) -> Iterator[SceneObject]:
         """Yield a fixture and its parts."""
         name = str(self._model.body(body).name)
         if self._moves(body):
@@ -260,7 +270,8 @@ class _Reader:
         if name != table.body:
             pieces = self._pieces(bodies, body)
             if pieces:
-                made = self._made(body, bodies, pieces, "fixture", max(float(self._model.body_mass[bodies].sum()), 1.0))
+                mass = max(float(self._model.body_mass[bodies].sum()), 1.0)
+                made = self._made(body, bodies, pieces, "fixture", mass, name=called)
                 prefix = made.id
                 yield made
         for at in bodies:
@@ -336,7 +347,7 @@ class _Reader:
         return made
 
     def _unique(self, name: str) -> str:
-        plain = _NO_ID.sub("_", name).strip("_.-")[:60] or "thing"
+        plain = _NO_ID.sub("_", name).strip("_.-").removesuffix("_main")[:60] or "thing"
         found, number = plain, 2
         while found in self._ids:
             found, number = f"{plain}_{number}", number + 1
@@ -615,7 +626,7 @@ def _geom_colour(model: mujoco.MjModel, geom: int) -> tuple[float, float, float,
             start = int(model.tex_adr[textures[0]])
             channels = int(model.tex_nchannel[textures[0]])
             count = int(model.tex_width[textures[0]]) * int(model.tex_height[textures[0]]) * channels
-            pixels = model.tex_data[start : start + count].reshape(-1, channels)[:, :3]
+            pixels = model.tex_data[start : start + count].reshape(-1, channels)[:: max(1, count // _PIXELS), :3]
             rgba = np.array([*(pixels.mean(axis=0) / 255.0 * rgba[:3]), rgba[3]])
     red, green, blue, alpha = (float(np.clip(c, 0.0, 1.0)) for c in rgba)
     return round(red, 3), round(green, 3), round(blue, 3), round(alpha, 3)
