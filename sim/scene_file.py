@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -78,6 +78,7 @@ class SceneFile:
         bodies: Names of the bodies of each object, the first carries its pose, by id.
         keyframes: The file's, by joints.
         eye: Where a camera sees most of it, metres.
+        robot_base: Where the file's own robot stood: x, y and z, metres, and the turn about z, radians; None where it has none.
         notes: What was found, in sentences.
     """
 
@@ -90,6 +91,7 @@ class SceneFile:
     bodies: dict[str, tuple[str, ...]]
     keyframes: tuple[Keyframe, ...] = ()
     eye: Vec3 = (1.0, -1.0, 1.0)
+    robot_base: tuple[float, float, float, float] | None = None
     notes: tuple[str, ...] = ()
 
     def bodies_of(self, body: str) -> tuple[str, ...]:
@@ -141,14 +143,16 @@ def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
     keyframes = keyframes_of(model)
     left_out = {name: "the sidecar leaves it out" for name in said.leave_out}
     _check_names(model, said, path)
-    left_out |= _robots(model)
+    robots = _robots(model)
+    base = None if not robots else _stood(model, next(iter(robots)))
+    left_out |= robots
     for name in left_out:
         spec.delete(spec.body(name))
     if left_out:
         for key in list(spec.keys):
             spec.delete(key)
         model = _compiled(spec, path)
-    return _Reader(path, said, model, left_out, keyframes).read()
+    return replace(_Reader(path, said, model, left_out, keyframes).read(), robot_base=base)
 
 
 class _Reader:
@@ -531,6 +535,14 @@ def _check_names(model: mujoco.MjModel, said: SceneSidecar, path: Path) -> None:
             f"{sidecar_path(path).name}: keyframe: {said.keyframe!r} is none of {path.name}, which has "
             f"{', '.join(keys) or 'none'}{did_you_mean(said.keyframe, keys)}"
         )
+
+
+def _stood(model: mujoco.MjModel, name: str) -> tuple[float, float, float, float]:
+    """Return where a body on the world stands: x, y, z, and its turn about z."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    pose = Pose.from_matrix(data.body(name).xpos, data.body(name).xmat.reshape(3, 3))
+    return (*pose.xyz, pose.yaw)
 
 
 def _robots(model: mujoco.MjModel) -> dict[str, str]:
