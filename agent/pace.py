@@ -11,19 +11,19 @@ class Pace:
     """A listener to ticks that waits until the clock has caught up with the simulated time.
 
     Args:
-        sim: Whose time.
+        driver: Whose time.
     """
 
-    def __init__(self, sim: Driver) -> None:
-        self._sim = sim
-        self._sim_start = sim.time
+    def __init__(self, driver: Driver) -> None:
+        self._driver = driver
+        self._sim_start = driver.time
         self._wall_start = time.monotonic()
 
     def __call__(self) -> None:
         """Wait for the clock; after a pause between goals, count from here."""
-        ahead = (self._sim.time - self._sim_start) - (time.monotonic() - self._wall_start)
+        ahead = (self._driver.time - self._sim_start) - (time.monotonic() - self._wall_start)
         if ahead > 0.0:
             time.sleep(ahead)
         elif ahead < -0.1:
-            self._sim_start = self._sim.time
+            self._sim_start = self._driver.time
             self._wall_start = time.monotonic()

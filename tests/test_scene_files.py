@@ -166,7 +166,7 @@ def test_an_arm_in_the_file_is_left_out_for_the_scenes_robot(tmp_path: Path) -> 
         # Commands come at a whole multiple of the file's time step.
         assert sim.control_timestep == pytest.approx(0.008)
         # The table is far from the world's middle: the base goes with it.
-        assert np.hypot(*(sim.spec.base_position[:2] - [-1.0, 2.0])) < 0.6
+        assert np.hypot(*(sim.arms["arm"].spec.base_position[:2] - [-1.0, 2.0])) < 0.6
     finally:
         sim.close()
 
@@ -252,17 +252,17 @@ def test_the_box_goes_on_the_shelf_as_the_simulated_state_says(task_file: Path, 
         episode = cell.run("put the box on the shelf")
         assert episode.success, episode.final_detail
         assert cell.judge().success
-        box = cell.sim.truth().objects["box"]
+        box = cell.simulation.truth().objects["box"]
         assert box.pose.xyz[2] == pytest.approx(0.74 + 0.139 + 0.03, abs=0.002)
         assert "shelf" in box.contacts
 
 
 def test_the_red_mug_is_picked_up_by_its_words() -> None:
     with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
-        before = cell.sim.truth().objects["red_mug"].pose.xyz[2]
+        before = cell.simulation.truth().objects["red_mug"].pose.xyz[2]
         episode = cell.run("pick up the red mug")
         assert episode.success, episode.final_detail
-        now = cell.sim.truth()
+        now = cell.simulation.truth()
         assert now.held == "red_mug"
         assert now.objects["red_mug"].pose.xyz[2] - before > 0.05
 
@@ -286,7 +286,7 @@ def test_several_things_find_room_on_one_shelf() -> None:
     with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
         episode = cell.run("put everything on the shelf")
         assert episode.success, episode.final_detail
-        now = cell.sim.truth()
+        now = cell.simulation.truth()
         assert all("shelf" in now.objects[name].contacts for name in ("box", "red_mug"))
 
 
@@ -311,7 +311,9 @@ def test_a_robot_base_is_of_scenes_from_files_alone() -> None:
 def _watched(cell: EmbeddedWorkcell, prompt: str, name: str) -> tuple[Episode, list[float]]:
     """Return an episode, and the values of a part's joint at every tick."""
     seen: list[float] = []
-    end = cell.sim.subscribe(lambda: seen.append(cell.sim.truth(for_judging=False).objects[name].opening or 0.0))
+    end = cell.driver.subscribe(
+        lambda: seen.append(cell.simulation.truth(for_judging=False).objects[name].opening or 0.0)
+    )
     try:
         return cell.run(prompt), seen
     finally:
@@ -353,7 +355,7 @@ def test_what_stands_where_a_door_goes_is_put_aside_first(tmp_path: Path) -> Non
     with open_here(WorkcellOptions(scene=path, robot_base=(0.264, 0.05, 0.74, 0.0))) as cell:
         episode = cell.run("open the cupboard")
         assert episode.success, episode.final_detail
-        now = cell.sim.truth().objects
+        now = cell.simulation.truth().objects
         assert np.degrees(now["cupboard.door"].opening or 0.0) < -70.0
         assert "pick" in [event.call.skill for event in episode.steps]
 

@@ -103,7 +103,7 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float]) -> tuple[float, fl
         CollisionError: Something is in the way.
         DrawerError: It is locked or blocked, or the hand slipped off.
     """
-    require(arm.sim, "wrist_wrench", "a part that is locked or blocked is told by how hard the hand pulls at it")
+    require(arm.driver, "wrist_wrench", "a part that is locked or blocked is told by how hard the hand pulls at it")
     part = arm.find(name)
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
@@ -136,11 +136,11 @@ def push_part(arm: Manipulator, name: str, goal: float) -> tuple[float, float]:
         CollisionError: Something is in the way.
         DrawerError: It is locked or blocked, or the hand slipped off.
     """
-    require(arm.sim, "wrist_wrench", "a part that is locked or blocked is told by how hard the hand pushes at it")
+    require(arm.driver, "wrist_wrench", "a part that is locked or blocked is told by how hard the hand pushes at it")
     part = arm.find(name)
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
-    gripper = arm.sim.spec.gripper
+    gripper = arm.spec.gripper
     if gripper is not None:
         arm.motion.open_to(gripper.geometry.min_aperture)
     approach, descent, poses, values = _pushing(arm, part, goal)
@@ -160,7 +160,7 @@ def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
         UnreachableError: It is out of reach.
         CollisionError: Something is in the way.
     """
-    require(arm.sim, "wrist_wrench", "a button is pressed until it is felt to stop")
+    require(arm.driver, "wrist_wrench", "a button is pressed until it is felt to stop")
     part = arm.find(name)
     joint = joint_of(part)
     rest = part_value(part)
@@ -168,7 +168,7 @@ def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
     span = abs(end - rest)
     axis = np.array(joint.axis) * (1.0 if end > rest else -1.0)
     arm.ctx.enter(Phase.PLAN)
-    if arm.sim.spec.gripper is not None:
+    if arm.spec.gripper is not None:
         arm.open(0.0)
     arm.use(arm.look())
     failures: list[SkillError] = []
@@ -198,7 +198,7 @@ def _pressed(
 
     def felt() -> bool:
         nonlocal force, most
-        now = float(arm.sim.force_on(part.id) @ axis)
+        now = float(arm.force_on(part.id) @ axis)
         force = max(force, now)
         most = max(most, abs(part_value(arm.find(part.id, arm.look())) - rest) / span)
         return now > MOST_FORCE or most >= _IN
@@ -209,20 +209,20 @@ def _pressed(
     follow_until(arm, Trajectory(q=push.q, dt=slow * push.dt), Phase.TOUCH, felt)
     arm.use(arm.look())
     arm.motion.allow(part.id, _owner(part))
-    away = _moved(arm.sim.state().tcp_pose, -HOVER_HEIGHT * axis)
+    away = _moved(arm.state.tcp_pose, -HOVER_HEIGHT * axis)
     arm.follow(arm.motion.plan_line(arm.q, away, speed=arm.tempo.leave), Phase.RETREAT)
     return most, force
 
 
 def _pressing(arm: Manipulator, part: DetectedObject, axis: Array) -> Iterator[Pose]:
     """Yield TCP poses with the fingertips at the middle of a part's face, pointing along an axis (3,); the least turned first."""
-    robot = arm.sim.spec
+    robot = arm.spec
     tip = robot.gripper.geometry.tip_depth if robot.gripper else 0.0
     centre = part.shape.centre(part)
     face = centre - axis * float(part.shape.support(part, -axis[None])[0] + axis @ centre)
     across = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
-    hand = arm.sim.state().tcp_pose.rotation
+    hand = arm.state.tcp_pose.rotation
     rotations = []
     for k in range(_YAWS):
         y = turned(across, axis, 2.0 * math.pi * k / _YAWS)
@@ -256,7 +256,7 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
     Fingers close across two faces of a piece's own box, and the hand comes along a third axis, straight or leaning, from the side
     on which the robot stands. Whether there is room for it is the collision checker's to say.
     """
-    joint, base = joint_of(part), arm.sim.spec.base_position
+    joint, base = joint_of(part), arm.spec.base_position
     axis, anchor = np.array(joint.axis), np.array(joint.anchor)
     assert part.geometry is not None
     rotation, origin = part.pose.rotation, part.pose.position
@@ -331,7 +331,7 @@ def _free_at(arm: Manipulator, grasp: Grasp) -> Array:
     motion.open_to(min(arm.geometry.max_aperture, grasp.width + 2.0 * _PRESHAPE))
     motion.allow()
     failure: UnreachableError | None = None
-    for seed in (arm.q, arm.sim.spec.home_q):
+    for seed in (arm.q, arm.spec.home_q):
         try:
             q = motion.ik(grasp.tcp_pose, seed, restarts=_RESTARTS)
         except UnreachableError as error:
@@ -430,7 +430,7 @@ def _pushing(
 
 def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tuple[Pose, Array]]:
     """Yield TCP poses with the fingertips on faces of a part that look against its way, and the way there, the longest lever first."""
-    joint, robot, hand = joint_of(part), arm.sim.spec, arm.state.tcp_pose.rotation
+    joint, robot, hand = joint_of(part), arm.spec, arm.state.tcp_pose.rotation
     axis, anchor = np.array(joint.axis), np.array(joint.anchor)
     sign = 1.0 if goal > part_value(part) else -1.0
     assert part.geometry is not None
@@ -493,7 +493,7 @@ def _follow_part(
 
         def felt(direction: Array = direction) -> bool:
             nonlocal force
-            now = float(arm.sim.force_on(name) @ direction)
+            now = float(arm.force_on(name) @ direction)
             force = max(force, now)
             return now > MOST_FORCE
 
@@ -523,7 +523,7 @@ def _withdraw(arm: Manipulator, part: DetectedObject) -> None:
     """Take the hand back along its approach, else up."""
     arm.use(arm.look())
     arm.motion.allow(part.id, _owner(part))
-    state = arm.sim.state()
+    state = arm.state
     for distance in _HOVERS:
         try:
             back = arm.motion.plan_line(state.q, withdrawn(state.tcp_pose, distance), speed=arm.tempo.near)

@@ -309,7 +309,7 @@ class AtHome(Check):
     def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare joint by joint."""
         del start
-        error = float(np.abs(now.q - now.home_q).max())
+        error = now.off_home
         return Judgement(error < HOME_TOLERANCE, {"home_error": error})
 
 

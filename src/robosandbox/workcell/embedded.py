@@ -8,7 +8,9 @@ import numpy as np
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
-from robosandbox.driver import Driver, Simulated, simulated
+from robosandbox.driver import Driver, Simulated, robot_name, simulated
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.skills.manual import MANUAL
 from robosandbox.tasks.evaluate import aside, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts
@@ -23,20 +25,20 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     Args:
         task: What is loaded.
-        sim: The driver, opened on the task's scene.
+        driver: Opened on the task's scene.
         agent: With a context made of that driver.
         layouts: The task's.
         seed: The layout that it was opened on.
         undoes: Whether a way back is kept from what moves something.
 
     Attributes:
-        sim: The driver.
+        driver: What moves the robot.
     """
 
     def __init__(
         self,
         task: Task,
-        sim: Driver,
+        driver: Driver,
         agent: Agent[AgentContext],
         *,
         layouts: Layouts,
@@ -45,7 +47,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
     ) -> None:
         super().__init__(task, agent, seed=seed, undoes=undoes)
         agent.calls = ChainMap(agent.skills, {move.name: move for move in MANUAL})
-        self.sim = sim
+        self.driver = driver
         self._layouts = layouts
         self._start_state: Array | None = None
         self._begin(seed)
@@ -53,16 +55,26 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
     @property
     def robot_name(self) -> str:
         """The robot's model."""
-        return self.sim.spec.name
+        return robot_name(self.driver)
 
     @property
     def cameras(self) -> tuple[str, ...]:
         """Names that `picture` takes."""
-        return tuple(self.sim.capabilities.cameras)
+        return tuple(self.driver.capabilities.cameras)
+
+    @property
+    def simulation(self) -> Simulated:
+        """The simulated world; raises UnsupportedError where there is none."""
+        return simulated(self.driver, "its state is asked for")
+
+    @property
+    def mujoco(self) -> MuJoCoBackend:
+        """The MuJoCo world, to be read; raises UnsupportedError where there is none."""
+        return require_mujoco(self.driver, "its model is asked for")
 
     def state(self) -> Observation:
-        """Return joints, TCP and gripper."""
-        return self.sim.state()
+        """Return joints, TCP and gripper of each arm."""
+        return self.driver.state()
 
     def truth(self) -> Truth:
         """Return the state to judge on.
@@ -70,7 +82,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         Raises:
             UnsupportedError: The driver knows no truth and has no referee.
         """
-        look = true_state(self.sim)
+        look = true_state(self.driver)
         if look is None:
             raise nobody_judges()
         return look()
@@ -81,7 +93,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         Raises:
             UnsupportedError: The driver knows no truth and has no referee.
         """
-        copy = aside(self.sim)
+        copy = aside(self.driver)
         look = true_state(copy)
         if look is None:
             raise nobody_judges()
@@ -89,53 +101,55 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     def wait(self, seconds: float) -> None:
         """Let time pass, the arm holding."""
-        self.sim.wait(seconds)
+        self.driver.wait(seconds)
 
     def elapsed(self) -> tuple[float, int | None]:
         """Return the driver's seconds since the last reset, and physics steps, where it simulates."""
-        return self.sim.time, self.sim.physics_steps if isinstance(self.sim, Simulated) else None
+        world = self.driver.simulation
+        return self.driver.time, None if world is None else world.physics_steps
 
     def picture(self, camera: str, format: str = "png") -> bytes:
         """Return a camera's picture as a file's bytes."""
         from robosandbox.workcell.zenoh.server.pictures import encode
 
-        return encode(self.sim.state((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
+        return encode(self.driver.state((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
 
     def reset(self, seed: int = 0) -> None:
         """Start over with this seed's layout."""
-        sim = simulated(self.sim, "a layout is laid out by it; open the session with the seed")
+        world = simulated(self.driver, "a layout is laid out by it; open the session with the seed")
         clear_episode_caches()
-        self._layouts.lay_out(seed, lambda scene, q: sim.reset(scene, q=q))
+        self._layouts.lay_out(seed, lambda scene, q: world.reset(scene, q=q))
         self.agent.begin_anew()
         self._begin(seed)
 
     def checkpoint(self) -> Checkpoint:
         """Return the world as it is."""
-        sim = simulated(self.sim, "a checkpoint is taken of it")
+        world = simulated(self.driver, "a checkpoint is taken of it")
         assert self._start_state is not None
         return Checkpoint(
             seed=self.seed,
-            scene=sim.scene,
+            scene=world.scene,
             start=tuple(self._start_state.tolist()),
-            state=tuple(sim.snapshot().tolist()),
-            physics_steps=sim.physics_steps,
+            state=tuple(world.snapshot().tolist()),
+            physics_steps=world.physics_steps,
         )
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Go back to a checkpoint of this task; the arm holds."""
-        sim = simulated(self.sim, "a checkpoint is put back into it")
-        sim.resume(checkpoint.scene, np.array(checkpoint.start), 0)
+        world = simulated(self.driver, "a checkpoint is put back into it")
+        world.resume(checkpoint.scene, np.array(checkpoint.start), 0)
         self._begin(checkpoint.seed)
-        sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
-        sim.stop()
+        world.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
+        self.driver.stop()
 
     def close(self) -> None:
         """Free the world."""
         super().close()
-        self.sim.close()
+        self.driver.close()
 
     def _begin(self, seed: int) -> None:
-        look = true_state(self.sim)
+        look = true_state(self.driver)
         self._start = None if look is None else look()
-        self._start_state = self.sim.snapshot() if isinstance(self.sim, Simulated) else None
+        world = self.driver.simulation
+        self._start_state = None if world is None else world.snapshot()
         self.seed = seed

@@ -30,7 +30,7 @@ from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Scene, find_tempo
+from robosandbox.types import Array, Scene, find_tempo, the_only
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.option_types import check_types
 from robosandbox.workcell.options import WorkcellOptions
@@ -57,11 +57,11 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
     check_types(options)
     task = _task_of(options)
     skills: list[Operator] = [*load_skills()]
-    sim: SafeDriver
+    driver: SafeDriver
     planner_options = dict(options.planner_options or {})
     if options.camera is not None:
         camera = options.camera
-        planner_options["picture"] = lambda: sim.state([camera]).images[camera]
+        planner_options["picture"] = lambda: driver.state([camera]).images[camera]
     mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue)
     grasps: GraspPlanner = make_plugin("grasp_planners", GraspPlanner, options.grasp, options=options.grasp_options)
     paths: MotionPlanner = make_plugin("motion_planners", MotionPlanner, options.motion, options=options.motion_options)
@@ -75,14 +75,14 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
     )
     layouts = Layouts(task, wait_hook)
     # With a robot of the caller's own the task is not to blame.
-    sim = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
+    driver = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
     try:
-        if options.camera is not None and options.camera not in sim.capabilities.cameras:
-            cameras = ", ".join(sim.capabilities.cameras)
+        if options.camera is not None and options.camera not in driver.capabilities.cameras:
+            cameras = ", ".join(driver.capabilities.cameras)
             raise InputError(f"{task.name}: camera {options.camera!r} is not one of {cameras}")
         ctx = AgentContext(
-            sim=eyes.view(sim),
-            safety=sim.safety,
+            sim=eyes.view(driver),
+            safety=driver.safety,
             perception=eyes,
             grasp=grasps,
             motion=paths,
@@ -91,11 +91,11 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
             tempo=find_tempo(options.tempo),
         )
         agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
-        workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed, undoes=options.dialogue)
-        if sim.capabilities.reset and (options.seed != 0 or task.start_q is not None):
+        workcell = EmbeddedWorkcell(task, driver, agent, layouts=layouts, seed=options.seed, undoes=options.dialogue)
+        if driver.capabilities.reset and (options.seed != 0 or task.start_q is not None):
             workcell.reset(options.seed)
     except BaseException:
-        sim.close()
+        driver.close()
         raise
     return workcell
 
@@ -204,7 +204,7 @@ def _task_name(world: Path) -> str:
 def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> SafeDriver:
     """Return the driver, opened on the task's scene: as written where it can start over, on the seed's layout where not."""
     try:
-        sim = connect(task.scene)
+        driver = connect(task.scene)
     except InputError as error:
         # A failure on a robot with a sidecar of its own is often the sidecar's. The checks infer a robot from its model,
         # which most worlds never need.
@@ -213,16 +213,16 @@ def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, se
         files = own_files(task.scene)
         text = f"{error}{advice(files, str(error)) if files else ''}"
         raise InputError(f"{blamed}: {text}" if blamed else text) from None
-    if sim.capabilities.reset or (seed == 0 and layouts.begin_as_written):
-        return sim
-    sim.close()
+    if driver.capabilities.reset or (seed == 0 and layouts.begin_as_written):
+        return driver
+    driver.close()
     return layouts.lay_out(seed, lambda scene, q: _begun_at(connect(scene, start_q=q), q, task))
 
 
-def _begun_at(sim: SafeDriver, q: Array, task: Task) -> SafeDriver:
+def _begun_at(driver: SafeDriver, q: Array, task: Task) -> SafeDriver:
     """Return a driver that stands where the task wants the arm to begin."""
-    off = float(np.abs(sim.state().q - q).max())
+    off = float(np.abs(the_only(driver.arms, "arms").state().q - q).max())
     if task.start_q is not None and off > _BEGUN:
-        sim.close()
+        driver.close()
         raise InputError(f"start_q: the driver begins {off:.3f} rad or m from there; use one that takes start_q")
-    return sim
+    return driver

@@ -300,7 +300,11 @@ class Search:
         for goal in goals:
             move = lookup(goal).effect
             item = None if move is None else move(self._start, *goal.arguments).find(subject_of(goal))
-            if item is not None and item.id != self._start.held and on_table(item, self._start.table_height).holds:
+            if (
+                item is not None
+                and item.id not in self._start.in_hands
+                and on_table(item, self._start.table_height).holds
+            ):
                 found.append(replace(item, id=_claim(item.id)))
         return found
 
@@ -312,7 +316,8 @@ def _claim(name: str) -> str:
 def _key(state: SearchState) -> tuple[object, ...]:
     """Return what tells one state from another, wherever on the table things were put aside."""
     openings = tuple(round(item.opening or 0.0, 3) for item in state.scene.objects)
-    return (state.scene.held, openings, frozenset(state.moved.items()))
+    held = frozenset((hand, name) for hand, name in state.scene.hands.items() if name is not None)
+    return (held, openings, frozenset(state.moved.items()))
 
 
 def _suits(achiever: Achiever, state: SearchState) -> bool:

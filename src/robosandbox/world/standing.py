@@ -181,7 +181,7 @@ def face_half_width(item: DetectedObject, up: float = 1.0) -> float:
 def on(view: View, a: str, b: str) -> Finding:
     """An object stands on another, or on the table."""
     item = view.get(a)
-    if a == view.scene.held:
+    if a in view.scene.in_hands:
         return Finding(holds=False, cause=f"{a} is in the gripper", help=f"place it on {b}")
     if b == TABLE:
         found, base = relations.on_table(item, view.scene.table_height), item
@@ -211,7 +211,7 @@ def beside(view: View, a: str, b: str, side: Side) -> Finding:
     item, other = view.get(a), view.get(b)
     found = relations.beside(item, other, side)
     return Finding(
-        holds=found.holds and a != view.scene.held,
+        holds=found.holds and a not in view.scene.in_hands,
         margin=BESIDE_GAP - found.detail["gap_mm"] / 1e3,
         tolerance=BESIDE_GAP,
         is_sure=is_clearly_seen(item, other),
@@ -228,7 +228,7 @@ def at(view: View, a: str, x: float, y: float, yaw: float | None = None) -> Find
     tolerance = AT_TOLERANCE + view.slack
     turned_off = 0.0 if yaw is None else abs(math.remainder(item.pose.yaw - yaw, math.tau))
     return Finding(
-        holds=off < tolerance and turned_off < _TURN_TOLERANCE and a != view.scene.held,
+        holds=off < tolerance and turned_off < _TURN_TOLERANCE and a not in view.scene.in_hands,
         margin=tolerance - off,
         tolerance=tolerance,
         is_sure=is_clearly_seen(item),

@@ -75,7 +75,7 @@ def mcp(
         def reopen(task: str | None = None) -> EmbeddedWorkcell:
             session = open_here(world) if task is None else open_here(world, task=task)
             if realtime:
-                session.sim.subscribe(Pace(session.sim))
+                session.driver.subscribe(Pace(session.driver))
             return session
 
         robot = McpRobot(reopen(), reopen=reopen, timeout=timeout)

@@ -56,7 +56,7 @@ class McpRobot:
         self.cell: Workcell = cell
         self._here = isinstance(cell, EmbeddedWorkcell)
         if isinstance(cell, EmbeddedWorkcell):
-            cell.sim.subscribe(self._answer_looks)
+            cell.driver.subscribe(self._answer_looks)
 
     @property
     def skills(self) -> tuple[Operator, ...]:

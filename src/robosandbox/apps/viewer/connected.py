@@ -17,7 +17,7 @@ from robosandbox.errors import InputError, RoboSandboxError
 from robosandbox.motion.twin import standing
 from robosandbox.sim.world import World, build_world_of
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Observation, Scene, frozen_array
+from robosandbox.types import Array, Observation, Scene, frozen_array, the_only
 from robosandbox.workcell.session import resolve_task, with_robot
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 from robosandbox.workcell.zenoh.messages import State, decode
@@ -249,9 +249,10 @@ class _Told:
     def frame(self, state: State) -> Frame:
         truth = self._robot.truth()
         # Robot and objects of one moment.
-        seen = _of_this_robot(replace(state.robot, q=truth.q), self.world)
-        qpos = frozen_array(standing(self.world, truth.objects.values(), seen))
-        return Frame(model=self.world.model, seen=seen, held=truth.held, qpos=qpos)
+        arms = {name: replace(arm, q=truth.arms[name].q) for name, arm in state.robot.arms.items()}
+        seen = _of_this_robot(replace(state.robot, arms=arms), self.world)
+        qpos = frozen_array(standing(self.world, truth.objects.values(), the_only(arms, "arms")))
+        return Frame(model=self.world.model, seen=seen, held=", ".join(truth.in_hands) or None, qpos=qpos)
 
 
 class _Believed:

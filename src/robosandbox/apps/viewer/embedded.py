@@ -14,7 +14,8 @@ from robosandbox.apps.viewer.stream import FRAME_HZ
 from robosandbox.apps.viewer.teleop import EmbeddedTeleop
 from robosandbox.driver import come_to_rest, require
 from robosandbox.errors import RoboSandboxError, SkillError
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.world import World
 from robosandbox.tasks.task import Task
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -41,8 +42,8 @@ class EmbeddedSource:
     def __init__(self, session: EmbeddedWorkcell, reopen: Open) -> None:
         self._session = session
         self._open = reopen
-        self._worker = Worker(session.sim, "fast")
-        self._studio = Studio(session.sim, self._worker.read, "viewer")
+        self._worker = Worker(session.driver, "fast")
+        self._studio = Studio(session.driver, self._worker.read, "viewer")
         self._on_frame: OnFrame = lambda frame: None
         self._due = 0.0
         self._adopt(session)
@@ -111,13 +112,13 @@ class EmbeddedSource:
 
     def load(self, task: Task | str, robot: str | None) -> None:
         """Load another task; for jobs."""
-        require(self._session.sim, "reset", "loading another task does that")
+        require(self._session.driver, "reset", "loading another task does that")
         session = self._open(task, robot)
         before = self._session
         with self._studio.lock:
             self._adopt(session)
-            self._worker.exchange(session.sim)
-            self._studio.exchange(session.sim)
+            self._worker.exchange(session.driver)
+            self._studio.exchange(session.driver)
         before.close()
 
     def adopt(self) -> None:
@@ -132,7 +133,7 @@ class EmbeddedSource:
             try:
                 # A new goal of the context, in which no earlier cancel counts.
                 with self._session.ctx.goal():
-                    come_to_rest(self._session.sim)
+                    come_to_rest(self._session.driver)
                 return
             except SkillError as error:
                 # Another cancel, or a limit that the braking arm still passes.
@@ -150,10 +151,10 @@ class EmbeddedSource:
 
     def _adopt(self, session: EmbeddedWorkcell) -> None:
         self._session = session
-        sim = session.sim
-        self._drawn: _Simulated | _Believed = _Simulated(sim) if isinstance(sim, Modelled) else _Believed(session)
-        sim.subscribe(Pace(sim))
-        sim.subscribe(self._between_ticks)
+        driver, world = session.driver, mujoco_behind(session.driver)
+        self._drawn: _Simulated | _Believed = _Believed(session) if world is None else _Simulated(world)
+        driver.subscribe(Pace(driver))
+        driver.subscribe(self._between_ticks)
 
     def _between_ticks(self) -> None:
         now = time.monotonic()
@@ -169,7 +170,7 @@ class EmbeddedSource:
 class _Simulated:
     """Draws a world that is simulated with a model, as it truly is."""
 
-    def __init__(self, sim: Modelled) -> None:
+    def __init__(self, sim: MuJoCoBackend) -> None:
         self._sim = sim
 
     @property
@@ -181,7 +182,13 @@ class _Simulated:
         state = sim.snapshot()
         # A state begins with the time, and positions come next.
         qpos = state[1 : 1 + sim.model.nq]
-        return Frame(model=sim.model, seen=sim.state(), held=sim.held(), qpos=qpos, state=state)
+        return Frame(
+            model=sim.model,
+            seen=sim.state(),
+            held=", ".join(filter(None, sim.in_hands().values())) or None,
+            qpos=qpos,
+            state=state,
+        )
 
 
 class _Believed:
@@ -197,4 +204,4 @@ class _Believed:
 
     def frame(self) -> Frame:
         seen = self._session.ctx.seen
-        return self._believed.frame(seen or self._session.observe(), self._session.sim.state())
+        return self._believed.frame(seen or self._session.observe(), self._session.driver.state())

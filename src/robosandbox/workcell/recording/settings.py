@@ -66,7 +66,7 @@ def open_recorder(settings: RecordSettings, host: EmbeddedWorkcell) -> Recorder:
     except ModuleNotFoundError as error:
         raise missing_extra(error, "--record", "record") from None
     if settings.video is not None:
-        rows_per_frame(settings.video.fps, host.sim.control_timestep, "--video-fps")
+        rows_per_frame(settings.video.fps, host.driver.control_timestep, "--video-fps")
         for camera in settings.video.cameras:
             if camera not in host.cameras:
                 raise InputError(f"camera {camera!r} is not one of {', '.join(host.cameras)}")

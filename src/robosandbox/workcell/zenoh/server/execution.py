@@ -52,7 +52,7 @@ class Executor:
         try:
             with served.ctx.goal(entry.timeout):
                 # From here on a cancel reaches the context; one that came before is in the ledger.
-                if not self._ledger.start(goal_id, served.sim.time):
+                if not self._ledger.start(goal_id, served.driver.time):
                     raise CancelledError("cancelled before it began")
                 self._news.status(entry.goal)
                 assert entry.call is not None, "a goal of an earlier process is not run again"
@@ -66,7 +66,7 @@ class Executor:
         if isinstance(outcome, Failure) or (isinstance(outcome, Answer) and outcome.failure is not None):
             _come_to_rest(served)
         self.running = None
-        ended = self._ledger.ended(goal_id, served.sim.time, outcome)
+        ended = self._ledger.ended(goal_id, served.driver.time, outcome)
         self._save(ended)
         self._ledger.finish(ended)
         self._news.status(ended)
@@ -80,13 +80,13 @@ class Executor:
         ).failure
 
     def _call(self, entry: LiveGoal, call: BoundCall | BoundOrder, served: EmbeddedWorkcell) -> SkillResult | Answer:
-        began, goal = served.sim.time, entry.goal
+        began, goal = served.driver.time, entry.goal
 
         def tell(event: SkillEvent) -> None:
             match event:
                 case PhaseEntered(_, phase):
                     entry.phases += 1
-                    now = served.sim.time
+                    now = served.driver.time
                     self._news.feedback(
                         Feedback(
                             goal_id=goal.goal_id,
@@ -114,7 +114,7 @@ def _come_to_rest(served: EmbeddedWorkcell) -> None:
         try:
             # A new goal of the context, in which no deadline and no earlier cancel counts.
             with served.ctx.goal():
-                come_to_rest(served.sim)
+                come_to_rest(served.driver)
             return
         except SkillError as error:
             # Another cancel, or a limit that the braking arm still passes.

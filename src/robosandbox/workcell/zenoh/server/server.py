@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import zenoh
 
-from robosandbox.driver import Simulated, require, simulated
+from robosandbox.driver import require, simulated
 from robosandbox.errors import CancelledError, ForbiddenError, InvalidMessageError, ServiceUnavailableError
 from robosandbox.evidence import MessageEvidence
 from robosandbox.versions import versions
@@ -79,18 +79,18 @@ class SimServer:
         self._default_pace: Pace = pace
         self._truth = truth
         if state_file is not None:
-            simulated(served.sim, "--state-file keeps its world")
-        self._worker = Worker(served.sim, pace)
+            simulated(served.driver, "--state-file keeps its world")
+        self._worker = Worker(served.driver, pace)
         self._kept = KeptCheckpoints()
         self._pace_owner: str | None = None
         self._declared: list[Any] = []
-        self.studio = Studio(served.sim, self._worker.read, self.boot_id)
+        self.studio = Studio(served.driver, self._worker.read, self.boot_id)
         self._info = self._describe()
         self._autosave = Autosave(state_file, self._worker.read, self._freeze)
         self._ledger = Ledger(self.boot_id, self._autosave.keep)
         self._changes = WorldChanges(self._ledger, self._worker.order)
-        if isinstance(served.sim, Simulated):
-            served.sim.wait_hooks.append(self._changes.check)
+        if served.driver.simulation is not None:
+            served.driver.simulation.wait_hooks.append(self._changes.check)
         self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._autosave.save)
         self._readings = Readings(
             lambda: self._served, lambda: self._executor.running, boot_id=self.boot_id, with_truth=truth
@@ -220,7 +220,7 @@ class SimServer:
         request.answer(self._info.model_copy(update={"doing": self._changes.occupation(), "pace": self._worker.pace}))
 
     def _on_picture(self, request: Request) -> None:
-        require(self._served.sim, "cameras", "a picture was asked for")
+        require(self._served.driver, "cameras", "a picture was asked for")
         self._cameras.on_request(request)
 
     def _reading(self, read: Callable[[], Message]) -> Callable[[Request], None]:
@@ -235,12 +235,12 @@ class SimServer:
     def _true_state(self) -> TrueState:
         if not self._truth:
             raise ForbiddenError("truth: this sim was started with --no-ground-truth; use obs/objects")
-        require(self._served.sim, "truth", "truth answers with it (obs/objects tells what perception believes)")
+        require(self._served.driver, "truth", "truth answers with it (obs/objects tells what perception believes)")
         return self._readings.truth()
 
     def _save_checkpoint(self) -> Saved:
-        require(self._served.sim, "fork", "a checkpoint is a copy of it")
-        return Saved(checkpoint=self._kept.keep(self._served.checkpoint()), time=self._served.sim.time)
+        require(self._served.driver, "fork", "a checkpoint is a copy of it")
+        return Saved(checkpoint=self._kept.keep(self._served.checkpoint()), time=self._served.driver.time)
 
     # Changes of the world.
 
@@ -248,7 +248,7 @@ class SimServer:
         message = request.message(Reset)
         if (message.seed is None) == (message.checkpoint is None):
             raise _wrong("seed", "give a seed or a checkpoint, one of the two")
-        require(self._served.sim, "reset", "reset does that")
+        require(self._served.driver, "reset", "reset does that")
 
         def reset() -> TrueState:
             with self.studio.lock:
@@ -272,7 +272,7 @@ class SimServer:
         message = request.message(Load)
         if (message.task is None) == (message.document is None):
             raise _wrong("task", "give a task's name or a document, one of the two")
-        require(self._served.sim, "reset", "loading another task does that")
+        require(self._served.driver, "reset", "loading another task does that")
 
         def load() -> TrueState:
             self._changes.check()
@@ -280,8 +280,8 @@ class SimServer:
             with self.studio.lock:
                 before, self._served = self._served, served
                 self._readings.loads += 1
-                self._worker.exchange(served.sim)
-                self.studio.exchange(served.sim)
+                self._worker.exchange(served.driver)
+                self.studio.exchange(served.driver)
             before.close()
             self._kept = KeptCheckpoints()
             self._info = self._describe()
@@ -304,9 +304,9 @@ class SimServer:
             return
 
         def step() -> TrueState:
-            for _ in range(max(1, round(seconds / self._served.sim.control_timestep))):
+            for _ in range(max(1, round(seconds / self._served.driver.control_timestep))):
                 self._changes.check()
-                self._served.sim.wait(self._served.sim.control_timestep)
+                self._served.driver.wait(self._served.driver.control_timestep)
             return self._readings.truth()
 
         self._change("clock", request, step, message.client_id)
@@ -321,7 +321,7 @@ class SimServer:
             self._served,
             robot_id=self._robot_id,
             boot_id=self.boot_id,
-            truth=self._truth and self._served.sim.capabilities.truth,
+            truth=self._truth and self._served.driver.capabilities.truth,
             pace=self._worker.pace,
             sizes=self.studio.sizes,
         )

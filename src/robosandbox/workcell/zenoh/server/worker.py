@@ -28,7 +28,7 @@ class Worker:
     while a job makes it pass, and then as fast as it computes.
 
     Args:
-        sim: The world.
+        driver: Of the world.
         pace: How simulated time passes.
 
     Attributes:
@@ -36,10 +36,10 @@ class Worker:
         looks: How often it looked at its queue, for a watchdog: while it works or waits, that goes up.
     """
 
-    def __init__(self, sim: Driver, pace: Pace) -> None:
+    def __init__(self, driver: Driver, pace: Pace) -> None:
         self.pace: Pace = pace
         self.looks: int = 0
-        self._sim = sim
+        self._driver = driver
         self._leave: Job = _nothing
         self._reads: deque[Job] = deque()
         self._orders: deque[Job] = deque()
@@ -47,12 +47,12 @@ class Worker:
         self._stopping = False
         self._idle = True
         self._wall = 0.0
-        self._simulated = 0.0
+        self._driverulated = 0.0
         self._thread = threading.Thread(target=self._loop, name="world", daemon=True)
 
     def start(self) -> None:
         """Begin."""
-        self._adopt(self._sim)
+        self._adopt(self._driver)
         self._thread.start()
 
     def stop(self, timeout: float) -> bool:
@@ -85,14 +85,14 @@ class Worker:
             self._orders.append(job)
             self._changed.notify_all()
 
-    def exchange(self, sim: Driver) -> None:
+    def exchange(self, driver: Driver) -> None:
         """Own another sim from now on; only for jobs."""
         self._leave()
-        self._adopt(sim)
+        self._adopt(driver)
 
-    def _adopt(self, sim: Driver) -> None:
-        self._sim = sim
-        self._leave = sim.subscribe(self._between_ticks)
+    def _adopt(self, driver: Driver) -> None:
+        self._driver = driver
+        self._leave = driver.subscribe(self._between_ticks)
         self._rebase()
 
     # In the thread.
@@ -112,7 +112,7 @@ class Worker:
                 self._idle = True
                 self._rebase()
             elif self.pace == "realtime":
-                self._run(lambda: self._sim.wait(self._sim.control_timestep))
+                self._run(lambda: self._driver.wait(self._driver.control_timestep))
 
     def _between_ticks(self) -> None:
         self._answer()
@@ -148,10 +148,10 @@ class Worker:
 
     def _ahead(self) -> float:
         """Return by how many seconds simulated time is ahead of the clock on the wall."""
-        return (self._sim.time - self._simulated) - (time.monotonic() - self._wall)
+        return (self._driver.time - self._driverulated) - (time.monotonic() - self._wall)
 
     def _rebase(self) -> None:
-        self._wall, self._simulated = time.monotonic(), self._sim.time
+        self._wall, self._driverulated = time.monotonic(), self._driver.time
 
 
 def _nothing() -> None:
