@@ -263,6 +263,7 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
     points = origin + part.geometry.outer @ rotation.T - anchor
     longest = float(np.linalg.norm(np.cross(points, axis), axis=1).max())
     found: list[tuple[tuple[float, ...], Grasp]] = []
+    cost: tuple[float, ...]
     for piece in part.geometry.pieces:
         axes = rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
         middle, half = origin + rotation @ np.array(piece.centre), piece.hull.half_extents
