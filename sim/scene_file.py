@@ -598,7 +598,7 @@ def _sphere() -> Array:
     k = np.arange(64) + 0.5
     z = 1.0 - k / 32.0
     angle, level = np.pi * (1.0 + np.sqrt(5.0)) * k, np.sqrt(1.0 - (1.0 - k / 32.0) ** 2)
-    return np.column_stack([level * np.cos(angle), level * np.sin(angle), z])
+    return np.column_stack([level * np.cos(angle), level * np.sin(angle), z]).astype(np.float64)
 
 
 def _primitive(pieces: tuple[Piece, ...]) -> tuple[str | None, tuple[float, ...]]:
