@@ -159,7 +159,8 @@ class Search:
         if not achievers:
             return self._mended(goal, state, path, goals)
         failure: NoWayError | None = None
-        for achiever in achievers:
+        # Skills for what an object is come first, and so does why they fail: a drawer is no door.
+        for achiever in sorted(achievers, key=lambda one: not _suits(one, state)):
             try:
                 return self._enabled(achiever, goal, state, (*path, goal), goals)
             except NoWayError as error:
@@ -317,3 +318,8 @@ def _key(state: SearchState) -> tuple[object, ...]:
     openings = tuple(round(item.opening or 0.0, 3) for item in state.scene.objects)
     held = frozenset((hand, name) for hand, name in state.scene.hands.items() if name is not None)
     return (held, openings, frozenset(state.moved.items()))
+
+
+def _suits(achiever: Achiever, state: SearchState) -> bool:
+    """Tell whether objects are of the kind that a call is for."""
+    return all(state.find(need).holds for need in achiever.needs if lookup(need).is_fixed)
