@@ -393,10 +393,12 @@ def test_a_reset_forgets_what_was_seen_before(session):
 
 @pytest.mark.gl
 def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch):
-    whole = session.driver.senses.capture
-    monkeypatch.setattr(
-        session.driver, "capture", lambda name: replace(whole(name), rgb=np.zeros((480, 640, 3), np.uint8))
-    )
+    whole = session.mujoco.capture
+
+    def dark(name, window=None):
+        return replace(whole(name, window), rgb=np.zeros((480, 640, 3), np.uint8))
+
+    monkeypatch.setattr(session.mujoco, "capture", dark)
     scene = session.observe()
     assert scene.objects == () and len(scene.notes) == 3 and "too dark" in scene.notes[0]
 

@@ -164,7 +164,11 @@ class Safety:
         if self._sliding is None:
             told.append(f"sliding: the driver of {name} does not tell what it touches, so that it may shove anything")
         if not self._has_workspace:
-            told.append("workspace: no limits.workspace is given, so that the tool goes as far as the joints do")
+            told.append("workspace: no limits.workspace is given, so that the arm goes as far as its joints do")
+        elif any(watch.arm.spec.outline is None for watch in self._arms.values()):
+            told.append(
+                f"workspace: the joints of {name} do not tell where its links are, so that its tool alone is kept in"
+            )
         if self._on_wall and self._link_timeout is None:
             told.append(
                 f"link: the driver of {name} does not tell the age of its state, so that a lost link is not seen"
