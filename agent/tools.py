@@ -21,13 +21,13 @@ from robosandbox.errors import Failure, InputError, InvalidArgumentError, SkillE
 from robosandbox.printable import printable
 from robosandbox.skills.executor import require
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
-from robosandbox.world.achieve import achieve
 from robosandbox.world.alternatives import Attempt, FailedCall
 from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View
 from robosandbox.world.scene_json import scene_changes
+from robosandbox.world.solve import solve
 from robosandbox.world.verifier import MAX_STEPS, Constraints, verify
 
 # Decimals that are told of a number. Chosen: a tenth of a millimetre, of a milliradian.
@@ -213,7 +213,7 @@ def wanted(
     Raises:
         InputError: One of them is no relation, or takes other arguments.
     """
-    return achieve(relations(arguments.goals), scene, skills, constraints=constraints)
+    return solve(relations(arguments.goals), scene, skills, constraints=constraints)
 
 
 def relations(texts: Sequence[str]) -> tuple[Fact, ...]:

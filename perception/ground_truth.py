@@ -58,6 +58,7 @@ class GroundTruthPerception:
             base_xy=(float(base[0]), float(base[1])),
             held=truth.held,
             reach=sim.spec.reach,
+            grips=sim.spec.gripper is not None,
         )
         self._seen = sim.episode, seen
         return seen

@@ -299,6 +299,7 @@ class RgbdPerception:
             base_xy=(float(base[0]), float(base[1])),
             held=held,
             reach=robot.reach,
+            grips=robot.gripper is not None,
             notes=(*self.notes, *unclear),
         )
 

@@ -70,7 +70,10 @@ class Push(Skill):
         before, now = failed.before.find(object), failed.scene.find(object)
         if before is None or now is None:
             return
-        left = round(distance - displacement(before, now, direction).detail["along_mm"] / 1000.0, 4)
+        evidence = failed.error.evidence
+        measured = evidence.along if isinstance(evidence, PushEvidence) else None
+        gone = displacement(before, now, direction).detail["along_mm"] / 1000.0 if measured is None else measured
+        left = round(distance - gone, 4)
         if failed.had_begun and left > _PROGRESS:
             rest = SkillCall(skill=self.name, arguments={"object": object, "direction": direction, "distance": left})
             yield Alternative(why="what is left of the way", call=rest)

@@ -185,6 +185,7 @@ class ObservedScene:
         base_xy: Where the robot stands, metres; "nearest" is measured from there.
         held: Id of the object in the gripper.
         reach: Least and largest distance from `base_xy` at which the robot works, metres.
+        grips: Whether the robot has a gripper to hold things with.
         notes: What could not be seen well and why, in sentences.
     """
 
@@ -194,6 +195,7 @@ class ObservedScene:
     base_xy: tuple[float, float]
     held: str | None = None
     reach: tuple[float, float] = (0.22, 0.80)
+    grips: bool = True
     notes: tuple[str, ...] = ()
 
     def find(self, object_id: str) -> DetectedObject | None:
