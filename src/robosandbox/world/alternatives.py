@@ -12,7 +12,7 @@ from robosandbox.world.facts import Fact
 from robosandbox.world.predicate import View
 
 # Ends of a call that say nothing of the world.
-_NOT_OF_THE_WORLD = frozenset(
+NOT_OF_THE_WORLD = frozenset(
     {
         ErrorCode.REFUSED,
         ErrorCode.CANCELLED,
@@ -76,7 +76,7 @@ class FailedCall:
     def is_hopeless(self) -> bool:
         """True where the cause is the thing, the gripper or nothing in the world, so that nothing done first can help."""
         evidence = self.error.evidence
-        return self.error.code in _NOT_OF_THE_WORLD or (evidence is not None and evidence.is_final)
+        return self.error.code in NOT_OF_THE_WORLD or (evidence is not None and evidence.is_final)
 
     @property
     def had_begun(self) -> bool:

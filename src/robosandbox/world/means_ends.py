@@ -100,7 +100,7 @@ class MeansEndsPlan:
             raise NoWayError(f"there is no skill {call.skill}")
         contract = bind(call, self._skills).contract
         for _ in range(_MOST_LACKING):
-            needs = contract.resolved(replace(self.scene, held=self._held)).needs
+            needs = contract.resolved(replace(self.scene, held=self._held or self.scene.held)).needs
             lacking = first_refuted(sorted(needs, key=_is_of_the_hand), View.of(self.scene))
             if lacking is None:
                 break

@@ -9,7 +9,7 @@ from robosandbox.errors import ErrorCode, Failure, Repair
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall
 from robosandbox.world.abilities import Abilities, LateAbilities
-from robosandbox.world.alternatives import Attempt, FailedCall
+from robosandbox.world.alternatives import NOT_OF_THE_WORLD, Attempt, FailedCall
 from robosandbox.world.contracts import Contract, apply_effects, error_for, find, first_refuted, lookup
 from robosandbox.world.facts import HELD, Fact
 from robosandbox.world.goal_plan import plan_for
@@ -22,7 +22,9 @@ from robosandbox.world.workarounds import Calls, likeliest
 
 # Times that the same call is made again after the same failure.
 RETRIES = 2
-# Failures of geometry that is known exactly: what would help has been tried on the twin, and nothing else does.
+# Failures of geometry before anything moves: the same calls would meet the same again.
+_GEOMETRIC = frozenset({ErrorCode.UNREACHABLE, ErrorCode.LIMIT, ErrorCode.COLLISION})
+# Failures for which nothing is done that has not worked on the twin before: it knows the geometry as well as the world does.
 _EXACT = frozenset({ErrorCode.UNREACHABLE, ErrorCode.LIMIT})
 
 
@@ -139,6 +141,8 @@ class _Solver:
         Where the failed call was to clear the way for a later one, another way for that would do as well.
         """
         last = self._tried[-1]
+        if last.error.code in NOT_OF_THE_WORLD:
+            return None
         for number, call in enumerate((last.failed, *last.remaining)):
             error = self._met_by(call) if number else last.error
             calls = None if error is None else self._way(call, error)
@@ -171,10 +175,10 @@ class _Solver:
             return ()
         if error.code in _EXACT:
             return None
+        may_retry = again < RETRIES and (failed.had_begun or error.code not in _GEOMETRIC)
         begun = [made for one in self._tried for made in (*one.completed, one.failed)]
         for calls, _ in likeliest(failed, self._skills):
-            is_retry = all(one in begun for one in calls)
-            if (is_retry and again < RETRIES) or calls[0] not in begun:
+            if calls[0] not in begun or (may_retry and all(one in begun for one in calls)):
                 return calls
         return None
 
