@@ -14,13 +14,13 @@ from robosandbox.errors import (
     ObjectNotFoundError,
     Phase,
     PlacementError,
-    PushError,
     Repair,
     SkillError,
     UnreachableError,
 )
-from robosandbox.evidence import GraspEvidence, HoldingEvidence, PlacementEvidence, PushEvidence
+from robosandbox.evidence import GraspEvidence, HoldingEvidence, PlacementEvidence
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.push import PushError, PushEvidence
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
 
 SKILLS = ["pick", "place_on", "place_in", "place_beside", "place_at", "stack", "push", "tap", "home"]

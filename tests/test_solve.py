@@ -14,12 +14,12 @@ from robosandbox.errors import (
     NotHoldingError,
     ObjectNotFoundError,
     Phase,
-    PushError,
     Repair,
     SkillError,
 )
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.push import PushError
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
 from robosandbox.world.facts import parse_facts
 from robosandbox.world.operators import Operator

@@ -8,10 +8,11 @@ from dataclasses import replace
 import pytest
 
 from robosandbox.apps.conformance.conformance import check_alternatives
-from robosandbox.errors import CollisionError, GraspError, Phase, PushError, SkillError, UnreachableError
-from robosandbox.evidence import CollisionEvidence, GraspEvidence, PushEvidence
+from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
+from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.push import PushError, PushEvidence
 from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillCall, SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract

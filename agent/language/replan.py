@@ -9,7 +9,8 @@ from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import ErrorCode
-from robosandbox.evidence import PlacementEvidence, PushEvidence
+from robosandbox.evidence import PlacementEvidence
+from robosandbox.skills.push import PushEvidence
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
 from robosandbox.world.alternatives import BEFORE_MOVING
 from robosandbox.world.changes import push_allowance
