@@ -12,7 +12,7 @@ from robosandbox.types import SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, Fact, fact
-from robosandbox.world.placement_sampling import placement_on
+from robosandbox.world.placement_sampling import placements_on
 from robosandbox.world.relations import on_top
 
 
@@ -52,7 +52,7 @@ class PlaceOn(Skill):
         return place(
             arm,
             held,
-            [placement_on(held, base)],
+            placements_on(held, base, arm.start.objects)[0],
             skill=self.name,
             target=target,
             allowed=(target,),

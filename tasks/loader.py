@@ -58,6 +58,8 @@ def tasks_of_suite(suite: str) -> list[Task]:
 
 def _robot_files(scene: Scene, folder: Path, source: str) -> dict[str, Path]:
     found: dict[str, Path] = {}
+    if scene.world is not None:
+        found["world"] = _existing(scene.world, folder, f"{source}: scene.world")
     robot = scene.robot_urdf
     # A name without a suffix is a bundled robot's, one with a colon comes from elsewhere.
     if robot is not None and str(robot).startswith(BUILTIN):

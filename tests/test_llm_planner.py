@@ -296,7 +296,7 @@ def test_reading_any_text_ends_in_a_call_or_a_correction(text: str) -> None:
         (says('{"steps": [], "steps": [' + CALL + "]}"), "'steps' stands there twice"),
         (says(STEPS + STEPS.replace("red_cube", "ball")), "2 different answers"),
         (says('{"steps": [{"skill": "pick", "arguments": {"object": "ball"}, "if": "it is red"}]}'), "if"),
-        (says('{"objects": ["red_cube"]}'), "is neither"),
+        (says('{"objects": ["red_cube"]}'), "calls nothing"),
         (tool_calls(("refuse", '{"code": "ambiguous", "message": " "}')), "says nothing"),
         (tool_calls(("plan", '{"steps": [{"skill"'), finish="length"), "cut off"),
         (plan(("explode", {})), "no skill 'explode'"),

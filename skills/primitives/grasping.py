@@ -98,7 +98,7 @@ def plan_grasp(
     """
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
-    pieces = () if target.shape.size_fields else arm.planning.pieces(target.id)
+    pieces = arm.planning.pieces(target.id)
     hand = arm.state.tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.sim.spec, pieces=pieces, hand=hand)
     search = _GraspSearch(arm, target, least_aperture)
