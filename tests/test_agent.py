@@ -22,11 +22,11 @@ from robosandbox.errors import (
     GoalTimeoutError,
     GraspError,
     InputError,
-    PushError,
     SensorError,
 )
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.push import PushError
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.workcell.session import open_session
 from robosandbox.world.contracts import Contract

@@ -11,12 +11,13 @@ from support.behind import backend
 from support.listening import on_phases
 
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
-from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError, PushError
-from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence, TrackingEvidence
+from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError
+from robosandbox.evidence import GraspEvidence, PlacementEvidence, TrackingEvidence
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.primitives.gripping import needed_force
 from robosandbox.skills.primitives.guarded import MetError, follow_free
 from robosandbox.skills.primitives.manipulator import Manipulator, raised
+from robosandbox.skills.push import PushError, PushEvidence
 from robosandbox.types import Pose, Scene, SceneObject, SkillCall, Trajectory
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session

@@ -16,7 +16,7 @@ from robosandbox.agent.tools import (
     Steps,
     checked,
     error_data,
-    wanted,
+    relations,
     wrong_arguments,
 )
 from robosandbox.errors import Failure, InputError, InvalidArgumentError, PlannerError, RefusedPromptError
@@ -151,10 +151,9 @@ def ended(episode: Episode) -> Answer:
 
 
 def _achieved(cell: Workcell, arguments: AchieveArguments) -> Answer:
-    found = wanted(arguments, cell.observe(), cell.skills)
-    if isinstance(found, Plan):
-        return ended(cell.agent.follow(found))
-    return Answer({"success": False, **planned(found)}, RefusedPromptError(found.message).failure)
+    # What is no relation would be taken for a sentence.
+    goals = relations(arguments.goals)
+    return ended(cell.agent.run(", ".join(map(str, goals))))
 
 
 def _judged(cell: Workcell) -> Answer:

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from robosandbox.types import DetectedObject, ObservedScene, Plan, SkillCall
-from robosandbox.world.achieve import achieve
 from robosandbox.world.contracts import find, first_refuted, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
+from robosandbox.world.goal_plan import plan_for
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import centre, gap
@@ -61,7 +61,7 @@ class MeansEndsPlan:
         Raises:
             NoWayError: There are none.
         """
-        answer = achieve((goal,), self.scene, tuple(self._skills.values()))
+        answer = plan_for((goal,), self.scene, tuple(self._skills.values()))
         steps = answer.steps if isinstance(answer, Plan) else None
         if steps is None:
             raise NoWayError(str(goal))

@@ -21,10 +21,10 @@ from robosandbox.evidence import (
     CollisionEvidence,
     GraspEvidence,
     PlacementEvidence,
-    PushEvidence,
     TrackingEvidence,
     UnreachableEvidence,
 )
+from robosandbox.skills.push import PushEvidence
 from robosandbox.types import Array, Pose, Refusal
 
 _RED, _GREEN, _AMBER = (225, 40, 35), (30, 165, 80), (235, 150, 20)
