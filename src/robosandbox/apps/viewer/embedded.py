@@ -18,7 +18,7 @@ from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.world import World
 from robosandbox.tasks.task import Task
 from robosandbox.workcell.embedded import EmbeddedWorkcell
-from robosandbox.workcell.zenoh.server.studio import Studio, View
+from robosandbox.workcell.studio import Studio, View
 from robosandbox.workcell.zenoh.server.worker import Worker
 
 _log = logging.getLogger(__name__)

@@ -13,7 +13,7 @@ import viser
 from numpy.typing import NDArray
 
 from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.handles import assign
+from robosandbox.apps.viewer.theme import assign
 from robosandbox.apps.viewer.operator import News
 from robosandbox.apps.viewer.source import Frame, WorldSource
 from robosandbox.types import Array, DetectedObject, ObservedScene

@@ -9,7 +9,7 @@ import viser
 
 from robosandbox.agent.episode import SkillFailed
 from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.handles import BRAND
+from robosandbox.apps.viewer.theme import BRAND
 from robosandbox.apps.viewer.operator import Doing, News, Operator
 from robosandbox.error_codes import ErrorCode
 from robosandbox.errors import ErrorRecord, Repair

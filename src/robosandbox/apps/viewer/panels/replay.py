@@ -9,7 +9,7 @@ from collections.abc import Callable
 import viser
 
 from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.handles import assign
+from robosandbox.apps.viewer.theme import assign
 from robosandbox.apps.viewer.operator import News
 from robosandbox.apps.viewer.replay import RecordedFrames
 from robosandbox.apps.viewer.source import Frame

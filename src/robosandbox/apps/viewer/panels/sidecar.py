@@ -8,7 +8,7 @@ from pathlib import Path
 import viser
 
 from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.handles import assign
+from robosandbox.apps.viewer.theme import assign
 from robosandbox.apps.viewer.layers.preview import SidecarPreview
 from robosandbox.apps.viewer.operator import News, Operator
 from robosandbox.apps.viewer.scene import BodyScene

@@ -1,11 +1,11 @@
-"""Messages that describe a world: what it is, its state, what is true in it, and what a skill intends."""
+"""Readings of a world as messages: what it is, its state, what is true in it, and what a skill intends."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from robosandbox.driver import Simulated
 from robosandbox.sim.modelled import Modelled
 from robosandbox.types import GraspSearch, Intent, Trajectory, Truth, frozen_array
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.host import Activity, WorkcellHost
 from robosandbox.workcell.zenoh.messages import Camera, GripperInfo, Info, Joint, Objects, SkillInfo, State, TrueState
-from robosandbox.workcell.zenoh.server.goals import LiveGoal
 
 # Configurations or grasps of an intent that are sent; chosen as many as a viewer can draw apart.
 _MOST_SHOWN = 64
@@ -78,8 +78,7 @@ class Readings:
     """Values that are asked again and again: state, objects, truth; only in the world's thread.
 
     Args:
-        served: Returns what is served now.
-        running: Returns the goal that runs.
+        host: Owns the world.
         boot_id: The sim process.
         with_truth: Whether the truth is told with its objects.
 
@@ -87,49 +86,48 @@ class Readings:
         loads: Tasks that were loaded since the process began.
     """
 
-    def __init__(
-        self,
-        served: Callable[[], EmbeddedWorkcell],
-        running: Callable[[], LiveGoal | None],
-        *,
-        boot_id: str,
-        with_truth: bool,
-    ) -> None:
+    def __init__(self, host: WorkcellHost, *, boot_id: str, with_truth: bool) -> None:
         self.loads: int = 0
-        self._served = served
-        self._running = running
+        self._host = host
+        self._cell = host.embedded
         self._boot_id = boot_id
         self._with_truth = with_truth
 
+    @property
+    def _goal(self) -> Activity[Any] | None:
+        """The goal that runs."""
+        running = self._host.running
+        return running if running is not None and running.goal_id is not None else None
+
     def state(self) -> State:
         """Return how the robot stands and what it does."""
-        served, goal = self._served(), self._running()
+        cell, goal = self._cell, self._goal
         return State(
             boot_id=self._boot_id,
             seq=0,
             stamp=time.time(),
-            robot=served.sim.state(),
+            robot=cell.sim.state(),
             held=self._held(),
-            goal_id=goal.goal.goal_id if goal else None,
-            skill=goal.goal.skill if goal else None,
-            phase=served.ctx.phase if goal else None,
+            goal_id=goal.goal_id if goal else None,
+            skill=goal.what if goal else None,
+            phase=cell.ctx.phase if goal else None,
             physics_steps=self._physics_steps(),
             loads=self.loads,
         )
 
     def objects(self) -> Objects:
         """Return what perception sees; while a goal runs in a world that does not stand still for a look, what it saw last."""
-        ctx = self._served().ctx
-        moving = self._running() is not None and not self._served().sim.capabilities.truth
+        ctx = self._cell.ctx
+        moving = self._goal is not None and not self._cell.sim.capabilities.truth
         return Objects(boot_id=self._boot_id, scene=ctx.seen if moving and ctx.seen is not None else ctx.look())
 
     def truth(self) -> TrueState:
         """Return the simulated state; without objects where it is not told or not known."""
-        sim = self._served().sim
+        sim = self._cell.sim
         if isinstance(sim, Simulated):
             truth = sim.truth()
         else:
-            seen, height = sim.state(), self._served().task.scene.table_height
+            seen, height = sim.state(), self._cell.task.scene.table_height
             truth = Truth(time=seen.time, q=seen.q, home_q=sim.spec.home_q, table_height=height, objects={}, held=None)
         return TrueState(
             boot_id=self._boot_id,
@@ -139,13 +137,13 @@ class Readings:
 
     def _held(self) -> str | None:
         """Return what contacts say is held, where they are known, else what perception believed at its last look."""
-        sim, seen = self._served().sim, self._served().ctx.seen
+        sim, seen = self._cell.sim, self._cell.ctx.seen
         if isinstance(sim, Modelled):
             return sim.held()
         return seen.held if seen is not None else None
 
     def _physics_steps(self) -> int | None:
-        sim = self._served().sim
+        sim = self._cell.sim
         return sim.physics_steps if isinstance(sim, Simulated) else None
 
 
