@@ -197,8 +197,9 @@ class WorkcellHost:
                 if queue:
                     what = f"{waiting} goals wait already"
                 elif first.stopped:
-                    what = "it was cancelled and is being stopped; wait for its end"
-                    what += "" if queue is None else " (`wait`, or its status), or send with queue"
+                    what = "it is being stopped; wait for its end"
+                    if queue is not None:
+                        what = "it was cancelled and is being stopped; wait for its end (`wait`, or its status), or send with queue"
                 else:
                     what = "cancel it or wait for it" if queue is None else "cancel it, wait for it, or send with queue"
                 raise BusyError(
@@ -214,16 +215,16 @@ class WorkcellHost:
                 self._activities.remove(activity)
             self._changed.notify_all()
 
-    def begin(self, activity: Activity[ValueT], work: Callable[[], ValueT]) -> Future[ValueT]:
-        """Have a claimed activity carried out when those before it have ended."""
+    def begin(self, activity: Activity[ValueT], work: Callable[[], ValueT]) -> Activity[ValueT]:
+        """Have a claimed activity carried out when those before it have ended; return it."""
         with self._changed:
             activity.work = work
             self._changed.notify_all()
         if not self._started:
             self._carry_out(activity)
-        return activity.done
+        return activity
 
-    def carry_out(self, call: BoundCall | BoundOrder, *, timeout: float | None = None) -> Future[SkillResult | OrderResult]:
+    def carry_out(self, call: BoundCall | BoundOrder, *, timeout: float | None = None) -> Activity[SkillResult | OrderResult]:
         """Carry out a call or an order as one goal.
 
         Raises:
@@ -244,7 +245,7 @@ class WorkcellHost:
         with self._studio.lock:
             return call.carry_out(self.cell)
 
-    def change(self, what: str, job: Callable[[], ValueT], *, owner: str | None = None) -> Future[ValueT]:
+    def change(self, what: str, job: Callable[[], ValueT], *, owner: str | None = None) -> Activity[ValueT]:
         """Change the world otherwise than by a goal.
 
         Args:
@@ -259,7 +260,7 @@ class WorkcellHost:
         self.claim(activity)
         return self.begin(activity, job)
 
-    def by_hand(self, what: str, job: Callable[[], ValueT]) -> Future[ValueT]:
+    def by_hand(self, what: str, job: Callable[[], ValueT]) -> Activity[ValueT]:
         """Have a person move something, with a way back from it.
 
         Raises:
@@ -274,7 +275,7 @@ class WorkcellHost:
         self.claim(activity)
         return self.begin(activity, moved)
 
-    def reset(self, seed: int) -> Future[None]:
+    def reset(self, seed: int) -> Activity[None]:
         """Start over with a seed's layout, with a way back.
 
         Raises:
@@ -295,7 +296,7 @@ class WorkcellHost:
                 cell.restore(before)
                 raise
 
-    def load(self, task: Task | str, robot: Path | str | None = None) -> Future[None]:
+    def load(self, task: Task | str, robot: Path | str | None = None) -> Activity[None]:
         """Put another task in the place of this one.
 
         Args:

@@ -273,7 +273,7 @@ class SimServer:
         self._change("clock", request, step, message.client_id)
 
     def _change(self, name: str, request: Request, job: Callable[[], TrueState], client_id: str | None) -> None:
-        self.host.change(name, job, owner=client_id).add_done_callback(request.settle)
+        self.host.change(name, job, owner=client_id).done.add_done_callback(request.settle)
         if client_id is not None:
             self._clients.expect(client_id)
 
