@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, Literal, TypeVar
 
+from robosandbox.agent.episode import Episode
 from robosandbox.driver import Simulated, come_to_rest
 from robosandbox.errors import BusyError, CancelledError, InternalError, RoboSandboxError, SkillError
 from robosandbox.evidence import BusyEvidence
@@ -19,7 +20,7 @@ from robosandbox.skills.events import EventStream, SkillStarted
 from robosandbox.tasks.task import Task
 from robosandbox.types import SkillResult
 from robosandbox.workcell.embedded import EmbeddedWorkcell, OpenedTask
-from robosandbox.workcell.orders import OrderResult, BoundOrder
+from robosandbox.workcell.orders import BoundOrder, OrderResult
 from robosandbox.workcell.recording.settings import RecordSettings, check_settings, open_recorder
 from robosandbox.workcell.studio import Shot, Studio
 from robosandbox.workcell.workcell import Workcell
@@ -224,26 +225,45 @@ class WorkcellHost:
             self._carry_out(activity)
         return activity
 
-    def carry_out(self, call: BoundCall | BoundOrder, *, timeout: float | None = None) -> Activity[SkillResult | OrderResult]:
+    def goal(self, what: str, work: Callable[[], ValueT], *, timeout: float | None = None) -> Activity[ValueT]:
+        """Do something as one goal of the cell's context.
+
+        Args:
+            what: In words.
+            work: Does it, in the host's thread.
+            timeout: Simulated seconds that it may take.
+
+        Raises:
+            BusyError: Something else is under way.
+        """
+        activity = Activity[ValueT](what, is_goal=True, timeout=timeout)
+        self.claim(activity)
+        return self.begin(activity, work)
+
+    def carry_out(
+        self, call: BoundCall | BoundOrder, *, timeout: float | None = None
+    ) -> Activity[SkillResult | OrderResult]:
         """Carry out a call or an order as one goal.
 
         Raises:
             BusyError: Something else is under way.
         """
         what = str(call.call) if isinstance(call, BoundCall) else call.name
-        activity = Activity[SkillResult | OrderResult](what, is_goal=True, timeout=timeout)
-        self.claim(activity)
-        return self.begin(activity, lambda: self.perform(call))
+        return self.goal(what, lambda: self.perform(call), timeout=timeout)
 
     def perform(self, call: BoundCall | BoundOrder) -> SkillResult | OrderResult:
         """Carry out a call or an order; for the work of goals."""
-        if isinstance(call, BoundCall):
-            result: SkillResult = self.cell.ctx.perform(call)
-            return result
-        if not call.kind.undoes or self._studio is None:
-            return call.carry_out(self.cell)
+        if isinstance(call, BoundOrder):
+            return self.perform_order(call)
+        result: SkillResult = self.cell.ctx.perform(call)
+        return result
+
+    def perform_order(self, order: BoundOrder) -> OrderResult:
+        """Carry out an order; for the work of goals."""
+        if not order.kind.undoes or self._studio is None:
+            return order.carry_out(self.cell)
         with self._studio.lock:
-            return call.carry_out(self.cell)
+            return order.carry_out(self.cell)
 
     def change(self, what: str, job: Callable[[], ValueT], *, owner: str | None = None) -> Activity[ValueT]:
         """Change the world otherwise than by a goal.
@@ -259,21 +279,6 @@ class WorkcellHost:
         activity = Activity[ValueT](what, is_goal=False, owner=owner)
         self.claim(activity)
         return self.begin(activity, job)
-
-    def by_hand(self, what: str, job: Callable[[], ValueT]) -> Activity[ValueT]:
-        """Have a person move something, with a way back from it.
-
-        Raises:
-            BusyError: Something else is under way.
-        """
-
-        def moved() -> ValueT:
-            self.cell.remember(what)
-            return job()
-
-        activity = Activity[ValueT](what, is_goal=True)
-        self.claim(activity)
-        return self.begin(activity, moved)
 
     def reset(self, seed: int) -> Activity[None]:
         """Start over with a seed's layout, with a way back.
@@ -508,8 +513,7 @@ class WorkcellHost:
                 came = error
             except Exception as fault:
                 came = InternalError.log(activity.what, fault, _log)
-            failed = isinstance(came, RoboSandboxError) or (isinstance(came, OrderResult) and came.failure is not None)
-            if failed and self._moved:
+            if self._moved and _is_failure(came):
                 self._come_to_rest()
             if closing := activity.closing:
                 self._run(lambda: closing(came))
@@ -592,3 +596,13 @@ class WorkcellHost:
     def _rebase(self) -> None:
         if isinstance(self.cell, EmbeddedWorkcell):
             self._wall, self._simulated = time.monotonic(), self.cell.sim.time
+
+
+def _is_failure(came: object) -> bool:
+    match came:
+        case RoboSandboxError() | Episode(success=False):
+            return True
+        case OrderResult(failure=failure):
+            return failure is not None
+        case _:
+            return False

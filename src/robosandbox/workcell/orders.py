@@ -179,7 +179,9 @@ def _judged(cell: Workcell) -> OrderResult:
 
 ORDERS: dict[str, OrderKind] = {
     "run": OrderKind(RunArguments, lambda cell, given: ended(cell.agent.run(given.prompt)), moves=True),
-    "follow": OrderKind(FollowArguments, lambda cell, given: ended(cell.agent.follow(Plan(steps=given.steps))), moves=True),
+    "follow": OrderKind(
+        FollowArguments, lambda cell, given: ended(cell.agent.follow(Plan(steps=given.steps))), moves=True
+    ),
     "achieve": OrderKind(AchieveArguments, _achieved, moves=True),
     "plan": OrderKind(PlanArguments, lambda cell, given: OrderResult(planned(cell.agent.plan(given.prompt)))),
     "check": OrderKind(
@@ -190,9 +192,7 @@ ORDERS: dict[str, OrderKind] = {
         SimulateArguments,
         lambda cell, given: OrderResult(cell.simulate(Plan(steps=given.steps))),
     ),
-    "undo": OrderKind(
-        UndoArguments, lambda cell, given: OrderResult({"undone": cell.undo()}), moves=True, undoes=True
-    ),
+    "undo": OrderKind(UndoArguments, lambda cell, given: OrderResult({"undone": cell.undo()}), moves=True, undoes=True),
     "recover": OrderKind(RecoverArguments, lambda cell, given: OrderResult({"fault": cell.recover()})),
     "judge": OrderKind(JudgeArguments, lambda cell, given: _judged(cell)),
 }

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from robosandbox.driver import Driver
 from robosandbox.errors import BusyError, RenderingError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
-from robosandbox.workcell.zenoh.messages import Picture
 from robosandbox.workcell.loop import Loop
 from robosandbox.workcell.pictures import Develop, Format, Kind, Photographer, encode, photographer
+from robosandbox.workcell.zenoh.messages import Picture
 
 _log = logging.getLogger(__name__)
 

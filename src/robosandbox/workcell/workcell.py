@@ -67,9 +67,7 @@ class Workcell(ABC, Generic[ContextT]):
         self._ways: deque[tuple[str, Any]] = deque(maxlen=WAYS_BACK)
         self._prompt: str | None = None
         self._has_moved = False
-        self._leave: Callable[[], None] = (
-            agent.ctx.events.subscribe(self._keep_way_back) if self._undoes else _nothing
-        )
+        self._leave: Callable[[], None] = agent.ctx.events.subscribe(self._keep_way_back) if self._undoes else _nothing
 
     @property
     def ctx(self) -> ContextT:

@@ -128,9 +128,7 @@ def sim(
     return EXIT_DONE
 
 
-def _serve(
-    loader: TaskLoader, serving: Serving, settings: RecordSettings | None, stopped: threading.Event
-) -> None:
+def _serve(loader: TaskLoader, serving: Serving, settings: RecordSettings | None, stopped: threading.Event) -> None:
     """Serve the loader's first task, or what a state file has, until it is time to stop."""
     from robosandbox.workcell.zenoh.server.checkpoint import StateFile
     from robosandbox.workcell.zenoh.server.server import SimServer

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from robosandbox.errors import InputError
+from robosandbox.workcell.loop import Loop
+from robosandbox.workcell.studio import Read
 from robosandbox.workcell.zenoh.messages import Goal
 from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld, StateFile
 from robosandbox.workcell.zenoh.server.journal import Acceptance, Journal
-from robosandbox.workcell.loop import Loop
-from robosandbox.workcell.studio import Read
 
 _log = logging.getLogger(__name__)
 _PERIOD_SECONDS = 2.0

@@ -128,7 +128,9 @@ class GoalRequests:
         activity.done.add_done_callback(tell)
         self._host.begin(activity, lambda: self._carry_out(entry, call, with_intents))
 
-    def _carry_out(self, entry: LiveGoal, call: BoundCall | BoundOrder, with_intents: bool) -> SkillResult | OrderResult:
+    def _carry_out(
+        self, entry: LiveGoal, call: BoundCall | BoundOrder, with_intents: bool
+    ) -> SkillResult | OrderResult:
         self._news.status(self._ledger.start(entry.goal.goal_id, self._now))
         leave = self._host.events.subscribe(functools.partial(self._tell, entry, self._now, with_intents))
         try:

@@ -13,10 +13,20 @@ from robosandbox.errors import InvalidMessageError
 from robosandbox.evidence import MessageEvidence
 from robosandbox.validation import did_you_mean
 from robosandbox.workcell.loop import Loop
-from robosandbox.workcell.zenoh.messages import JSON, STATE_HZ, Camera, Feedback, Goal, GoalIntent, Message, Picture, key
 from robosandbox.workcell.pictures import ENCODINGS, Format, Kind
-from robosandbox.workcell.zenoh.server.requests import Request
 from robosandbox.workcell.studio import Read, Shot, Studio
+from robosandbox.workcell.zenoh.messages import (
+    JSON,
+    STATE_HZ,
+    Camera,
+    Feedback,
+    Goal,
+    GoalIntent,
+    Message,
+    Picture,
+    key,
+)
+from robosandbox.workcell.zenoh.server.requests import Request
 
 # Looks a second while somebody listens to `obs/objects`; chosen because a look through cameras takes 0.1 s and more.
 _OBJECTS_HZ = 5.0
