@@ -14,7 +14,7 @@ from typing import Any, Generic, Literal, TypeVar
 
 from robosandbox.agent.episode import Episode
 from robosandbox.driver import Simulated, come_to_rest
-from robosandbox.errors import BusyError, CancelledError, InternalError, RoboSandboxError, SkillError
+from robosandbox.errors import BusyError, CancelledError, InternalError, RoboSandboxError, SkillError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
 from robosandbox.skills.events import EventStream, SkillStarted
 from robosandbox.tasks.task import Task
@@ -260,10 +260,9 @@ class WorkcellHost:
 
     def perform_order(self, order: BoundOrder) -> OrderResult:
         """Carry out an order; for the work of goals."""
-        if not order.kind.undoes or self._studio is None:
-            return order.carry_out(self.cell)
-        with self._studio.lock:
-            return order.carry_out(self.cell)
+        if order.kind.undoes:
+            return self.start_over(lambda: order.carry_out(self.cell))
+        return order.carry_out(self.cell)
 
     def change(self, what: str, job: Callable[[], ValueT], *, owner: str | None = None) -> Activity[ValueT]:
         """Change the world otherwise than by a goal.
@@ -289,15 +288,19 @@ class WorkcellHost:
         return self.change(f"reset to seed {seed}", lambda: self.start_over(lambda: self.cell.reset(seed)))
 
     def start_over(self, reset: Callable[[], ValueT]) -> ValueT:
-        """Reset the cell; for jobs. Half a reset is no layout of any seed: one that is given up changes nothing."""
+        """Put the cell into an earlier state, or a new one; for jobs. One that is given up on the way changes nothing."""
         cell = self.cell
         if self._studio is None:
             return reset()
         with self._studio.lock:
-            before = cell.checkpoint()
+            try:
+                before = cell.checkpoint()
+            except UnsupportedError:
+                return reset()
             try:
                 return reset()
             except CancelledError:
+                # Half a reset is no layout of any seed.
                 cell.restore(before)
                 raise
 

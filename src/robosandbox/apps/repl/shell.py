@@ -6,7 +6,6 @@ import logging
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from robosandbox.agent import episode as events
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE
@@ -25,7 +24,6 @@ from robosandbox.errors import (
 )
 from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, RefusalCode
 from robosandbox.workcell.host import WorkcellHost
-from robosandbox.workcell.orders import bind_order
 from robosandbox.workcell.workcell import Workcell
 
 _log = logging.getLogger(__name__)
@@ -126,14 +124,14 @@ class Shell:
 
     def undo(self) -> Outcome:
         """Go back to the state before the last command that changed it."""
-        what = self._order("undo")["undone"]
+        what = self.host.goal("undo", self.workcell.undo).done.result()
         self.scene = None
         self.candidates = ()
         return self._noted("/undo", Outcome(f"undone: {what}"))
 
     def recover(self) -> Outcome:
         """End a fault that has stopped the arm."""
-        fault = self._order("recover")["fault"]
+        fault = self.host.goal("recover", self.workcell.recover).done.result()
         return self._noted("/recover", Outcome(f"recovered from: {fault}" if fault else "there was no fault"))
 
     def load(self, task: str, robot: str | None) -> Outcome:
@@ -142,10 +140,6 @@ class Shell:
         self.scene = self.plan = None
         self.candidates = ()
         return self._noted(f"/load {task}", Outcome(f"loaded: {self.workcell.task.name} with {self.robot_name}"))
-
-    def _order(self, name: str) -> dict[str, Any]:
-        order = bind_order(name, {})
-        return self.host.goal(name, lambda: self.host.perform_order(order)).done.result().data
 
     def _command(self, line: str) -> Outcome:
         name, _, rest = line.partition(" ")

@@ -183,10 +183,9 @@ class Control:
 
     def back(self) -> None:
         """Go back to before the last thing that changed the world."""
-        undo = bind_order("undo", {})
         self._change(
             "step back",
-            lambda: self.host.perform_order(undo).data["undone"],
+            lambda: self.host.start_over(self.cell.undo),
             lambda what: Went(f"back to before: {what}"),
         )
 
