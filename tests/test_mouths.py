@@ -105,6 +105,7 @@ def test_load(mouth: Mouth) -> None:
 
 
 @pytest.mark.parametrize("name", MOUTHS)
+@pytest.mark.sample(every=3)
 def test_stop(name: str) -> None:
     with MOUTHS[name]("--task", "pick_from_three", "--realtime") as mouth:
         assert not mouth.stopped("pick up the red cube").ok
@@ -113,6 +114,7 @@ def test_stop(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", MOUTHS)
+@pytest.mark.sample(every=3)
 def test_recover(name: str) -> None:
     with MOUTHS[name]("--task", "pick_from_three", *HARDWARE) as mouth:
         assert not mouth.stalled("move_to", x=0.2, y=0.1, z=0.3).ok
