@@ -23,8 +23,8 @@ from robosandbox.apps.envs.env import ManipulationEnv
 from robosandbox.apps.export.lerobot import export_lerobot
 from robosandbox.apps.viewer.app import Viewer
 from robosandbox.apps.viewer.connected import ConnectedSource
-from robosandbox.apps.viewer.control import Came, Complaint, News
 from robosandbox.apps.viewer.embedded import EmbeddedSource
+from robosandbox.apps.viewer.news import Came, Complaint, News
 from robosandbox.apps.viewer.replay import recorded_frames
 from robosandbox.apps.viewer.source import Frame
 from robosandbox.errors import InputError, UnsupportedError

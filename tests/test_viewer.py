@@ -36,11 +36,11 @@ from robosandbox.apps.commands.world import Connection
 from robosandbox.apps.viewer import html
 from robosandbox.apps.viewer.app import Viewer
 from robosandbox.apps.viewer.connected import ConnectedSource
-from robosandbox.apps.viewer.control import Began, Came, Complaint, Doing, News, Presence, Went
 from robosandbox.apps.viewer.dragging import level
 from robosandbox.apps.viewer.embedded import EmbeddedSource
 from robosandbox.apps.viewer.framing import FOV, Viewpoint, Window, first_view
 from robosandbox.apps.viewer.layers.grasps import glyph
+from robosandbox.apps.viewer.news import Began, Came, Complaint, Doing, News, Presence, Went
 from robosandbox.apps.viewer.panels.order_form import answer_form
 from robosandbox.apps.viewer.panels.prompt import PromptPanel
 from robosandbox.apps.viewer.panels.repairs import RepairsPanel

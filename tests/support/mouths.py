@@ -29,8 +29,8 @@ from robosandbox.agent.episode import Episode
 from robosandbox.apps.commands.console import EXIT_DONE
 from robosandbox.apps.repl.shell import Shell
 from robosandbox.apps.viewer.app import Viewer
-from robosandbox.apps.viewer.control import Came, Complaint, Idle, News, Stopped
 from robosandbox.apps.viewer.embedded import EmbeddedSource
+from robosandbox.apps.viewer.news import Came, Complaint, Idle, News, Stopped
 from robosandbox.apps.viewer.panels.prompt import PromptPanel
 from robosandbox.driver import SafeDriver
 from robosandbox.errors import RoboSandboxError

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, Literal, TypeVar
 
@@ -24,6 +23,7 @@ from robosandbox.workcell.orders import BoundOrder, OrderResult
 from robosandbox.workcell.recording.settings import RecordSettings, check_settings, open_recorder
 from robosandbox.workcell.studio import Shot, Studio
 from robosandbox.workcell.workcell import Workcell
+from robosandbox.workcell.world_thread import Job, Pace, WorldThread
 from robosandbox.workcell.zenoh.messages import Picture
 from robosandbox.world.operators import BoundCall
 
@@ -32,17 +32,9 @@ _log = logging.getLogger(__name__)
 MAX_WAITING = 16
 # How long a motion, or a look through cameras, may take to stop, seconds; a motion stops within 0.15 s (docs/measured.md).
 STOP_SECONDS = 10.0
-_IDLE_SECONDS = 0.5
-# How far simulated time may be behind the clock before it is let go, seconds; above a look between two ticks.
-_MOST_BEHIND = 0.05
 # How often coming to rest is begun anew: a cancel or a limit may end each trial.
 _REST_TRIALS = 5
 
-Pace = Literal["realtime", "fast", "watched"]
-"""How simulated time passes: at the speed of the clock, between activities too; as fast as it can be computed, and between
-activities not at all; or at the speed of the clock while something is done, and not at all between."""
-
-Job = Callable[[], None]
 ValueT = TypeVar("ValueT")
 
 
@@ -81,9 +73,7 @@ class Activity(Generic[ValueT]):
 class WorkcellHost:
     """Owns a running cell: one thing is done at a time, whoever asks for it, and what is asked meanwhile is told.
 
-    From `start` on a thread of its own touches the driver: activities one after another, reads between control ticks. Without
-    it, an activity is carried out in the thread that begins it. The driver of a cell in another process is that one's; here
-    reads then have a thread beside the activities'.
+    From `start` on a thread of its own touches the driver; without it, an activity is carried out in the thread that begins it.
 
     Args:
         cell: The workcell; it is the host's to close.
@@ -96,9 +86,8 @@ class WorkcellHost:
 
     Attributes:
         cell: The workcell.
-        pace: How simulated time passes.
+        thread: Touches the driver.
         events: All that its agent and its skills tell, also after another task was loaded.
-        looks: How often the thread looked at its queue, for a watchdog: while it works or waits, that goes up.
     """
 
     def __init__(
@@ -109,20 +98,15 @@ class WorkcellHost:
         record: RecordSettings | None = None,
         boot_id: str = "",
     ) -> None:
-        self.pace: Pace = pace
         self.events = EventStream()
-        self.looks: int = 0
         self._record = record
-        self._reads: deque[Job] = deque()
         self._activities: deque[Activity[Any]] = deque()
-        self._changed = threading.Condition()
-        self._started = self._stopping = False
         self._moved = False
-        self._wall = self._simulated = 0.0
         self._leave: list[Job] = []
-        self._studio = Studio(cell.sim, self.read, boot_id) if isinstance(cell, EmbeddedWorkcell) else None
-        loops = [self._act] if self._studio else [self._act_elsewhere, self._read_elsewhere]
-        self._threads = [threading.Thread(target=loop, name="world", daemon=True) for loop in loops]
+        driver = cell.sim if isinstance(cell, EmbeddedWorkcell) else None
+        self.thread = WorldThread(driver, pace, self._next_job)
+        self._changed = self.thread.changed
+        self._studio = Studio(driver, self.read, boot_id) if driver is not None else None
         self.cell: Workcell = cell
         self._follow()
 
@@ -130,9 +114,7 @@ class WorkcellHost:
 
     def start(self) -> None:
         """Begin: from here on the driver is the host's thread's."""
-        self._started = True
-        for thread in self._threads:
-            thread.start()
+        self.thread.start()
         if self._studio is not None:
             self._studio.start()
 
@@ -148,15 +130,9 @@ class WorkcellHost:
 
     def end(self, seconds: float = STOP_SECONDS) -> bool:
         """End the threads after what runs, dropping what waits; return whether they ended within `seconds`."""
-        with self._changed:
-            self._stopping = True
-            self._changed.notify_all()
         if self._studio is not None:
             self._studio.stop()
-        for thread in self._threads:
-            if thread.is_alive():
-                thread.join(seconds)
-        ended = not any(thread.is_alive() for thread in self._threads)
+        ended = self.thread.end(seconds)
         if ended:
             self._let_go()
         return ended
@@ -220,8 +196,8 @@ class WorkcellHost:
         """Have a claimed activity carried out when those before it have ended; return it."""
         with self._changed:
             activity.work = work
-            self._changed.notify_all()
-        if not self._started:
+        self.thread.wake()
+        if not self.thread.started:
             self._carry_out(activity)
         return activity
 
@@ -385,9 +361,7 @@ class WorkcellHost:
 
     def read(self, job: Job) -> None:
         """Run a short job that changes nothing, between two control ticks or at once."""
-        with self._changed:
-            self._reads.append(job)
-            self._changed.notify_all()
+        self.thread.read(job)
 
     def reading(self, look: Callable[[], ValueT]) -> Future[ValueT]:
         """Return what a short look returns that changes nothing."""
@@ -424,13 +398,6 @@ class WorkcellHost:
         assert self._studio is not None, "the cameras of another process's cell are drawn there"
         return self._studio
 
-    def set_pace(self, pace: Pace) -> None:
-        """Let simulated time pass in another way from now on."""
-        with self._changed:
-            self.pace = pace
-            self._rebase()
-            self._changed.notify_all()
-
     # The cell.
 
     def _first(self) -> Activity[Any] | None:
@@ -451,10 +418,9 @@ class WorkcellHost:
             self._leave.append(recorder.close)
         self._leave.append(cell.ctx.events.subscribe(self._hear))
         if isinstance(cell, EmbeddedWorkcell):
-            self._leave.append(cell.sim.subscribe(self._between_ticks))
+            self._leave.append(self.thread.own(cell.sim))
             if isinstance(cell.sim, Simulated):
                 cell.sim.wait_hooks.append(self.check)
-        self._rebase()
 
     def _let_go(self) -> None:
         while self._leave:
@@ -466,44 +432,11 @@ class WorkcellHost:
 
     # In the thread.
 
-    def _act(self) -> None:
-        """Carry out activities and answer reads, in the thread that owns the driver."""
-        while True:
-            with self._changed:
-                if self._stopping:
-                    return
-                activity = self._next()
-                if not self._reads and activity is None and self.pace != "realtime":
-                    self._changed.wait(_IDLE_SECONDS)
-                    activity = self._next()
-            self._answer()
-            if activity is not None:
-                self._carry_out(activity)
-                self._rebase()
-            elif self.pace == "realtime":
-                self._run(self._idle_tick)
-
-    def _act_elsewhere(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._stopping or self._next() is not None)
-                activity = self._next()
-                if self._stopping or activity is None:
-                    return
-            self._carry_out(activity)
-
-    def _read_elsewhere(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._stopping or self._reads)
-                if self._stopping:
-                    return
-            self._answer()
-
-    def _next(self) -> Activity[Any] | None:
-        """Return the activity that may begin."""
+    def _next_job(self) -> Job | None:
+        """Return what carries out the activity that may begin."""
         first = self._first()
-        return first if first is not None and first.work is not None and not first.running else None
+        may = first is not None and first.work is not None and not first.running
+        return partial(self._carry_out, first) if first is not None and may else None
 
     def _carry_out(self, activity: Activity[Any]) -> None:
         """Carry out an activity, have the arm come to rest where it failed, and tell what came of it."""
@@ -519,7 +452,7 @@ class WorkcellHost:
             if self._moved and _is_failure(came):
                 self._come_to_rest()
             if closing := activity.closing:
-                self._run(lambda: closing(came))
+                self.thread.run(partial(closing, came))
         finally:
             # Before anybody is told: who hears of it may go on.
             self.drop(activity)
@@ -555,50 +488,6 @@ class WorkcellHost:
             except SkillError as error:
                 # Another cancel, or a limit that the braking arm still passes.
                 _log.debug("on the way to rest: %s", error)
-
-    def _idle_tick(self) -> None:
-        sim = self.embedded.sim
-        sim.wait(sim.control_timestep)
-
-    def _between_ticks(self) -> None:
-        self._answer()
-        if self.pace == "fast":
-            return
-        ahead = self._ahead()
-        if ahead < -_MOST_BEHIND:
-            # Planning stops simulated time; what was lost is not caught up in a rush.
-            self._rebase()
-        while ahead > 0.0 and not self._stopping:
-            with self._changed:
-                if self._next() is not None:
-                    return
-                if not self._reads:
-                    self._changed.wait(ahead)
-            self._answer()
-            ahead = self._ahead()
-
-    def _answer(self) -> None:
-        self.looks += 1
-        while self._reads:
-            self._run(self._reads.popleft())
-
-    def _run(self, job: Job) -> None:
-        try:
-            job()
-        except SkillError as error:
-            # A cancel that came too late, or a limit passed while nothing ran: there is no goal to tell.
-            _log.info("while idle: %s", error)
-        except Exception:
-            # The thread outlives any fault: the world must go on being served.
-            _log.exception("fault in the world's thread")
-
-    def _ahead(self) -> float:
-        """Return by how many seconds simulated time is ahead of the clock on the wall."""
-        return (self.embedded.sim.time - self._simulated) - (time.monotonic() - self._wall)
-
-    def _rebase(self) -> None:
-        if isinstance(self.cell, EmbeddedWorkcell):
-            self._wall, self._simulated = time.monotonic(), self.cell.sim.time
 
 
 def _is_failure(came: object) -> bool:

@@ -46,13 +46,14 @@ class Loop:
             self._woken = True
             self._changed.notify_all()
 
-    def stop(self) -> None:
-        """End after the call that is under way."""
+    def stop(self, seconds: float | None = None) -> bool:
+        """End after the call that is under way; return whether that was so within `seconds`."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
         if self._thread.is_alive():
-            self._thread.join()
+            self._thread.join(seconds)
+        return not self._thread.is_alive()
 
     @property
     def stopping(self) -> bool:

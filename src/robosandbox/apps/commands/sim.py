@@ -156,11 +156,11 @@ def _serve(loader: TaskLoader, serving: Serving, settings: RecordSettings | None
             said = f"{serving.robot_id!r}: {cell.task.name} with {cell.sim.spec.name}"
             print(f"listening on {where} as {said}", flush=True)
             # A signal may be taken by one of Zenoh's threads; its handler runs when this thread wakes up next.
-            looks, silent = server.host.looks, 0.0
+            looks, silent = server.host.thread.looks, 0.0
             while not stopped.wait(_WAKE_SECONDS):
                 # Counted in wakes: a process that was stopped for a while has not been silent.
-                silent = silent + _WAKE_SECONDS if server.host.looks == looks else 0.0
-                looks = server.host.looks
+                silent = silent + _WAKE_SECONDS if server.host.thread.looks == looks else 0.0
+                looks = server.host.thread.looks
                 if silent > _MOST_SILENT_SECONDS:
                     end_now(
                         _PROGRAM,

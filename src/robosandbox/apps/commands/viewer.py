@@ -24,7 +24,8 @@ from robosandbox.workcell.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.apps.repl.link import Link
-    from robosandbox.apps.viewer.control import Began, Came, Complaint, Control, News, Stopped
+    from robosandbox.apps.viewer.control import Control
+    from robosandbox.apps.viewer.news import Began, Came, Complaint, News, Stopped
     from robosandbox.apps.viewer.replay import RecordedFrames
     from robosandbox.apps.viewer.source import WorldSource
     from robosandbox.workcell.recording.episode import RecordedEpisode
@@ -112,7 +113,7 @@ def _log(news: News) -> None:
 
 def _tell_presence(control: Control, link: Link, line: str) -> None:
     """Say on stderr and in the page that the sim went away or is back."""
-    from robosandbox.apps.viewer.control import Presence
+    from robosandbox.apps.viewer.news import Presence
 
     print(line, file=sys.stderr, flush=True)
     control.tell(Presence(line if link.away else ""))

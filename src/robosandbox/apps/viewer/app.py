@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import viser
 
-from robosandbox.apps.viewer.control import Control, Loaded, News, Went
+from robosandbox.apps.viewer.control import Control
 from robosandbox.apps.viewer.dragging import Dragging
 from robosandbox.apps.viewer.framing import FOV, Window, first_view
 from robosandbox.apps.viewer.layers.contacts import ContactForces
@@ -19,6 +19,7 @@ from robosandbox.apps.viewer.layers.path import PlannedPath
 from robosandbox.apps.viewer.layers.shapes import CollisionShapes
 from robosandbox.apps.viewer.layers.tool import BaseAndReach, HomePreview, TcpFrame
 from robosandbox.apps.viewer.layers.trail import TcpTrail
+from robosandbox.apps.viewer.news import Loaded, News, Went
 from robosandbox.apps.viewer.orders import taker
 from robosandbox.apps.viewer.panels.answers import AnswersPanel
 from robosandbox.apps.viewer.panels.cameras import CamerasPanel

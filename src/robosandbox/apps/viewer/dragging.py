@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import viser
 
-from robosandbox.apps.viewer.control import Complaint, Control
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Complaint
 from robosandbox.apps.viewer.scene import BodyScene
 from robosandbox.apps.viewer.source import Blueprint, WorldSource
 from robosandbox.errors import InputError

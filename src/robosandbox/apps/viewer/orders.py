@@ -12,7 +12,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from robosandbox.apps.viewer.control import Complaint, Control
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Complaint
 from robosandbox.types import MAX_PROMPT_LENGTH
 
 PATH = "/order"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from robosandbox.agent.episode import FinalReason
-from robosandbox.apps.viewer.control import Came, is_question
+from robosandbox.apps.viewer.news import Came, is_question
 from robosandbox.error_codes import ErrorCode
 from robosandbox.types import Refusal, SkillCall
 

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 
 from robosandbox.agent.episode import SkillFailed, SkillStarted
-from robosandbox.apps.viewer.control import Began, Came, Loaded, News, Went
 from robosandbox.apps.viewer.layers.layer import Layer
+from robosandbox.apps.viewer.news import Began, Came, Loaded, News, Went
 from robosandbox.apps.viewer.preview import add_gripper, gripper_shape
 from robosandbox.apps.viewer.scene import body_ids
 from robosandbox.apps.viewer.source import Frame

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.agent.episode import Intended, PhaseEntered, SkillStarted
-from robosandbox.apps.viewer.control import Came, Loaded, News, Went
 from robosandbox.apps.viewer.layers.layer import Layer
+from robosandbox.apps.viewer.news import Came, Loaded, News, Went
 from robosandbox.errors import Phase
 from robosandbox.types import Array, Grasp, GraspSearch
 from robosandbox.workcell.orders import OrderResult

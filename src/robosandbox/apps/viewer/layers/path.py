@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 
 from robosandbox.agent.episode import Intended, SkillStarted
-from robosandbox.apps.viewer.control import Idle, Loaded, News
 from robosandbox.apps.viewer.layers.layer import Layer
 from robosandbox.apps.viewer.layers.trail import polyline
+from robosandbox.apps.viewer.news import Idle, Loaded, News
 from robosandbox.types import Trajectory
 
 _MOST_POINTS = 80  # Number of points of a path that are drawn. Chosen.

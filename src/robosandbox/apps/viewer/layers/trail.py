@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import viser
 
-from robosandbox.apps.viewer.control import Began, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.layers.layer import Layer
+from robosandbox.apps.viewer.news import Began, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.source import Frame
 from robosandbox.types import Array
 

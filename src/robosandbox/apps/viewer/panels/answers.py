@@ -8,7 +8,8 @@ from typing import Literal
 
 import viser
 
-from robosandbox.apps.viewer.control import Began, Came, Control, Doing, Loaded, News, Went
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Began, Came, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.orders import PageOrder, obey
 from robosandbox.apps.viewer.panels.order_form import answer_form
 from robosandbox.apps.viewer.scene import BodyScene

@@ -15,7 +15,7 @@ import viser
 from numpy.typing import NDArray
 
 from robosandbox.apps.viewer import html
-from robosandbox.apps.viewer.control import Loaded, News
+from robosandbox.apps.viewer.news import Loaded, News
 from robosandbox.apps.viewer.source import Frame, WorldSource
 from robosandbox.apps.viewer.theme import assign
 from robosandbox.types import Array, DetectedObject, ObservedScene

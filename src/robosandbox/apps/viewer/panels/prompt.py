@@ -6,19 +6,8 @@ import viser
 
 from robosandbox.agent import episode as events
 from robosandbox.apps.viewer import html
-from robosandbox.apps.viewer.control import (
-    Began,
-    Came,
-    Complaint,
-    Control,
-    Doing,
-    Idle,
-    Loaded,
-    News,
-    Presence,
-    Stopped,
-    Went,
-)
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Began, Came, Complaint, Doing, Idle, Loaded, News, Presence, Stopped, Went
 from robosandbox.apps.viewer.outcome import STOPPED, Line, calls, told
 from robosandbox.apps.viewer.panels.order_form import mood, order_form
 from robosandbox.error_codes import ErrorCode

@@ -9,7 +9,8 @@ import viser
 
 from robosandbox.agent.episode import SkillFailed
 from robosandbox.apps.viewer import html
-from robosandbox.apps.viewer.control import Began, Came, Control, Doing, Loaded, News, Went
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Began, Came, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.theme import BRAND
 from robosandbox.error_codes import ErrorCode
 from robosandbox.errors import ErrorRecord, Repair

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import viser
 
 from robosandbox.apps.viewer import html
-from robosandbox.apps.viewer.control import Began, News
+from robosandbox.apps.viewer.news import Began, News
 from robosandbox.apps.viewer.replay import RecordedFrames
 from robosandbox.apps.viewer.source import Frame
 from robosandbox.apps.viewer.stream import FRAME_HZ

@@ -8,8 +8,9 @@ from pathlib import Path
 import viser
 
 from robosandbox.apps.viewer import html
-from robosandbox.apps.viewer.control import Began, Complaint, Control, News
+from robosandbox.apps.viewer.control import Control
 from robosandbox.apps.viewer.layers.preview import SidecarPreview
+from robosandbox.apps.viewer.news import Began, Complaint, News
 from robosandbox.apps.viewer.scene import BodyScene
 from robosandbox.apps.viewer.sidecar_file import Changes, SidecarFile
 from robosandbox.apps.viewer.source import Blueprint, WorldSource

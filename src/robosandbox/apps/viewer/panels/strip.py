@@ -11,8 +11,8 @@ import numpy as np
 import viser
 
 from robosandbox.agent import episode as events
-from robosandbox.apps.viewer.control import Began, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.html import COLOURS, number
+from robosandbox.apps.viewer.news import Began, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.source import Blueprint, Frame
 from robosandbox.apps.viewer.timeline import PhaseSpan, Recording, Timeline
 from robosandbox.error_codes import ErrorCode

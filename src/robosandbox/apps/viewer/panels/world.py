@@ -9,7 +9,8 @@ from pathlib import Path
 import viser
 
 from robosandbox.apps.viewer import html
-from robosandbox.apps.viewer.control import Complaint, Control, Loaded, News
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Complaint, Loaded, News
 from robosandbox.apps.viewer.source import WorldSource
 from robosandbox.tasks.loader import bundled_tasks
 

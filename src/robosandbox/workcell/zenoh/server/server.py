@@ -15,8 +15,9 @@ from robosandbox.evidence import MessageEvidence
 from robosandbox.tasks.task import Task
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell
-from robosandbox.workcell.host import STOP_SECONDS, Pace, WorkcellHost
+from robosandbox.workcell.host import STOP_SECONDS, WorkcellHost
 from robosandbox.workcell.recording.settings import RecordSettings
+from robosandbox.workcell.world_thread import Pace
 from robosandbox.workcell.zenoh.messages import Ask, Clock, Goal, Info, Load, Message, Reset, Saved, TrueState, key
 from robosandbox.workcell.zenoh.server.autosave import Autosave
 from robosandbox.workcell.zenoh.server.checkpoint import KeptCheckpoints, SavedWorld, StateFile
@@ -187,7 +188,7 @@ class SimServer:
 
     def _on_info(self, request: Request) -> None:
         request.message(Ask)
-        request.answer(self._info.model_copy(update={"doing": self.host.doing, "pace": self.host.pace}))
+        request.answer(self._info.model_copy(update={"doing": self.host.doing, "pace": self.host.thread.pace}))
 
     def _on_picture(self, request: Request) -> None:
         require(self._cell.sim, "cameras", "a picture was asked for")
@@ -256,7 +257,7 @@ class SimServer:
         if message.cancel:
             self.host.give_up()
         if message.pace is not None:
-            self.host.set_pace(message.pace)
+            self.host.thread.set_pace(message.pace)
             self._pace_owner = message.client_id
         seconds = message.step
         if seconds is None:
@@ -283,7 +284,7 @@ class SimServer:
             robot_id=self._robot_id,
             boot_id=self.boot_id,
             truth=self._truth and self._cell.sim.capabilities.truth,
-            pace="fast" if self.host.pace == "fast" else "realtime",
+            pace="fast" if self.host.thread.pace == "fast" else "realtime",
             sizes=self.host.studio.sizes,
         )
 
@@ -292,7 +293,7 @@ class SimServer:
             _log.info("client %s is gone; its %s is stopped", client_id, what)
         if self._pace_owner == client_id:
             self._pace_owner = None
-            self.host.set_pace(self._default_pace)
+            self.host.thread.set_pace(self._default_pace)
 
     def _freeze(self, ended: Goal | None) -> SavedWorld:
         goals, accepted = self._ledger.dump(ended)
