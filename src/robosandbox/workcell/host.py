@@ -64,7 +64,7 @@ class Activity(Generic[ValueT]):
     timeout: float | None = None
     work: Callable[[], ValueT] | None = None
     closing: Callable[[ValueT | RoboSandboxError], None] | None = None
-    done: Future[ValueT] = field(default_factory=Future)
+    done: Future[ValueT] = field(default_factory=lambda: _promised())
     running: bool = False
     stopped: bool = False
     abandoned: bool = False
@@ -365,7 +365,7 @@ class WorkcellHost:
 
     def reading(self, look: Callable[[], ValueT]) -> Future[ValueT]:
         """Return what a short look returns that changes nothing."""
-        seen: Future[ValueT] = Future()
+        seen: Future[ValueT] = _promised()
 
         def read() -> None:
             try:
@@ -380,7 +380,7 @@ class WorkcellHost:
         """Return what a camera sees, as a file's bytes, and what there is to know of it."""
         if self._studio is None:
             return self.reading(lambda: self.cell.photograph(camera, format))
-        taken: Future[tuple[bytes, Picture]] = Future()
+        taken: Future[tuple[bytes, Picture]] = _promised()
         self._studio.request(
             Shot(camera, "rgb", format), lambda *picture: taken.set_result(picture), taken.set_exception
         )
@@ -488,6 +488,13 @@ class WorkcellHost:
             except SkillError as error:
                 # Another cancel, or a limit that the braking arm still passes.
                 _log.debug("on the way to rest: %s", error)
+
+
+def _promised() -> Future[Any]:
+    """Return a future that nobody who waits for it can cancel."""
+    future: Future[Any] = Future()
+    future.set_running_or_notify_cancel()
+    return future
 
 
 def _is_failure(came: object) -> bool:
