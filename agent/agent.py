@@ -12,7 +12,6 @@ from robosandbox.agent.episode import (
     AgentEvent,
     Ended,
     Episode,
-    FailedAttempt,
     FinalReason,
     Planned,
     Replanning,
@@ -27,10 +26,8 @@ from robosandbox.agent.protocols import Planner
 from robosandbox.agent.usage import metered
 from robosandbox.agent.written_calls import written_calls
 from robosandbox.errors import (
-    CancelledError,
-    GoalTimeoutError,
+    ErrorCode,
     InputError,
-    InternalError,
     InvalidArgumentError,
     PlannerCancelledError,
     PlannerError,
@@ -47,16 +44,17 @@ from robosandbox.types import (
     SkillCall,
     SkillResult,
 )
+from robosandbox.world.alternatives import Attempt
 from robosandbox.world.monitor import Monitor
 from robosandbox.world.operators import BoundCall, Operator, bind
 from robosandbox.world.verifier import verify
 
 _log = logging.getLogger(__name__)
 
-_FINAL_ERRORS: dict[type[SkillError], FinalReason] = {
-    CancelledError: FinalReason.CANCELLED,
-    GoalTimeoutError: FinalReason.TIMED_OUT,
-    InternalError: FinalReason.INTERNAL_ERROR,
+_FINAL_ERRORS: dict[str, FinalReason] = {
+    ErrorCode.CANCELLED: FinalReason.CANCELLED,
+    ErrorCode.GOAL_TIMEOUT: FinalReason.TIMED_OUT,
+    ErrorCode.INTERNAL: FinalReason.INTERNAL_ERROR,
 }
 
 WorldT = TypeVar("WorldT", bound=GoalContext)
@@ -197,14 +195,14 @@ class Agent(Generic[WorldT]):
             if final is not None:
                 return final, f"{failure.failed}: {failure.error.message}"
 
-    def _final(self, failure: FailedAttempt, told: Progress, max_replans: int) -> FinalReason | None:
+    def _final(self, failure: Attempt, told: Progress, max_replans: int) -> FinalReason | None:
         """Take down a failure; return why it is the last, or None where the course is asked again."""
         told.fail(failure)
-        final = _FINAL_ERRORS.get(type(failure.error))
+        final = _FINAL_ERRORS.get(failure.error.code)
         if final is not None or told.replans == max_replans:
             return final or FinalReason.REPLANS_EXHAUSTED
         told.replans += 1
-        self._emit(Replanning(told.replans, failure.error.record()))
+        self._emit(Replanning(told.replans, failure.error))
         return None
 
     def _reported(
@@ -277,7 +275,7 @@ class Agent(Generic[WorldT]):
         asked: Sequence[SkillCall],
         *,
         ends: bool,
-    ) -> FailedAttempt | None:
+    ) -> Attempt | None:
         """Run the plan's calls, adding those that succeed to `steps`; return the first failure.
 
         What earlier calls brought about is looked at again on the way: where it was undone meanwhile, that call has failed.
@@ -288,8 +286,8 @@ class Agent(Generic[WorldT]):
                 bound = calls[index] if calls else self._bound(call)
                 result = self.ctx.perform(bound, index=index, total=len(plan.steps))
             except SkillError as error:
-                return FailedAttempt(
-                    completed=plan.steps[:index], failed=call, error=error, remaining=plan.steps[index + 1 :]
+                return Attempt(
+                    completed=plan.steps[:index], failed=call, error=error.failure, remaining=plan.steps[index + 1 :]
                 )
             steps.append(Step(call=call, result=result))
             monitor.add(call, bound.contract, is_detour=call not in asked)
@@ -299,13 +297,12 @@ class Agent(Generic[WorldT]):
                 return replace(undone, remaining=(*undone.remaining, *left))
         return None
 
-    def _undone(self, monitor: Monitor, *, at_the_end: bool) -> FailedAttempt | None:
+    def _undone(self, monitor: Monitor, *, at_the_end: bool) -> Attempt | None:
         """Return the failure that a call has become whose effect does not hold any more."""
         undone = monitor.undone(self.ctx.look, at_the_end=at_the_end)
-        if undone is None:
-            return None
-        self._emit(SkillFailed(undone.call, undone.error.record()))
-        return FailedAttempt(completed=(), failed=undone.call, error=undone.error, remaining=undone.to_repeat)
+        if undone is not None:
+            self._emit(SkillFailed(undone.failed, undone.error))
+        return undone
 
     def perform(self, call: SkillCall) -> SkillResult:
         """Carry out one skill call.
@@ -319,7 +316,7 @@ class Agent(Generic[WorldT]):
         try:
             return bind(call, self.calls)
         except InvalidArgumentError as error:
-            self._emit(SkillFailed(call, error.record()))
+            self._emit(SkillFailed(call, error.failure))
             raise
 
     def _emit(self, event: AgentEvent) -> None:
@@ -345,7 +342,7 @@ def _reason_of(error: PlannerError) -> FinalReason:
     return next((why for kind, why in _PLANNER_REASONS.items() if isinstance(error, kind)), FinalReason.PLANNER_FAILED)
 
 
-def _closing_line(cause: FailedAttempt | None, refusal: Refusal | None = None) -> str:
+def _closing_line(cause: Attempt | None, refusal: Refusal | None = None) -> str:
     """Return why an episode failed: its first cause, and a question that is left open; the refusal where nothing failed."""
     if cause is None:
         return refusal.message if refusal else ""

@@ -10,7 +10,7 @@ import numpy as np
 from robosandbox.errors import ErrorCode
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.facts import Fact, fact
 from robosandbox.world.means_ends import MeansEndsPlan
 from robosandbox.world.nearness import nearer
@@ -49,7 +49,7 @@ class Candidates:
         skills: What may be called, by name.
     """
 
-    def __init__(self, failure: Failure, skills: Mapping[str, Operator]) -> None:
+    def __init__(self, failure: FailedCall, skills: Mapping[str, Operator]) -> None:
         self._failure = failure
         self._skills = skills
         self._view = View.of(failure.scene)
@@ -118,7 +118,7 @@ class Candidates:
         for item in self._about:
             if tilt(item) >= TIPPED:
                 yield Alternative(why=f"{item.id} is set upright first", first=(fact("upright", item.id),), call=call)
-            if failure.error.code is ErrorCode.UNREACHABLE:
+            if failure.error.code == ErrorCode.UNREACHABLE:
                 yield from self._nearer(item)
         yield from self._cleared()
 

@@ -8,7 +8,7 @@ from typing import Self
 
 from robosandbox.agent.goal import GoalContext
 from robosandbox.driver import Driver, Safety, made_safe
-from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
+from robosandbox.errors import CancelledError, ErrorCode, Failure, GoalTimeoutError, Phase, Repair, SkillError
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.grasp.hand import FRICTION
 from robosandbox.grasp.protocols import GraspPlanner
@@ -21,7 +21,7 @@ from robosandbox.skills.executor import Executor
 from robosandbox.skills.primitives.sliding import slides_under
 from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, SkillResult, Tempo, force_limits
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import BoundCall, meant_by
 from robosandbox.world.workspace import check_call
 
@@ -81,7 +81,7 @@ class AgentContext(GoalContext):
             safe = made_safe(self.sim)
             self.sim, self.safety = safe, safe.safety
         self._safety = self.safety
-        self._safety.phase = Phase(self.phase)
+        self._safety.phase = self.phase
         if self.limits is not None:
             self._safety.limit(self.limits)
         # Who is not told what is touched cannot mean to touch it.
@@ -178,26 +178,26 @@ class AgentContext(GoalContext):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
+    def repairs_for(self, failed: FailedCall) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on the twin; nothing with `what_if` off."""
         if not self.what_if:
             return ()
         # Repairs call skills, which are called with this context.
         from robosandbox.agent.repairs import find_repairs
 
-        return find_repairs(self, failure)
+        return find_repairs(self, failed)
 
-    def advice_for(self, error: SkillError) -> str:
+    def advice_for(self, failure: Failure) -> str:
         """Return what static checks find wrong with the robot's sidecar; nothing for other failures and bundled robots."""
         files = self.sim.spec.files
-        if not self.advise or files is None or error.code not in _SHAPED_BY_SIDECAR:
+        if not self.advise or files is None or failure.code not in _SHAPED_BY_SIDECAR:
             return ""
         # The checks infer a robot from its model, which most worlds never need.
         from robosandbox.robots.check.diagnosis import advice
 
-        evidence = error.evidence
+        evidence = failure.evidence
         missed = isinstance(evidence, GraspEvidence) and evidence.reason == "missed"
-        return advice(files, error.message, doubtful=missed)
+        return advice(files, failure.message, doubtful=missed)
 
     def enter(self, phase: str) -> None:
         """Tell listeners which phase begins.
@@ -207,7 +207,7 @@ class AgentContext(GoalContext):
             GoalTimeoutError: The deadline passed.
         """
         self.phase = phase
-        self._safety.phase = Phase(phase)
+        self._safety.phase = phase
         ended = self._ended()
         if ended is not None:
             raise ended
@@ -225,13 +225,13 @@ class AgentContext(GoalContext):
         if self._cancelled.is_set():
             self._cancelled.clear()
             _log.info("cancelled during %s at %.2f s", self.phase, self.sim.time)
-            return CancelledError("cancelled; the arm holds where it was", phase=Phase(self.phase))
+            return CancelledError("cancelled; the arm holds where it was", phase=self.phase)
         if self._deadline is not None and self.sim.time > self._deadline:
             timeout, elapsed = self._deadline - self._started, self.sim.time - self._started
             self._deadline = None
             return GoalTimeoutError(
                 f"not done after {timeout:g} s; the arm holds where it was; allow more time or ask for less at once",
-                phase=Phase(self.phase),
+                phase=self.phase,
                 evidence=TimeoutEvidence(deadline=timeout, elapsed=elapsed),
             )
         return None

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from robosandbox.agent.episode import Episode, FailedAttempt, Listener, Step
+from robosandbox.agent.episode import Episode, Listener, Step
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.protocols import Attempt, Planner
 from robosandbox.types import ObservedScene, Plan, Refusal
@@ -39,7 +39,7 @@ class Report:
     """
 
     steps: tuple[Step, ...]
-    failure: FailedAttempt | None
+    failure: Attempt | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,7 +127,7 @@ class PlannedCourse:
     def __init__(self, planner: Planner, prompt: str) -> None:
         self._planner = planner
         self._prompt = prompt
-        self._attempts: tuple[FailedAttempt, ...] = ()
+        self._attempts: tuple[Attempt, ...] = ()
         self._then = ""
 
     @property

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from robosandbox.agent.candidates import Calls, Candidates
 from robosandbox.agent.protocols import Attempt
-from robosandbox.errors import SkillError
+from robosandbox.errors import Failure
 from robosandbox.types import ObservedScene, SkillCall
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.contracts import Contract, error_for, first_refuted
 from robosandbox.world.facts import HELD
 from robosandbox.world.operators import Operator, bind
@@ -57,7 +57,7 @@ class Detours:
                 return calls, self._plan[number + 1 :]
         return None
 
-    def _met_by(self, call: SkillCall) -> SkillError | None:
+    def _met_by(self, call: SkillCall) -> Failure | None:
         """Return the error that a later call had before, or has now since something stands in its way."""
         before = next((one.error for one in reversed(self._history[:-1]) if one.failed == call), None)
         contract = self._contract(call)
@@ -65,16 +65,18 @@ class Detours:
             return before
         view = View.of(self._scene)
         lacking = first_refuted(contract.resolved(self._scene).needs, view)
-        return error_for(*lacking, view) if lacking is not None and lacking[1].blocking else None
+        return error_for(*lacking, view).failure if lacking is not None and lacking[1].blocking else None
 
-    def _way(self, call: SkillCall, error: SkillError) -> Calls | None:
+    def _way(self, call: SkillCall, error: Failure) -> Calls | None:
         contract = self._contract(call)
         last = self._history[-1]
         again = sum(one.failed == last.failed and one.error.code == last.error.code for one in self._history) - 1
         if contract is None or again >= _MOST_OF_ONE:
             return None
         before = replace(self._scene, held=self._held if HELD in contract.objects else self._scene.held)
-        failure = Failure(call=call, error=error, contract=contract.resolved(before), before=before, scene=self._scene)
+        failure = FailedCall(
+            call=call, error=error, contract=contract.resolved(before), before=before, scene=self._scene
+        )
         for calls, _ in Candidates(failure, self._skills).likeliest():
             if calls[0] not in self._begun or (calls == (call,) and not again):
                 return calls

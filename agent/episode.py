@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from robosandbox.agent.usage import Usage
-from robosandbox.errors import ErrorRecord, SkillError
+from robosandbox.errors import Failure
 from robosandbox.skills.events import (
     Intended as Intended,
     PhaseEntered as PhaseEntered,
@@ -18,6 +18,7 @@ from robosandbox.skills.events import (
     SkillStarted as SkillStarted,
 )
 from robosandbox.types import Plan, Refusal, SkillCall, SkillResult
+from robosandbox.world.alternatives import Attempt
 
 
 class FinalReason(StrEnum):
@@ -41,16 +42,6 @@ class Step:
 
     call: SkillCall
     result: SkillResult
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FailedAttempt:
-    """A plan that ended early: what was done, what failed and why, and what was not begun."""
-
-    completed: tuple[SkillCall, ...]
-    failed: SkillCall
-    error: SkillError
-    remaining: tuple[SkillCall, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,9 +86,9 @@ class Episode:
     replans: int
     final_reason: FinalReason
     final_detail: str
-    attempts: tuple[FailedAttempt, ...] = ()
+    attempts: tuple[Attempt, ...] = ()
     refusal: Refusal | None = None
-    error: ErrorRecord | None = None
+    error: Failure | None = None
     model_usage: Usage = field(default_factory=Usage)
     consulted: tuple[Consulted, ...] = ()
     claim: str = ""
@@ -127,7 +118,7 @@ class Episode:
                     "completed": [call.model_dump(mode="json") for call in attempt.completed],
                     "failed": attempt.failed.model_dump(mode="json"),
                     "remaining": [call.model_dump(mode="json") for call in attempt.remaining],
-                    "error": attempt.error.record().model_dump(mode="json"),
+                    "error": attempt.error.model_dump(mode="json"),
                 }
                 for attempt in self.attempts
             ],
@@ -183,7 +174,7 @@ class Replanning:
     """The planner is asked again, for the `replan`-th time."""
 
     replan: int
-    error: ErrorRecord
+    error: Failure
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from robosandbox.errors import InternalError, RoboSandboxError, SkillError, UnsupportedError
+from robosandbox.errors import ErrorCode, Failure, InternalError, Phase, RoboSandboxError, SkillError, UnsupportedError
 from robosandbox.skills.events import EventStream, Intended, PhaseEntered, SkillEnded, SkillFailed, SkillStarted
 from robosandbox.types import Intent, ObservedScene, Plan, SkillCall, SkillResult
 from robosandbox.world.abilities import Abilities
@@ -31,6 +31,7 @@ class GoalContext(ABC):
     events: EventStream = field(default_factory=EventStream, init=False, repr=False)
     skills: Mapping[str, Operator] = field(default_factory=dict, init=False, repr=False)
     _running: SkillCall | None = field(default=None, init=False, repr=False)
+    _phase: str = field(default=Phase.CHECK, init=False, repr=False)
     _cancelled: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
 
     @abstractmethod
@@ -47,19 +48,23 @@ class GoalContext(ABC):
 
         Raises:
             SkillError: It did not reach its post-condition; a fault of the code is an InternalError with an id in the log.
+            RoboSandboxError: What it works with is at fault, such as a camera.
         """
-        self._running = call.call
+        self._running, self._phase = call.call, Phase.CHECK
         try:
             self.events.emit(SkillStarted(call.call, index, total))
             result = self._perform(call)
         except SkillError as error:
-            self.events.emit(SkillFailed(call.call, error.record()))
+            self.events.emit(SkillFailed(call.call, error.failure))
             raise
-        except RoboSandboxError:
+        except RoboSandboxError as error:
+            # A camera, a service or a file is at fault: whoever runs the workcell acts on it, and no other plan does.
+            failure = Failure(code=ErrorCode.UNAVAILABLE, phase=self._phase, message=str(error))
+            self.events.emit(SkillFailed(call.call, failure))
             raise
         except Exception as fault:
-            internal = InternalError.log(call.call, fault, _log)
-            self.events.emit(SkillFailed(call.call, internal.record()))
+            internal = InternalError.log(call.call, fault, _log).with_(phase=self._phase)
+            self.events.emit(SkillFailed(call.call, internal.failure))
             raise internal from fault
         finally:
             self._running = None
@@ -69,6 +74,7 @@ class GoalContext(ABC):
     def entered(self, phase: str) -> None:
         """Tell that the running call enters a phase."""
         if self._running is not None:
+            self._phase = phase
             self.events.emit(PhaseEntered(self._running, phase))
 
     def announce(self, intent: Intent) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.driver import Driver
-from robosandbox.errors import ErrorRecord, SkillError
+from robosandbox.errors import Failure, SkillError
 from robosandbox.types import ObservedScene, Plan, SkillCall, SkillResult
 from robosandbox.world.operators import Operator, bind
 
@@ -29,7 +29,7 @@ class Preview:
 
     steps: tuple[tuple[SkillCall, SkillResult], ...]
     failed: SkillCall | None = None
-    error: ErrorRecord | None = None
+    error: Failure | None = None
     seconds: float
     touched: tuple[str, ...] = ()
     begin: ObservedScene
@@ -105,7 +105,7 @@ def preview(
             try:
                 done.append((call, twin.perform(bind(call, skills))))
             except SkillError as error:
-                result = replace(result, failed=call, error=error.record())
+                result = replace(result, failed=call, error=error.failure)
                 break
         seconds = twin.sim.time - begin.time
         return replace(result, steps=tuple(done), seconds=seconds, touched=tuple(touches.found), end=twin.look())

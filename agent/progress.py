@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FailedAttempt, FinalReason, Step
+from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FinalReason, Step
 from robosandbox.agent.usage import Usage
 from robosandbox.types import Plan, Refusal, SkillCall
+from robosandbox.world.alternatives import Attempt
 
 
 @dataclass(slots=True)
@@ -15,7 +16,7 @@ class Progress:
     """The parts of an `Episode`, as they come; what they are is said there."""
 
     steps: list[Step] = field(default_factory=list)
-    attempts: list[FailedAttempt] = field(default_factory=list)
+    attempts: list[Attempt] = field(default_factory=list)
     consulted: list[Consulted] = field(default_factory=list)
     plan: Plan | None = None
     refusal: Refusal | None = None
@@ -28,7 +29,7 @@ class Progress:
         if isinstance(event, Consulted):
             self.consulted.append(event)
 
-    def cause(self) -> FailedAttempt | None:
+    def cause(self) -> Attempt | None:
         """Return the first failure that no later call has mended, or the last where all were; None without one.
 
         A failure is mended once its skill has succeeded with the same thing.
@@ -39,7 +40,7 @@ class Progress:
                 return attempt
         return self.attempts[-1] if self.attempts else None
 
-    def fail(self, attempt: FailedAttempt) -> None:
+    def fail(self, attempt: Attempt) -> None:
         """Take down a plan that ended early."""
         self.attempts.append(attempt)
         self._begun.append(len(self.steps))
@@ -58,7 +59,7 @@ class Progress:
             final_detail=detail,
             attempts=tuple(self.attempts),
             refusal=self.refusal,
-            error=None if cause is None else cause.error.record(),
+            error=None if cause is None else cause.error,
             model_usage=usage,
             consulted=tuple(self.consulted),
             claim=self.claim,

@@ -5,25 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
+from robosandbox.world.alternatives import Attempt as Attempt
+
 if TYPE_CHECKING:
-    from robosandbox.errors import SkillError
-    from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
-
-
-class Attempt(Protocol):
-    """A plan that ended early."""
-
-    @property
-    def completed(self) -> Sequence[SkillCall]: ...
-    @property
-    def failed(self) -> SkillCall: ...
-    @property
-    def remaining(self) -> Sequence[SkillCall]:
-        """The plan's calls after the failed one, which were not begun."""
-        ...
-
-    @property
-    def error(self) -> SkillError: ...
+    from robosandbox.types import ObservedScene, Plan, Refusal
 
 
 @runtime_checkable

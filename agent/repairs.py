@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from robosandbox.agent.candidates import Calls, Candidates
 from robosandbox.errors import CancelledError, ErrorCode, Repair, SkillError
 from robosandbox.types import ObservedScene
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import bind
 from robosandbox.world.relations import moved
 
@@ -55,7 +55,7 @@ class _Budget:
         return _SpentError() if self._left < 0.0 else None
 
 
-def find_repairs(ctx: AgentContext, failure: Failure) -> tuple[Repair, ...]:
+def find_repairs(ctx: AgentContext, failure: FailedCall) -> tuple[Repair, ...]:
     """Return skill calls that bring about on the twin what the failed call promised.
 
     What moves the fewest other things there comes first, then what takes the least time. Candidates are tried one after
@@ -107,7 +107,7 @@ def _rolled_out(copy: AgentContext, calls: Calls) -> ObservedScene:
     return copy.look()
 
 
-def _moved(failure: Failure, after: ObservedScene) -> int:
+def _moved(failure: FailedCall, after: ObservedScene) -> int:
     """Return how many things have moved that the call is not about."""
     pairs = ((item, after.find(item.id)) for item in failure.scene.objects if item.id not in failure.contract.objects)
     return sum(now is None or moved(item, now) > _MOVED for item, now in pairs)

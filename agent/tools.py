@@ -13,16 +13,16 @@ from pydantic import AfterValidator, Field, ValidationError, field_validator
 from pydantic_core import ErrorDetails
 
 from robosandbox.agent.context import AgentContext
-from robosandbox.agent.episode import FailedAttempt, Step
+from robosandbox.agent.episode import Step
 from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.preview import preview
-from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, SkillError
+from robosandbox.errors import Failure, InputError, InvalidArgumentError, SkillError
 from robosandbox.printable import printable
 from robosandbox.skills.executor import require
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.achieve import achieve
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import Attempt, FailedCall
 from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.operators import Operator, bind
@@ -245,7 +245,7 @@ def _is_seen(name: str, scene: ObservedScene) -> bool:
     return name == "table" or scene.find(name) is not None
 
 
-def why_not(ctx: GoalContext, skills: Mapping[str, Operator], call: SkillCall) -> ErrorRecord | None:
+def why_not(ctx: GoalContext, skills: Mapping[str, Operator], call: SkillCall) -> Failure | None:
     """Return the error with evidence and repairs that a call would end in before it moves anything.
 
     None where it would begin to move, where its arguments say enough already, and where repairs cannot be tried out.
@@ -262,14 +262,15 @@ def why_not(ctx: GoalContext, skills: Mapping[str, Operator], call: SkillCall) -
     except InvalidArgumentError:
         return None
     except SkillError as error:
-        failure = Failure(call=call, error=error, contract=contract.resolved(scene), before=scene, scene=scene)
-        error.repairs = error.repairs or ctx.repairs_for(failure)
-        return error.record()
+        failed = FailedCall(
+            call=call, error=error.failure, contract=contract.resolved(scene), before=scene, scene=scene
+        )
+        return error.with_(repairs=error.repairs or ctx.repairs_for(failed)).failure
     return None
 
 
 def outcome(
-    steps: Sequence[Step], failure: FailedAttempt | None, before: ObservedScene, after: ObservedScene
+    steps: Sequence[Step], failure: Attempt | None, before: ObservedScene, after: ObservedScene
 ) -> dict[str, Any]:
     """Return what came of calls that were carried out: measurements, what else changed, and how it failed."""
     data: dict[str, Any] = {
@@ -280,15 +281,15 @@ def outcome(
     if failure is not None:
         data |= {
             "failed": str(failure.failed),
-            "error": error_data(failure.error.record()),
+            "error": error_data(failure.error),
             "not_begun": [str(call) for call in failure.remaining],
         }
     return rounded(data)
 
 
-def error_data(record: ErrorRecord) -> dict[str, Any]:
+def error_data(failure: Failure) -> dict[str, Any]:
     """Return a failure with its evidence, and repairs as calls that can be made as they are."""
-    return rounded(record.model_dump(mode="json"))
+    return rounded(failure.model_dump(mode="json"))
 
 
 def rounded(data: Mapping[str, Any]) -> dict[str, Any]:

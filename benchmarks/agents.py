@@ -55,7 +55,7 @@ MODELS = ("openai", "responses", "anthropic", "auto")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Entry:
+class PlannerSetup:
     """Who takes part.
 
     Attributes:
@@ -115,7 +115,7 @@ def works(arguments: argparse.Namespace) -> Iterator[Work]:
         yield from (("sentence", str(file), number) for number in range(len(_prompts(file))))
 
 
-def row_of(entry: Entry, work: Work, transcripts: Path | None) -> Row:
+def row_of(entry: PlannerSetup, work: Work, transcripts: Path | None) -> Row:
     """Carry out one piece of work."""
     kind, name, seed = work
     if kind == "sentence":
@@ -138,7 +138,7 @@ def row_of(entry: Entry, work: Work, transcripts: Path | None) -> Row:
 
 
 def _episode(
-    entry: Entry,
+    entry: PlannerSetup,
     session: EmbeddedWorkcell,
     work: Work,
     transcripts: Path | None,
@@ -199,7 +199,7 @@ def _verdict(expected: str, episode: Episode, watch: Watch) -> str:
     return "missed" if episode.refusal is None else verdict(expected, episode.refusal)
 
 
-def _sentence(entry: Entry, file: Path, number: int) -> Row:
+def _sentence(entry: PlannerSetup, file: Path, number: int) -> Row:
     """Plan for a sentence in a scene of its own; nothing is carried out."""
     prompt = _prompts(file)[number]
     begin = time.process_time()
@@ -236,7 +236,7 @@ def _asking(usage: Usage) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def entered(arguments: argparse.Namespace) -> Iterator[Entry]:
+def entered(arguments: argparse.Namespace) -> Iterator[PlannerSetup]:
     """Yield who takes part, with a server where one is needed."""
     limits = {name: value for name in ("max_turns", "max_steps") if (value := getattr(arguments, name)) is not None}
     options: dict[str, Any] = {"mode": arguments.mode, "time_limit": arguments.time_limit, **limits}
@@ -259,7 +259,7 @@ def entered(arguments: argparse.Namespace) -> Iterator[Entry]:
             url = stack.enter_context(llama_server(weights, threads=arguments.threads))
             options |= {"base_url": url, "model": weights.stem}
             name = f"{planner} {weights.stem} {arguments.mode}"
-        yield Entry(name=arguments.name or name, planner=planner, options=options, expert=expert, folder=folder)
+        yield PlannerSetup(name=arguments.name or name, planner=planner, options=options, expert=expert, folder=folder)
 
 
 def kept(file: Path | None) -> list[Row]:

@@ -47,7 +47,7 @@ def refusals(driver: str, tasks: Iterable[str]) -> dict[str, str]:
         except InputError as refused:
             found[name] = str(refused)
             continue
-        if error is not None and error.code is ErrorCode.UNSUPPORTED:
+        if error is not None and error.code == ErrorCode.UNSUPPORTED:
             found[name] = error.message
     return found
 

@@ -23,11 +23,11 @@ from typing import Any
 from pydantic_ai.messages import ModelResponse, TextPart
 from support.hostile import HOSTILE, picture_of
 
-from robosandbox.agent.episode import FailedAttempt
 from robosandbox.agent.llm.endpoint import correction
 from robosandbox.agent.llm.prompt import data_text, question
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
+from robosandbox.agent.protocols import Attempt
 from robosandbox.agent.usage import metered
 from robosandbox.apps.conformance.openai_server import ScriptedServer, fails, plan, tool_calls
 from robosandbox.apps.mcp.tools import skill_failed
@@ -127,7 +127,7 @@ def quoted(text: str, scene: ObservedScene, skills: list[Any]) -> list[str]:
     """Return what a model is told where a text was said before, cannot be planned for, is a result, has failed, and over MCP."""
     error = InvalidArgumentError(f"{text}: no object {text!r} is seen; there is {text}", phase=Phase.CHECK)
     call = SkillCall(skill="pick", arguments={"object": text})
-    attempt = FailedAttempt(completed=(call,), failed=call, error=error, remaining=(call,))
+    attempt = Attempt(completed=(call,), failed=call, error=error.failure, remaining=(call,))
     first = question(PROMPT, scene, (attempt,), earlier=[{"request": text, "calls": [str(call)]}])
     earlier, failures = (
         re.findall(f"<{name}>\n(.*?)\n</{name}>", first, re.DOTALL) for name in ("earlier", "failures")

@@ -40,7 +40,7 @@ from robosandbox.errors import Repair
 from robosandbox.sim.intervention import Intervention
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 
 # Cases of an object that ground truth is made to see elsewhere or in another size.
 MISTAKEN = ("mislocated", "missized")
@@ -117,15 +117,15 @@ class Watched(AgentContext):
         copy.sim = self.sim.fork()
         return copy
 
-    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
+    def repairs_for(self, failed: FailedCall) -> tuple[Repair, ...]:
         """Return what the twin says, and keep what the copy says."""
         wall, cpu = time.perf_counter(), time.process_time()
-        used = super().repairs_for(failure)
+        used = super().repairs_for(failed)
         self.spent.append((round(time.perf_counter() - wall, 3), round(time.process_time() - cpu, 3)))
         if not self.compare:
             return used
         self.exact = True
-        other = find_repairs(self, failure)
+        other = find_repairs(self, failed)
         self.exact = False
         self.found.append((_calls(used), _calls(other)))
         return used
@@ -155,7 +155,7 @@ def run(name: str, seed: int, what_if: bool, compare: bool = False, perception: 
             end()
         verdict = session.judge()
         gone = not verdict.success and lost(session, subject)
-    errors = [attempt.error.record() for attempt in episode.attempts]
+    errors = [attempt.error for attempt in episode.attempts]
     last = errors[-1] if errors else None
     named = case.named if perturbation.hopeless else out_of_reach
     return Row(

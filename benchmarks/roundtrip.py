@@ -28,8 +28,7 @@ from support.models import wheel_files
 
 from robosandbox.apps.conformance.robot_check import check_robot
 from robosandbox.errors import InputError
-from robosandbox.robots.check.compare import compare
-from robosandbox.robots.check.diagnosis import infer_beside, refuse_unsound
+from robosandbox.robots.check.diagnosis import examine, refuse_unsound
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import Inference, infer
@@ -192,8 +191,8 @@ def take(case: Case, *, trial: bool = False) -> Row:
         row = Row(case.name, "hand" if found.sidecar.gripper else "bare", found.findings["gripper"].evidence)
         try:
             given = load_yaml_model(config, Sidecar)
-            again = infer_beside(import_model(case.model), given, config)
-            faults = [item for item in compare(again, given) if not item.ok and item.counts]
+            _, checks = examine(import_model(case.model), given, config)
+            faults = [item for item in checks if not item.ok and item.counts]
             if refusal:
                 row.outcome, row.cause = "refused", refusal
                 row.contradictions += [] if any(item.detail in refusal for item in faults) else ["check: takes it"]

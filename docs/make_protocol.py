@@ -11,7 +11,8 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from robosandbox import errors
+from robosandbox import errors, skill_errors
+from robosandbox.evidence import Evidence
 from robosandbox.workcell.zenoh import messages as wire
 from robosandbox.workcell.zenoh.server.loader import MOST_BODIES, MOST_GEOMS
 
@@ -52,14 +53,21 @@ ANSWERS = (
         wire.Saved,
         wire.Picture,
     ),
-    errors.ErrorRecord,
+    errors.Failure,
 )
+# Classes of errors, by how they are drawn in `errors`.
+ERRORS = [
+    kind
+    for kind in vars(skill_errors).values()
+    if isinstance(kind, type) and issubclass(kind, errors.SkillError) and kind.__base__ is not errors.RoboSandboxError
+]
+EVIDENCE = list(dict.fromkeys(kind.evidence_type for kind in ERRORS if kind.evidence_type is not None))
 
 
 def page() -> str:
     """Return the whole page."""
     _, schema = models_json_schema(
-        [*((model, "validation") for model in REQUESTS), *((model, "serialization") for model in ANSWERS)]
+        [*((model, "validation") for model in REQUESTS), *((model, "serialization") for model in (*ANSWERS, *EVIDENCE))]
     )
     shared: dict[str, Any] = schema["$defs"]
     own = {model.__name__ for model in REQUESTS + ANSWERS}
@@ -67,8 +75,11 @@ def page() -> str:
         "keys": keys(),
         "requests": "\n\n".join(section(model.__name__, shared) for model in REQUESTS),
         "answers": "\n\n".join(section(model.__name__, shared, sent=False) for model in ANSWERS),
-        "shared": "\n\n".join(section(name, shared, sent=False) for name in sorted(shared.keys() - own)),
+        "shared": "\n\n".join(
+            section(name, shared, sent=False) for name in sorted(shared.keys() - own - {Evidence.__name__})
+        ),
         "errors": error_table(),
+        "phases": ", ".join(f"`{name}`" for key, name in vars(errors.Phase).items() if key.isupper()),
         "tree": (errors.__doc__ or "").partition("\n\n")[2].strip(),
         **{name.lower(): str(getattr(wire, name)) for name in ("PROTOCOL", "ROOT", "DEFAULT_ENDPOINT")},
         "max_message_bytes": f"{wire.MAX_MESSAGE_BYTES:,}",
@@ -208,10 +219,12 @@ def compact(schema: dict[str, Any]) -> str:
 def error_table() -> str:
     """Return the table of error codes."""
     lines = ["| code | class | meaning | evidence |", "|---|---|---|---|"]
-    for code, kind in errors.SKILL_ERRORS.items():
+    for kind in ERRORS:
+        if "code" not in vars(kind):
+            continue
         said = " ".join((kind.__doc__ or "").split())
         evidence = _link(kind.evidence_type.__name__) if kind.evidence_type else "null"
-        lines.append(f"| `{code}` | {kind.__name__} | {said} | {evidence} |")
+        lines.append(f"| `{kind.code}` | {kind.__name__} | {said} | {evidence} |")
     return "\n".join(lines)
 
 

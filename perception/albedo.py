@@ -10,14 +10,14 @@ from robosandbox.perception.frame import TablePrior
 from robosandbox.perception.frames import BARE_STRIDE, FrameSet, SegmentedFrame
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.segments import Segment
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array
 
 # Light is read off the table so many pixels around, or farther where there is none, as within a bin. Chosen.
 _AROUND = (40, 120)
 _LEAST_TABLE = 12  # Number of the table's pixels that tell its light. Chosen.
-# Metres from top or floor within which a point faces up. Chosen: twice the depth noise of `rough` at 0.7 m.
-_ON_TABLE = 0.006
+_ON_TABLE = 2.0 * TOLERANCES.depth  # Metres from top or floor within which a point faces up.
 _FACING_UP = 0.8  # Least upward part of a unit normal that faces up, a cosine. Chosen: within 37 degrees.
 _LEAST = 8  # Number of upward pixels from which they alone tell the colour, because sides are darker. Chosen.
 # A face that is turned from the light sends about this share of what the same colour lying flat sends. Chosen for the lights

@@ -11,13 +11,14 @@ from robosandbox.perception.contents import split_contents
 from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
 from robosandbox.perception.fit import Fit, fit
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
-from robosandbox.perception.groups import Group, alike, group
-from robosandbox.perception.merge import same_colour, seen_through
+from robosandbox.perception.free_space import seen_through
+from robosandbox.perception.groups import Group, alike, group, same_colour
 from robosandbox.perception.plane_fit import plane_tilt
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.segments import Segment
 from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.support import Form
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.shapes import CONTAINER_WALL, shape_of
 from robosandbox.types import Array, ObjectKind
 
@@ -39,8 +40,7 @@ _MIDDLE = 0.2  # Share of the extents around the middle in which a solid thing s
 _LEAST_INNER = 0.012
 _FEW = 5  # Number of points in the middle that tell whether there is a top. Chosen.
 _FEWEST_OF_RIM = 4  # Number of points on the rim that tell of it. Chosen.
-# Cost of the poorest fit that is a container (units: mean squared residual over standard deviation). Chosen.
-_POOREST = 0.9
+_POOREST = 2.0 * TOLERANCES.cost  # Cost of the poorest fit that is a container.
 _VAGUE = 0.006  # Standard deviation of centre and sizes, metres, from which a fit says too little. Chosen.
 # Cost that a hull which explains the whole family is worth over one that explains nothing of it (units: mean squared residual
 # over standard deviation). Chosen.
@@ -220,7 +220,11 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], frames: Fram
     fits = [(usual, fit(shape, seen, frames.table.height)) for usual, shape in _HULLS]
     cheap = [(usual, found) for usual, found in fits if found is not None and found.cost < worst]
     for usual, found in sorted(cheap, key=lambda option: option[1].cost):
-        if _holds_something(found) and not _shows_gaps(found, frames) and _is_hollow(found, frames):
+        if (
+            _holds_something(found)
+            and not seen_through(found, frames, _WALLS[found.shape], _GAPS)
+            and _is_hollow(found, frames)
+        ):
             return usual, found, members
     return None
 
@@ -247,11 +251,6 @@ def _walled(points: Array, middle: Array) -> bool:
     offset = points[:, :2] - middle
     sector = ((np.arctan2(offset[:, 1], offset[:, 0]) + np.pi) / (2.0 * np.pi) * _SECTORS).astype(int) % _SECTORS
     return len(np.unique(sector)) >= _CLOSED * _SECTORS
-
-
-def _shows_gaps(found: Fit, frames: FrameSet) -> bool:
-    """Tell whether something is seen behind where a hull's walls would be."""
-    return seen_through(found, frames, _WALLS[found.shape], _GAPS)
 
 
 def _holds_something(found: Fit) -> bool:

@@ -11,6 +11,7 @@ from robosandbox.perception.fit import Fit
 from robosandbox.perception.frame import Mask
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.segments import Segment, jumps, segment_of
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array
 
@@ -19,7 +20,7 @@ _MIN_RISE = 0.008  # Metres over the floor from which a point is of something el
 # Number of standard deviations of depth by which points must be off floor and walls, because it errs with the distance and
 # noise must not make a thing of them. Chosen.
 _ERRORS = 3.0
-_LEAST_GAP = 0.006  # Metres from the walls from which a point is of something else. Chosen.
+_LEAST_GAP = 2.0 * TOLERANCES.depth  # Metres from the walls from which a point is of something else.
 # Metres from the walls that a piece must reach: a strip beside a wall is that wall, badly placed. Chosen.
 _CLEAR_OF_WALLS = 0.022
 
@@ -52,14 +53,9 @@ def split_contents(
     return left, inside, FrameSet(by_camera, frames.table)
 
 
-def _corner(segment: Segment) -> tuple[slice, slice]:
-    left, top, right, bottom = segment.box
-    return slice(top, bottom), slice(left, right)
-
-
 def _parts(hull: Fit, segment: Segment, segmented: SegmentedFrame) -> list[Segment]:
     """Return the parts of a container's piece that are things in it."""
-    crop = _corner(segment)
+    crop = segment.crop
     frame = segmented.frame
     sure = segment.mask & frame.valid[crop]
     if sure.sum() < _LEAST_PIXELS:

@@ -9,11 +9,12 @@ import numpy as np
 
 from robosandbox.perception.naming import Declared, colour_difference
 from robosandbox.perception.thing import Thing
-from robosandbox.perception.track import SURELY, Track
+from robosandbox.perception.tolerances import TOLERANCES
+from robosandbox.perception.track import Track
 
-# Distances, colours and sizes are counted in units; below 1 unit two looks may be at the same thing. Metres: chosen twenty times
-# the error of a position, which is 2.2 mm at its 95th percentile (docs/measured.md), because the thing may have been pushed.
-_GATE = 0.05
+# Distances, colours and sizes are counted in units; below 1 unit two looks may be at the same thing, which may have been
+# pushed: metres.
+_GATE = 25.0 * TOLERANCES.position
 COLOUR_GATE = 30.0  # CIELAB distance of colours (CIE76) that is one unit. Chosen.
 _SIZE_GATE = 0.45  # Mean logarithm of the ratio of sizes that is one unit. Chosen: 1.57 times as large.
 # A difference that no pair may have, as a number of units. Chosen far above 1.
@@ -132,6 +133,6 @@ def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
     size = float(np.abs(np.log(old.shape.extents(old.size) / new.shape.extents(new.size))).mean()) / _SIZE_GATE
     if near:
         # A thing that was clearly seen to be solid does not become hollow where it stands.
-        changed = new.shape.holds_things and not old.shape.holds_things and old.confidence > SURELY
+        changed = new.shape.holds_things and not old.shape.holds_things and old.confidence > TOLERANCES.seen
         return max(distance / _GATE, 0.7 * colour, 0.3 * size) + (1.0 if changed else 0.0)
     return max(colour, size) + (0.0 if old.kind == new.kind else 0.4) + 0.2 * distance

@@ -14,6 +14,7 @@ from robosandbox.perception.groups import Group
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.support import Form
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import Array, Pose
 
@@ -31,12 +32,12 @@ _WIDEST = 0.024  # Width of a grip, metres, at the most: shapes/drawer.py's is 0
 _LEVELS = (0.35, 0.85)
 # Cost of the poorest fit of a box that is a cabinet (units: mean squared residual over standard deviation). Chosen.
 _POOREST = 1.0
-_TOP = 0.012  # Metres below the highest points that count as the top. Chosen: four times the depth noise of `rough`.
+_TOP = 4.0 * TOLERANCES.depth  # Metres below the highest points that count as the top.
 _FROM_SIDES = 0.02  # Metres from the sides within which the top is looked along, because edges are ragged. Chosen.
 _BIN = 0.006  # Metres along the top in which points are counted. Chosen.
 _EMPTY = 0.25  # Share of the usual count below which the top has ended. Chosen.
 _SHUT = 0.012  # Opening, metres, below which a drawer counts as shut. Chosen: two bins, as of `_BIN`.
-_ROOM = 0.006  # Metres around a grip's place within which a piece is of it. Chosen.
+_ROOM = 2.0 * TOLERANCES.depth  # Metres around a grip's place within which a piece is of it.
 _MOSTLY = 0.8  # Share of a piece's points that must lie there. Chosen.
 _ROUND: tuple[Form, ...] = ("lying", "cylinder", "sphere")
 _MOST_OPEN = 0.75  # How far a drawer opens as a share of its depth, before it was seen open. Chosen.
@@ -177,9 +178,8 @@ def _cabinet(members: Group, whole: Fit, frames: FrameSet) -> float:
         for segment in members.segments:
             if segment.frame is not segmented.frame:
                 continue
-            left, top, right, bottom = segment.box
-            sure = segment.mask & segmented.frame.valid[top:bottom, left:right]
-            points = segmented.frame.xyz[:, top:bottom, left:right][:, sure].T
+            sure = segment.mask & segmented.frame.valid[segment.crop]
+            points = segmented.frame.xyz[:, *segment.crop][:, sure].T
             local = (points - whole.centre) @ whole.axes
             within = (np.abs(local[:, 1]) < whole.sizes[1] - _FROM_SIDES) & (local[:, 2] > whole.sizes[2] - _TOP)
             heights.append(whole.sizes[0] - local[within, 0])

@@ -10,13 +10,12 @@ import numpy as np
 
 from robosandbox.perception.frame import PointCloudFrame
 from robosandbox.perception.silhouette import Rows
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
 
 # Share of a point's weight that its neighbours leave to it: sim/sensors.py shares noise in windows of 3 x 3. Chosen about
 # 1/9.
 _INDEPENDENT = 0.1
-# Standard deviation of depth that is assumed at the least, metres. Chosen: what calibration leaves.
-_LEAST_NOISE = 0.0015
 # Standard deviation, metres, of how far points reach to a side, which says roughly where a thing is. Chosen.
 _ROUGH = 0.008
 # Standard deviation of the height of what a thing stands on, metres. Chosen below a millimetre, because the table is fitted
@@ -63,7 +62,7 @@ class SurfacePoints:
     @staticmethod
     def of_frame(points: Array, frame: PointCloudFrame) -> SurfacePoints:
         """Return points (n, 3) that a camera has measured: a tenth of a point's weight each, since neighbours err alike."""
-        return SurfacePoints(points, frame.position, _INDEPENDENT / max(frame.noise, _LEAST_NOISE))
+        return SurfacePoints(points, frame.position, _INDEPENDENT / max(frame.noise, TOLERANCES.least_depth))
 
     @staticmethod
     def stack(parts: Sequence[SurfacePoints]) -> SurfacePoints:

@@ -14,11 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
-from robosandbox.perception.faces import faces_of
 from robosandbox.perception.plane_fit import plane_tilt
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.silhouette import Rows
-from robosandbox.perception.support import SIZES, TURNS, Form, axes_of, support_terms, turn_terms
+from robosandbox.perception.support import SIZES, TURNS, Form, axes_of, faces_of, support_terms, turn_terms
 from robosandbox.types import Array
 
 # Step of the headings that are tried, an angle of 6 degrees. Chosen so that the next steps converge from it.
@@ -136,7 +135,7 @@ class Prior:
     spread: float
 
 
-def usual(shape: Form) -> Prior:
+def usual_prior(shape: Form) -> Prior:
     """Return how large things on a table are as a rule, very loosely."""
     return Prior(np.full(SIZES[shape], 0.025), 0.06)
 
@@ -221,7 +220,7 @@ def _start(shape: Form, seen: ShapeEvidence, resting: float | None, prior: Prior
     """Return the shape as the silhouettes and the points' extents have it."""
     if seen.count < _LEAST_EVIDENCE:
         return None
-    return _grid(shape, seen.ended(True, resting), prior or usual(shape))
+    return _grid(shape, seen.ended(True, resting), prior or usual_prior(shape))
 
 
 def _refined_or_none(
@@ -229,7 +228,7 @@ def _refined_or_none(
 ) -> Fit | None:
     if start is None:
         return None
-    return _refined(start, seen.ended(False, resting), seen.surface, prior or usual(start.shape), least)
+    return _refined(start, seen.ended(False, resting), seen.surface, prior or usual_prior(start.shape), least)
 
 
 def cost_of(known: Fit, seen: ShapeEvidence) -> float:

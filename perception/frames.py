@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior
 from robosandbox.perception.segments import Segment, find_segments, segment_of
+from robosandbox.perception.tolerances import TOLERANCES
+from robosandbox.types import Array
 
 # Number of pixels from one to the next of which the bare table is noted. Chosen so that light is still measured near things.
 BARE_STRIDE = 4
-_ON_TABLE = 0.006  # Metres from the table's height within which a point is on it. Chosen.
+_ON_TABLE = 2.0 * TOLERANCES.depth  # Metres from the table's height within which a point is on it.
 _FROM_EDGE = 0.005  # Metres from the table's edge within which its light is not measured. Chosen.
 _TABLE_HUE = 0.15  # Difference of shares of the channels, summed, up to which a pixel has the table's colour. Chosen.
 
@@ -42,6 +44,20 @@ class SegmentedFrame:
     segments: tuple[Segment, ...]
     made: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
+    def beyond(self, points: Array) -> Array:
+        """Return how far behind each point (n, 3) of the world the frame sees, (n,), metres; NaN where it does not tell.
+
+        It does not tell of what is out of the picture, has no depth there, or has the robot before it.
+        """
+        pixels, depths = self.frame.project(points)
+        height, width = self.frame.depth.shape
+        inside = (depths > 0.0) & (pixels >= -0.5).all(axis=1) & (pixels < [width - 0.5, height - 0.5]).all(axis=1)
+        columns, rows = np.rint(pixels[inside]).astype(int).T
+        clear = self.frame.valid[rows, columns] & ~self.robot[rows, columns]
+        found = np.full(len(points), np.nan)
+        found[inside] = np.where(clear, self.frame.depth[rows, columns] - depths[inside], np.nan)
+        return found
+
     def divided(self, whole: Segment, part: Segment) -> tuple[SegmentedFrame, Segment | None]:
         """Return the frame with a part of a segment as a segment of its own, and what is left of the segment, if that is enough.
 
@@ -51,18 +67,13 @@ class SegmentedFrame:
         """
         segments, pieces = list(self.segments), self.pieces.copy()
         segments.append(part)
-        pieces[_crop(part)][part.mask] = len(segments)
+        pieces[part.crop][part.mask] = len(segments)
         number = next(k for k, one in enumerate(segments) if one is whole)
-        rest = whole.mask & (pieces[_crop(whole)] == number + 1)
+        rest = whole.mask & (pieces[whole.crop] == number + 1)
         left = segment_of(self.frame, rest, rest, whole.box)
         if left is not None:
             segments[number] = left
         return replace(self, pieces=pieces, segments=tuple(segments)), left
-
-
-def _crop(segment: Segment) -> tuple[slice, slice]:
-    left, top, right, bottom = segment.box
-    return slice(top, bottom), slice(left, right)
 
 
 def segment_frame(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_near: Image) -> SegmentedFrame:
@@ -70,8 +81,7 @@ def segment_frame(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_
     segments = tuple(find_segments(frame, table, robot, robot_near))
     pieces = np.zeros(frame.depth.shape, dtype=np.int16)
     for number, segment in enumerate(segments, start=1):
-        left, top, right, bottom = segment.box
-        pieces[top:bottom, left:right][segment.mask] = number
+        pieces[segment.crop][segment.mask] = number
     return SegmentedFrame(frame, robot, robot_near, pieces, _bare(frame, table, robot | (pieces > 0)), segments)
 
 

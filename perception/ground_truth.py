@@ -55,6 +55,7 @@ class GroundTruthPerception:
             time=truth.time,
             objects=tuple(self._detect(item) for item in truth.objects.values()),
             table_height=truth.table_height,
+            table_area=truth.table_area,
             base_xy=(float(base[0]), float(base[1])),
             held=truth.held,
             reach=sim.spec.reach,

@@ -1,24 +1,25 @@
-"""Grouping of pieces of different pictures: those in the same place and of the same colour are one thing."""
+"""Groups of pieces that are one thing: in the same place and of the same colour, and never two solid things in one place."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
 from math import dist
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from robosandbox.perception.fit import Fit
+from robosandbox.perception.frame import Image
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.segments import Segment
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
 
-# Metres between points of two views that are of the same place. Chosen: four times the 95th percentile of position errors
-# (docs/measured.md).
-_SAME_PLACE = 0.008
+_SAME_PLACE = 4.0 * TOLERANCES.position  # Metres between points of two views that are of the same place.
 # Share of the points of one view that lie near those of another, of one thing. Chosen: two cameras share little of its
 # surface.
 _LEAST_SHARE = 0.12
@@ -29,6 +30,12 @@ _CHROMA_NOISE = 5.0
 _LEAST_LIGHT = 0.28
 # Difference of brightness, of 765 levels, up to which dark colours are alike, because on black nobody can tell. Chosen.
 _BLACK = 90.0
+_AT_IT = 3.0 * TOLERANCES.position  # Metres from a shape within which it explains a point.
+_MOST_OF_IT = 0.6  # Share of points that are most of a group. Chosen.
+# Metres between two groups that may be one thing with something before it. Chosen: a finger or a cube hides as much.
+_APART = 0.06
+_STEPS = 24  # Number of points between two pieces at which the frame is looked at. Chosen.
+_NEARER = 0.004  # Metres by which something must be nearer to hide what is between. Chosen above the depth noise.
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,3 +114,50 @@ def _overlap(a: KDTree, b: KDTree) -> bool:
         if np.count_nonzero(np.isfinite(distance)) > _LEAST_SHARE * len(distance):
             return True
     return False
+
+
+def same_colour(a: Group, b: Group) -> bool:
+    """Tell whether two groups may have the same colour."""
+    return any(alike(one, other) for one, other in product(a.segments, b.segments))
+
+
+def explains(known: Fit, members: Group, within: float = _AT_IT) -> bool:
+    """Tell whether most of a group's points are in a fitted shape or so near to it, metres."""
+    return float((known.distances(members.points) < within).mean()) > _MOST_OF_IT
+
+
+def may_be_one(a: Group, b: Group, frames: FrameSet) -> bool:
+    """Tell whether two groups near one another may be of one thing: no view shows both without something before the gap."""
+    (low_a, high_a), (low_b, high_b) = a.bounds, b.bounds
+    if (low_a - _APART > high_b).any() or (low_b - _APART > high_a).any():
+        return False
+    return all(
+        any(_hidden_between(one, other, segmented) for one, other in product(first, second))
+        for segmented in frames.by_camera.values()
+        if (first := [each for each in a.segments if each.frame is segmented.frame])
+        and (second := [each for each in b.segments if each.frame is segmented.frame])
+    )
+
+
+def _hidden_between(a: Segment, b: Segment, segmented: SegmentedFrame) -> bool:
+    """Tell whether all that lies between two pieces in the picture is something nearer than they are."""
+    start, end = _middle(a), _middle(b)
+    columns, rows = np.rint(start + np.linspace(0.0, 1.0, _STEPS)[:, None] * (end - start)).astype(int).T
+    own = [k for k, one in enumerate(segmented.segments, start=1) if one is a or one is b]
+    between = ~np.isin(segmented.pieces[rows, columns], own)
+    if not between.any():
+        return False
+    depth = segmented.frame.depth
+    near = min(_median_depth(one, depth) for one in (a, b)) - _NEARER
+    hidden = (segmented.pieces[rows, columns] > 0) & (depth[rows, columns] < near) | segmented.robot[rows, columns]
+    return bool(hidden[between].mean() > _MOST_OF_IT)
+
+
+def _middle(segment: Segment) -> Array:
+    rows, columns = np.nonzero(segment.mask)
+    return np.array([columns.mean() + segment.box[0], rows.mean() + segment.box[1]])
+
+
+def _median_depth(segment: Segment, depth: Image) -> float:
+    values = depth[segment.crop][segment.mask]
+    return float(np.median(values[values > 0.0])) if (values > 0.0).any() else 0.0

@@ -72,7 +72,7 @@ def names_for(
     return found
 
 
-def invented(colour: str, kind: ObjectKind, taken: Collection[str], tag: int | None = None) -> str:
+def new_id(colour: str, kind: ObjectKind, taken: Collection[str], tag: int | None = None) -> str:
     """Return a new id such as `red_box_1`, or `red_box_tag_9` for what carries a tag."""
     if tag is not None and (name := f"{colour}_{kind}_tag_{tag}") not in taken:
         return name

@@ -8,13 +8,12 @@ import numpy as np
 
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.thing import Thing
-from robosandbox.perception.track import SURELY, Track
+from robosandbox.perception.tolerances import TOLERANCES
+from robosandbox.perception.track import Track
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array
 
-# Metres that a thing may seem to move and have stayed. Chosen: twice the 95th percentile of position errors
-# (docs/measured.md).
-_STAYED = 0.005
+_STAYED = 2.5 * TOLERANCES.position  # Metres that a thing may seem to move and have stayed.
 _INTO_THE_WALL = 0.006  # Metres that contents may reach into a wall that is seen amiss. Chosen: one wall and a half.
 
 
@@ -32,7 +31,7 @@ def is_its_contents(track: Track, thing: Thing, pairs: Iterable[tuple[Track, Thi
         pairs: What else is known, each with what the same look shows of it.
     """
     hollow = thing.kind == track.thing.kind and thing.shape.is_open_container
-    if not hollow or track.confidence <= SURELY:
+    if not hollow or track.confidence <= TOLERANCES.seen:
         return False
     for other, seen in pairs:
         before, now = other.thing.fit.centre, seen.fit.centre

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
 
 # Number of triples of points that are tried (RANSAC, Fischler and Bolles 1981), so that with 30 % of the points in the plane
 # a triple in it is missed in 4 % of the cases.
 _DRAWS = 120
-# Metres from a plane within which points are in it. Chosen: the depth noise of `rough` in sim/sensors.py at 0.7 m.
-_IN_PLANE = 0.003
 _MUCH_OF_IT = 0.3  # Share of the points that must be in it. Chosen.
 _LEAST_LEAN = np.radians(8.0)  # Angle in radians from which a plane is no top. Chosen: what the fits forgive.
 _MOST_LEAN = np.radians(65.0)  # Angle in radians from which it is a side. Chosen.
@@ -28,7 +27,7 @@ def plane_tilt(points: Array) -> Array | None:
     normals, starts = normals[lengths > 1e-6] / lengths[lengths > 1e-6, None], a[lengths > 1e-6]
     if not len(normals):
         return None
-    near = np.abs(points @ normals.T - np.einsum("ij,ij->i", normals, starts)) < _IN_PLANE
+    near = np.abs(points @ normals.T - np.einsum("ij,ij->i", normals, starts)) < TOLERANCES.depth
     best = near[:, int(near.sum(axis=0).argmax())]
     if best.mean() < _MUCH_OF_IT:
         return None

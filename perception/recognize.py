@@ -14,21 +14,20 @@ from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
 from robosandbox.perception.fit import Fit, best_fit, fit_leaning
 from robosandbox.perception.frame import Mask
 from robosandbox.perception.frames import FrameSet
-from robosandbox.perception.groups import Group
-from robosandbox.perception.merge import explains, may_be_one, same_colour, seen_through
+from robosandbox.perception.free_space import seen_through
+from robosandbox.perception.groups import Group, explains, may_be_one, same_colour
 from robosandbox.perception.quantiles import percentiles
-from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape, as_one_of, candidates, is_gone, pairs
+from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape, best_known, candidates, is_gone, pairs
 from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
 from robosandbox.perception.support import Form
-from robosandbox.perception.thing import Thing, described
+from robosandbox.perception.thing import Thing, size_and_pose
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.shapes import shape_of
 from robosandbox.types import Array, ObjectKind
 
 # Number of pixels whose depth errs alike, because stereo matches windows; sim/sensors.py shares noise in 3 x 3 pixels.
 _CORRELATED = 9.0
-# Standard deviation of depth that is assumed at the least, metres. Chosen: what calibration leaves.
-_LEAST_SIGMA = 0.0015
 _AIR = 0.015  # Metres over its support from which a thing may be in the air. Chosen above the errors of both heights.
 # Cost by which a thing in the air must explain what is seen better, because most things stand (units: mean squared residual
 # over standard deviation). Chosen.
@@ -38,9 +37,6 @@ _MOST_POINTS = (4.0, 96.0)  # Percentiles between which most points lie, percent
 # Cost of each number that a shape is described by, so that a ball is no cylinder where both fit (units: mean squared residual
 # over standard deviation). Chosen.
 _COMPLEXITY = 0.012
-# Cost from which a leaning shape is tried; one that stands has about this much (units: mean squared residual over standard
-# deviation). Chosen.
-_MAY_LEAN = 0.45
 # Cost by which a leaning shape must be better, because it has two more numbers (units: mean squared residual over standard
 # deviation). Chosen.
 _LEAN_GAIN = 0.2
@@ -48,9 +44,7 @@ _LEAN_GAIN = 0.2
 _POOR_COST = 0.35
 # Number of tangents with which a thing counts as fully seen. Chosen: one camera shows up to 32.
 _ENOUGH_TANGENTS = 14.0
-# Standard deviation of a position, metres, up to which confidence is full. Chosen about twice the 95th percentile of the
-# error, 2.2 mm (docs/measured.md).
-_USUAL_SIGMA = 0.004
+_USUAL_SIGMA = 2.0 * TOLERANCES.position  # Standard deviation of a position, metres, up to which confidence is full.
 # Half-extent, metres, below which a fit is none. Chosen: thinner things are lost in the table's noise.
 _LEAST_EXTENT = 0.004
 # Cost from which the pieces may be several things, one on another (units: mean squared residual over standard deviation).
@@ -60,12 +54,8 @@ _SEVERAL = 1.0
 _UNEXPLAINED = 3.0
 # Cost of taking pieces for two things and not for one (units: mean squared residual over standard deviation). Chosen.
 _STACK_CHARGE = 0.3
-# Cost up to which one shape explains two groups well (units: mean squared residual over standard deviation). Chosen as
-# `_MAY_LEAN`, because one group alone has about this much.
-_WELL = 0.45
-# Cost up to which it does so tolerably, where nothing is seen between them (units: mean squared residual over standard
-# deviation). Chosen: twice `_WELL`.
-_TOLERABLY = 0.9
+# Cost up to which one shape explains two groups tolerably, where nothing is seen between them.
+_TOLERABLY = 2.0 * TOLERANCES.cost
 # Cost by which one shape for both may be worse than the better one of two (units: mean squared residual over standard
 # deviation). Chosen.
 _WORSE = 0.3
@@ -104,7 +94,7 @@ def recognize(
     things += [_as_thing(drawer, frames) for drawer in drawers]
     waiting = list(rest)
     while waiting:
-        waiting.sort(key=_level)
+        waiting.sort(key=lambda members: float(members.bounds[1][2]))
         members = waiting.pop(0)
         thing = _solid(members, things, frames, known)
         if thing is None or thing.fit.cost > _SEVERAL:
@@ -115,10 +105,6 @@ def recognize(
         if thing is not None:
             things = _joined(things, thing, frames, known)
     return things
-
-
-def _level(members: Group) -> float:
-    return float(members.bounds[1][2])
 
 
 def _in_parts(
@@ -166,7 +152,7 @@ def _joined(things: Sequence[Thing], new: Thing, frames: FrameSet, known: Sequen
         both = _solid(Group((*other.group.segments, *new.group.segments)), rest, frames, known)
         if same:
             better = max(other, new, key=lambda thing: len(thing.group.points) * thing.confidence)
-            if both is None or both.fit.cost > max(better.fit.cost, _WELL) + _WORSE:
+            if both is None or both.fit.cost > max(better.fit.cost, TOLERANCES.cost) + _WORSE:
                 both = better
         elif both is None or both.fit.cost > _TOLERABLY or seen_through(both.fit, frames):
             continue
@@ -201,7 +187,7 @@ def measurements(members: Group, frames: FrameSet, *, wary: bool = False) -> Sha
         rows.append(tangents(own, segmented, wary=wary))
         for segment in own:
             # Neighbouring pixels err together, so that many points say less than their number.
-            sigma = max(segmented.frame.noise, _LEAST_SIGMA)
+            sigma = max(segmented.frame.noise, TOLERANCES.least_depth)
             pixels = float(segment.mask.sum())
             share = min(1.0, pixels / _CORRELATED / len(segment.points))
             surfaces.append(SurfacePoints(segment.points, segmented.frame.position, np.sqrt(share) / sigma))
@@ -211,7 +197,7 @@ def measurements(members: Group, frames: FrameSet, *, wary: bool = False) -> Sha
 def _solid(members: Group, things: Sequence[Thing], frames: FrameSet, known: Sequence[KnownShape]) -> Thing | None:
     under = _support(members, things, frames)
     familiar = _as_known(members, under, frames, known)
-    if familiar is not None and familiar.fit.cost < _WELL:
+    if familiar is not None and familiar.fit.cost < TOLERANCES.cost:
         return familiar
     seen = measurements(members, frames)
     found, resting = _as_any(members, seen, under)
@@ -219,7 +205,7 @@ def _solid(members: Group, things: Sequence[Thing], frames: FrameSet, known: Seq
         return familiar
     if found is None or found.sizes.min() < _LEAST_EXTENT:
         return None
-    return _thing(named(found.shape), found, members, seen, resting, frames)
+    return _thing(kind_of_form(found.shape), found, members, seen, resting, frames)
 
 
 def _as_known(members: Group, under: float, frames: FrameSet, known: Sequence[KnownShape]) -> Thing | None:
@@ -229,8 +215,8 @@ def _as_known(members: Group, under: float, frames: FrameSet, known: Sequence[Kn
     if not near and not astray:
         return None
     seen = measurements(members, frames, wary=True)
-    found = as_one_of(near or astray, seen, under, WORST if near else _WELL)
-    return None if found is None else _thing(named(found.shape), found, members, seen, under, frames)
+    found = best_known(near or astray, seen, under, WORST if near else TOLERANCES.cost)
+    return None if found is None else _thing(kind_of_form(found.shape), found, members, seen, under, frames)
 
 
 def _as_any(members: Group, seen: ShapeEvidence, under: float) -> tuple[Fit | None, float | None]:
@@ -241,14 +227,14 @@ def _as_any(members: Group, seen: ShapeEvidence, under: float) -> tuple[Fit | No
         floating = best_fit(_SHAPES, seen, None, _COMPLEXITY)
         if floating and (found is None or floating.cost < found.cost - _AIR_GAIN) and floating.bottom > under + _AIR:
             found, resting = floating, None
-    if found is None or found.cost > _MAY_LEAN:
+    if found is None or found.cost > TOLERANCES.cost:
         leaning = fit_leaning(seen)
         if leaning is not None and (found is None or leaning.cost < found.cost - _LEAN_GAIN):
             found, resting = leaning, None
     return found, resting
 
 
-def named(shape: Form) -> ObjectKind:
+def kind_of_form(shape: Form) -> ObjectKind:
     """Return the kind of a solid shape."""
     return "cylinder" if shape == "lying" else shape
 
@@ -261,7 +247,7 @@ def _thing(
     resting: float | None,
     frames: FrameSet,
 ) -> Thing:
-    size, pose = described(kind, found)
+    size, pose = size_and_pose(kind, found)
     return Thing(
         kind=kind,
         size=size,

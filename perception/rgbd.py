@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from robosandbox.driver import Driver, require
+from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
@@ -26,21 +27,12 @@ from robosandbox.perception.sensed import SensedSim
 from robosandbox.perception.tag_removal import tags_removed
 from robosandbox.perception.tags import Tag, find_tags, labelled, merged
 from robosandbox.perception.thing import Thing
-from robosandbox.perception.told_mesh import as_told
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
 from robosandbox.types import ObservedScene, RgbdFrame
 
 _log = logging.getLogger(__name__)
-# Confidence, a probability, from which a thing is acted on; what is seen less clearly is only told of. Chosen.
-_CLEAR = 0.3
-_SURE = (
-    0.9  # Confidence, a probability, from which one look tells a thing well enough. Chosen: what tells a size for good.
-)
-# Metres from which a thing has left its place. Chosen: the 95th percentile of errors (docs/measured.md).
-_MOVED = 0.002
-_SLID = 0.001  # Metres from which a drawer that followed the hand is looked at. Chosen: above the noise of a size.
-_AROUND_HELD = 0.003  # Metres around a held thing that are taken for the hand's. Chosen.
 
 
 class RgbdPerception:
@@ -68,6 +60,11 @@ class RgbdPerception:
         cameras: tuple[str, ...] | None = None,
         calibration: Path | None = None,
     ) -> None:
+        if setup.scene.world is not None:
+            raise InputError(
+                f"perception: rgbd looks for things on a bare table and does not know the fixtures of "
+                f"{setup.scene.world.name} yet; use --perception ground_truth"
+            )
         self._setup = setup
         self._cameras = cameras
         self._calibration = Calibration.load(calibration) if calibration else None
@@ -163,14 +160,14 @@ class RgbdPerception:
         tracks, hold = self._tracker.tracks, self._hands.hold
         held = hold.id if hold else None
         about = [name for name in (tracks if names is None else names) if name != held]
-        if any(tracks[name].confidence < _SURE for name in about):
+        if any(tracks[name].confidence < TOLERANCES.clear for name in about):
             # What one look does not tell for sure several tell better.
             return False
         if names is None and len(tracks) - len(self._open_to_view()) > 1:
             # Things in a container hide each other; each look from another posture tells more of them.
             return False
         places = {name: tracks[name].thing.fit.corners() for name in about}
-        carried = tracks[held].thing.fit.corners(_AROUND_HELD) if held else None
+        carried = tracks[held].thing.fit.corners(TOLERANCES.depth) if held else None
         return self._attention.is_unchanged(sim, places, self._robot(), carried, everywhere=names is None)
 
     def _look_all_over(self, sim: Driver) -> None:
@@ -185,7 +182,7 @@ class RgbdPerception:
         left = [
             fit.corners()
             for name, fit in before.items()
-            if name not in after or float(np.abs(after[name].centre - fit.centre).max()) > _MOVED
+            if name not in after or float(np.abs(after[name].centre - fit.centre).max()) > TOLERANCES.position
         ]
         fixed = [camera for camera in cameras if camera in specs and not specs[camera].on_hand]
         self._attention.remember(self.frames, fixed, [fit.corners() for fit in self._open_to_view()], left)
@@ -229,7 +226,7 @@ class RgbdPerception:
         sound: dict[str, PointCloudFrame] = {}
         masks: dict[str, tuple[Mask, Image]] = {}
         hold = self._hands.hold
-        carried = self._tracker.tracks[hold.id].thing.fit.corners(_AROUND_HELD) if hold else None
+        carried = self._tracker.tracks[hold.id].thing.fit.corners(TOLERANCES.depth) if hold else None
         if self._calibration is not None:
             captures = [self._calibration.apply(rgbd) for rgbd in captures]
         for rgbd in captures:
@@ -265,7 +262,7 @@ class RgbdPerception:
         self._hands.update(seen, self._tracker.tracks.values())
         self._hands.move_drawers(seen, self.tracks)
         hold = self._hands.hold
-        slid = any(abs((track.thing.opening or 0.0) - openings[track.id]) > _SLID for track in self.tracks)
+        slid = any(abs((track.thing.opening or 0.0) - openings[track.id]) > TOLERANCES.size for track in self.tracks)
         if slid or (before is not None and hold is not before):
             # Where it went, and whether the drawer went along, is not felt.
             self._stale = True
@@ -290,11 +287,11 @@ class RgbdPerception:
         robot = sim.spec
         held = self._hands.hold.id if self._hands.hold else None
         base = robot.base_position
-        clear = [track for track in self.tracks if track.confidence >= _CLEAR or track.id == held]
+        clear = [track for track in self.tracks if track.confidence >= TOLERANCES.acted_on or track.id == held]
         unclear = [_unclear(track) for track in self.tracks if track not in clear]
         return ObservedScene(
             time=sim.time,
-            objects=tuple(as_told(track.detected(), self._setup.known.get(track.id)) for track in clear),
+            objects=tuple(track.detected() for track in clear),
             table_height=self._setup.scene.table_height,
             base_xy=(float(base[0]), float(base[1])),
             held=held,

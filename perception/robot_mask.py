@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.perception.frame import Mask
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array, RgbdFrame
 
 # Pixels around the robot that are taken for it, because errors of joints and calibration move its outline. Chosen.
@@ -18,7 +19,7 @@ _NEAR = 0.02  # Depth, metres, below which a point of the robot is taken to be i
 _FARTHEST_PIXEL = (
     30000  # Pixels from the picture's corner, at most, of an outline's corner: OpenCV counts them in 16 bits.
 )
-_IN_FRONT = 0.012  # Metres before the robot from which something stands in front of it. Chosen above the depth noise.
+_IN_FRONT = 4.0 * TOLERANCES.depth  # Metres before the robot from which something stands in front of it.
 
 
 class RobotMask:

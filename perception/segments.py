@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.table_colour import painted
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
 
 Labels = NDArray[np.int32]
@@ -21,9 +22,9 @@ Labels = NDArray[np.int32]
 # Metres beyond the table's edge where things are still looked for. Chosen: half of a small cube; nothing changes at 0.01 or
 # 0.04 (benchmarks/sensitivity.py).
 _EDGE = 0.02
-# Height over the table, metres, from which a pixel belongs to a thing; three times the depth noise where that is more.
+# Height over the table, metres, from which a pixel belongs to a thing; three times the frame's noise where that is more.
 # Nothing is found or lost at 0.003 or 0.012 (benchmarks/sensitivity.py).
-_LEAST_HEIGHT = 0.006
+_LEAST_HEIGHT = 2.0 * TOLERANCES.depth
 # Height over the table, metres, up to which something belongs to the scene. Chosen: above the reach of a tabletop arm.
 _HEADROOM = 1.2
 # Step of depth between neighbouring pixels, metres, at which pieces part. With 0.009 three detections of nothing in place of
@@ -80,6 +81,12 @@ class Segment:
     colours: Array
     rgb: Array
     chroma: Array
+
+    @property
+    def crop(self) -> tuple[slice, slice]:
+        """Rows and columns of its box in the picture."""
+        left, top, right, bottom = self.box
+        return slice(top, bottom), slice(left, right)
 
     @cached_property
     def outline(self) -> Array:

@@ -9,8 +9,8 @@ from itertools import combinations
 from robosandbox.perception.evidence import ShapeEvidence
 from robosandbox.perception.fit import Fit, Prior, fit_near
 from robosandbox.perception.frames import FrameSet
-from robosandbox.perception.groups import Group
-from robosandbox.perception.merge import same_colour, seen_through
+from robosandbox.perception.free_space import seen_through
+from robosandbox.perception.groups import Group, same_colour
 
 # Cost by which a known size may be worse than any other, because it was well seen before (units: mean squared residual over
 # standard deviation). Chosen.
@@ -56,7 +56,7 @@ def is_gone(known: KnownShape, frames: FrameSet) -> bool:
     return known.lost or seen_through(known.fit, frames)
 
 
-def as_one_of(options: Sequence[KnownShape], seen: ShapeEvidence, resting: float | None, worst: float) -> Fit | None:
+def best_known(options: Sequence[KnownShape], seen: ShapeEvidence, resting: float | None, worst: float) -> Fit | None:
     """Return the known thing, moved from where it was, that explains measurements best; None where none does well.
 
     None too where it is seen as well as it ever was, so that its size can be told anew.

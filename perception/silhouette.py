@@ -12,16 +12,17 @@ from robosandbox.perception.frame import Mask
 from robosandbox.perception.frames import SegmentedFrame
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.segments import Segment
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
 
 _DIRECTIONS = 32  # Number of directions in which an outline's tangents are taken. Chosen.
 _OUTSIDE = np.array([2.0, 3.0, 5.0, 7.0])  # Pixels beyond a tangent point at which is looked what lies there. Chosen.
-_OCCLUDES = 0.012  # Metres nearer or farther from which something hides or is behind. Chosen above the depth noise.
+_OCCLUDES = 4.0 * TOLERANCES.depth  # Metres nearer or farther from which something hides or is behind.
 _BESIDE = 3.0  # Pixels within which something lies beside an outline. Chosen: `edge_dropout` of sim/sensors.py and one.
 _ASIDE = 0.6  # Cosine from which a direction points at what an outline is cut by. Chosen.
 _BESIDE_REACH = 0.85  # Fraction of an outline's reach that ends beside another thing. Chosen.
 _WARY_REACH = 0.5
-_UNDER = 0.006  # Metres below a piece's lowest point from which something is under it. Chosen.
+_UNDER = 2.0 * TOLERANCES.depth  # Metres below a piece's lowest point from which something is under it.
 _EDGE = 0.75  # Pixels from the farthest one within which others lie on the same edge. Chosen.
 _FEW = 6  # Number of free tangents below which those at a cut are used as well. Chosen.
 _LONG_CUT = 4  # Number of outline points at a removed tag that make a long cut. Chosen.

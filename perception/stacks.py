@@ -83,10 +83,9 @@ def cut(members: Group, chosen: Callable[[Array], Mask], frames: FrameSet) -> tu
 
 def _of_part(segment: Segment, chosen: Callable[[Array], Mask]) -> Mask:
     """Return a piece's pixels of a part; where depth is missing the nearest pixels with depth decide."""
-    left, top, right, bottom = segment.box
-    sure = segment.mask & segment.frame.valid[top:bottom, left:right]
+    sure = segment.mask & segment.frame.valid[segment.crop]
     part = np.zeros_like(sure)
-    part[sure] = chosen(segment.frame.xyz[:, top:bottom, left:right][:, sure].T.astype(np.float64))
+    part[sure] = chosen(segment.frame.xyz[:, *segment.crop][:, sure].T.astype(np.float64))
     to_part, to_rest = (
         cv2.distanceTransform((~pixels).astype(np.uint8), cv2.DIST_L2, 3) for pixels in (part, sure & ~part)
     )

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior, as_picture
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.thing import Thing
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.tags import TAG_CELLS, TAG_COUNT, TAG_FAMILY
 from robosandbox.types import Array
 
@@ -31,10 +32,10 @@ _TOPS = 90.0  # Percentile of heights in a piece that is its top, percent: what 
 _LEVELS = (0.45, 0.35, 0.55, 0.25, 0.65)
 _EXTREMES = (2.0, 98.0)  # Percentiles of brightness that are black and white, percent. Chosen.
 _SAME_SIZE = 0.22  # Ratio by which a border's sides may differ from a described tag's, less 1. Chosen.
-_LEVEL_WITHIN = 0.006  # Metres by which a face's points may be off its height, at their median. Chosen.
+_LEVEL_WITHIN = 2.0 * TOLERANCES.depth  # Metres by which a face's points may be off its height, at their median.
 # Levels of 255 between black and white at the least. Chosen: ten times the colour noise of `realsense`.
 _LEAST_CONTRAST = 25.0
-_ON_IT = 0.012  # Metres from a face's plane within which a tag lies on it. Chosen.
+_ON_IT = 4.0 * TOLERANCES.depth  # Metres from a face's plane within which a tag lies on it.
 _FRAME_CONTRAST = 0.4  # Share of the contrast that a tag's white frame has over its black border. Chosen.
 # Shifts of the grid in cells, as fractions, that are tried. Chosen: corners are found to a part of a cell.
 _SHIFTS = (0.0, -0.4, 0.4)

@@ -56,7 +56,7 @@ class Thing:
         return self.fit.top
 
 
-def described(kind: ObjectKind, found: Fit) -> tuple[tuple[float, ...], Pose]:
+def size_and_pose(kind: ObjectKind, found: Fit) -> tuple[tuple[float, ...], Pose]:
     """Return size and pose, as its shape names them, of a kind whose outer hull is fitted."""
     sizes = [float(value) for value in found.sizes]
     shape = shape_of(kind)

@@ -10,11 +10,11 @@ from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit, Prior, cost_of, fit
 from robosandbox.perception.shape_prior import AS_MUCH
-from robosandbox.perception.thing import Thing, aligned, described
+from robosandbox.perception.thing import Thing, aligned, size_and_pose
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import DetectedObject, Pose
 
-# Metres that a thing may seem to move and lie still. Chosen: twice the 95th percentile of position errors (docs/measured.md).
-_STILL = 0.004
+_STILL = 2.0 * TOLERANCES.position  # Metres that a thing may seem to move and lie still.
 _AS_CLEAR = 0.8  # Share of the confidence before with which a look is as clear. Chosen.
 # Cost up to which what is known explains a look (units: mean squared residual over standard deviation). Chosen.
 _EXPLAINED = 0.7
@@ -23,17 +23,13 @@ _AS_WELL = 0.25
 # Cost by which a known size may explain a look worse than any other (units: mean squared residual over standard deviation).
 # Chosen.
 _WORSE = 0.5
-# Standard deviation of a known size, metres, and by how much equal sizes differ. Chosen: the median error of sizes is 0.8 mm
-# (docs/measured.md).
-_KNOWN_SIZE = 0.001
+_KNOWN_SIZE = TOLERANCES.size  # Standard deviation of a known size, metres, and by how much equal sizes differ.
 _CONTAINER_SIZE = 0.0001  # The same of a container, metres: walls of which parts are seen would stretch it. Chosen.
 _REFITTED = 0.5
 _MOST_LOOKS = 6  # Number of looks that an average remembers, so that a slow change still shows. Chosen.
 _LEAST_WEIGHT = 0.05  # Weight, a probability, that a look which was not sure keeps in an average. Chosen.
 # Factor by which confidence falls with each look that does not show a thing. Chosen: it is halved in 23 looks.
 FADING = 0.97
-SURELY = 0.6  # Confidence, a probability, from which a thing was surely seen. Chosen.
-_CLEARLY = 0.9  # Confidence, a probability, from which a look tells the size for good. Chosen.
 # Logarithm of the ratio of sizes from which a surely seen thing looks like another, a factor of 1.35. Chosen.
 _ANOTHER_SIZE = 0.3
 _SURELY_ANOTHER_SIZE = 0.15  # The same of one whose size was clearly seen, a factor of 1.16. Chosen.
@@ -139,7 +135,7 @@ def _look_anew(track: Track, thing: Thing) -> None:
         track.confidence *= FADING
         return
     place = aligned(found.fit, old.fit)
-    size, pose = described(found.kind, place)
+    size, pose = size_and_pose(found.kind, place)
     track.thing = replace(found, fit=place, size=size, pose=pose)
     track.looks, track.confidence = 1, found.confidence
     if not _same_size(old, place):
@@ -164,14 +160,14 @@ def _average(track: Track, thing: Thing) -> None:
         )
     if sized:
         track.tangents = max(track.tangents, _tangents(thing))
-    size, pose = described(old.kind, better)
+    size, pose = size_and_pose(old.kind, better)
     track.confidence = max(thing.confidence, (1.0 - share) * track.confidence + share * thing.confidence)
     track.thing = replace(thing, size=size, pose=pose, fit=better, rgb=(1.0 - share) * old.rgb + share * thing.rgb)
 
 
 def _tangents(thing: Thing) -> int:
     """Return how many tangents tell a thing's size; 0 for one not clearly seen."""
-    return len(thing.seen.rows.values) if thing.confidence > _CLEARLY else 0
+    return len(thing.seen.rows.values) if thing.confidence > TOLERANCES.clear else 0
 
 
 def _same_size(old: Thing, new: Fit) -> bool:
@@ -187,7 +183,7 @@ def _changed(track: Track, thing: Thing) -> bool:
     if thing.shape.holds_things and _tangents(thing) < AS_MUCH * track.tangents:
         # It was known by walls all around; what is seen less well may tell where it is, not how large.
         return not _same_size(old, thing.fit)
-    return old.confidence > SURELY and ratio > _ANOTHER_SIZE
+    return old.confidence > TOLERANCES.seen and ratio > _ANOTHER_SIZE
 
 
 def _is_partial_view(track: Track, thing: Thing) -> bool:
@@ -212,5 +208,5 @@ def _with_known_size(thing: Thing, old: Thing) -> Thing:
     found = fit(old.fit.shape, thing.seen, thing.resting, prior)
     if found is None or found.cost > thing.fit.cost + _WORSE:
         return thing
-    size, pose = described(old.kind, found)
+    size, pose = size_and_pose(old.kind, found)
     return replace(thing, kind=old.kind, fit=found, size=size, pose=pose, confidence=max(thing.confidence, _REFITTED))

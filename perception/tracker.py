@@ -12,12 +12,13 @@ from robosandbox.perception.data_association import COLOUR_GATE, Assignment, Tag
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.frames import FrameSet
-from robosandbox.perception.free_space import seen_through
-from robosandbox.perception.naming import Declared, colour_difference, invented, names_for
+from robosandbox.perception.free_space import has_left
+from robosandbox.perception.naming import Declared, colour_difference, names_for, new_id
 from robosandbox.perception.occlusion import is_its_contents, lies_in
 from robosandbox.perception.shape_prior import KnownShape
 from robosandbox.perception.thing import Thing
-from robosandbox.perception.track import FADING, SURELY, Track, carry, update_from
+from robosandbox.perception.tolerances import TOLERANCES
+from robosandbox.perception.track import FADING, Track, carry, update_from
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array, ObjectKind, Pose
 from robosandbox.world.relations import inside
@@ -61,7 +62,7 @@ class Tracker:
         return [
             (track.thing.kind, track.thing.fit)
             for track in self.tracks.values()
-            if track.thing.shape.is_open_container and track.id != held and track.confidence > SURELY
+            if track.thing.shape.is_open_container and track.id != held and track.confidence > TOLERANCES.seen
         ]
 
     def solids(self, held: str | None) -> list[KnownShape]:
@@ -121,7 +122,7 @@ class Tracker:
         for track in displaced(found.tracks, things):
             self._lose(track)
             found.tracks.remove(track)
-        found.gone = [track for track in found.tracks if seen_through(track.thing, frames)]
+        found.gone = [track for track in found.tracks if has_left(track.thing, frames)]
         found.by_looks = found.settle(self.numbers.assign(found.gone, found.things))
         found.named = {thing: name for name, thing in self._declared(found.things)}
         found.things = [thing for thing in found.things if thing not in found.named]
@@ -160,7 +161,7 @@ class Tracker:
         """Take a thing that nobody has described for a lost one that looks like it, else give it a name of its own."""
         lost = [track for track in self.lost.values() if track.id not in self.tracks]
         turned_up = self.numbers.assign(lost, [thing])
-        name = turned_up[0][0].id if turned_up else self._invented(thing)
+        name = turned_up[0][0].id if turned_up else new_id(colour_name(tuple(thing.rgb)), thing.kind, self.tracks, thing.tag)
         self.tracks[name] = Track(name, thing, confidence=thing.confidence)
         if not turned_up:
             self.strangers[name] = set()
@@ -278,10 +279,6 @@ class Tracker:
             if other is not None:
                 other.id = before
                 self.tracks[before] = other
-
-    def _invented(self, thing: Thing) -> str:
-        r, g, b = (float(value) for value in thing.rgb)
-        return invented(colour_name((r, g, b)), thing.kind, self.tracks, thing.tag)
 
 
 def slide_contents(drawer: Track, out: float, tracks: Iterable[Track]) -> None:

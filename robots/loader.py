@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -154,16 +155,14 @@ def load_robot(
         InputError: A file is missing or wrong; the message names file, field, value and remedy.
     """
     path = resolve_robot(robot_urdf).resolve()
-    if arm is not None or gripper is not None:
-        if gripper is not None and not is_file(gripper):
-            raise InputError(f"robot_gripper: {str(gripper)!r} is no file{did_you_mean_file(gripper)}")
-        gripper = gripper.resolve() if gripper else None
-        stamp = gripper.stat().st_mtime_ns if gripper else 0
-        return _inferred(path, arm, gripper, package_paths, table_height, path.stat().st_mtime_ns, stamp)
-    config = find_sidecar(path, robot_config)
-    stamp = config.stat().st_mtime_ns if config else 0
+    inferred = arm is not None or gripper is not None
+    if gripper is not None and not is_file(gripper):
+        raise InputError(f"robot_gripper: {str(gripper)!r} is no file{did_you_mean_file(gripper)}")
+    gripper = gripper.resolve() if gripper else None
+    config = None if inferred else find_sidecar(path, robot_config)
+    stamps = tuple(file.stat().st_mtime_ns for file in (path, config, gripper) if file)
     with doing(f"loading {path.name}"):
-        return _load(path, config, package_paths, table_height, path.stat().st_mtime_ns, stamp)
+        return _load(path, config, package_paths, table_height, arm, gripper, stamps)
 
 
 def robot_of(scene: Scene) -> RobotModel:
@@ -172,6 +171,8 @@ def robot_of(scene: Scene) -> RobotModel:
     Raises:
         InputError: A file is missing or wrong; the message names file, field, value and remedy.
     """
+    if scene.robot_base is not None:
+        return _based(scene, scene.robot_base)
     return load_robot(
         scene.robot_urdf,
         scene.robot_config,
@@ -181,33 +182,44 @@ def robot_of(scene: Scene) -> RobotModel:
     )
 
 
-@lru_cache(maxsize=16)
-def _inferred(
-    path: Path,
-    arm: str | None,
-    gripper: Path | None,
-    package_paths: tuple[Path, ...],
-    table_height: float,
-    model_stamp: int,
-    gripper_stamp: int,
-) -> RobotModel:
-    del model_stamp, gripper_stamp  # part of the cache key: an edited file is read again
-    from robosandbox.robots.infer.sidecar import infer
+def _based(scene: Scene, base: tuple[float, float, float, float]) -> RobotModel:
+    """Return the robot with its base where a scene's file has room for it.
 
-    found = infer(path, gripper=gripper, arm=arm, package_paths=package_paths, table_height=table_height)
-    return measure(found.model, found.sidecar, path.name, table_height=table_height, workspace=found.workspace)
+    Args:
+        scene: Names the robot and the table's height.
+        base: x, y and z, metres, and the turn about z, radians.
+    """
+    x, y, z, yaw = base
+    named = {"arm": scene.robot_arm, "gripper": scene.robot_gripper}
+    robot = load_robot(scene.robot_urdf, scene.robot_config, **named)  # type: ignore[arg-type]
+    # A robot is measured over a table at some height under its base: the same where that is the same.
+    over = z - scene.table_height
+    if abs(robot.base_pose.xyz[2] - TABLE_HEIGHT - over) > 1e-6:
+        height = robot.base_pose.xyz[2] - over
+        robot = load_robot(scene.robot_urdf, scene.robot_config, table_height=height, **named)  # type: ignore[arg-type]
+    turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+    there = robot.sidecar.base_pose.model_copy(update={"xyz": (x, y, z), "quat_xyzw": turn})
+    return replace(robot, sidecar=robot.sidecar.model_copy(update={"base_pose": there}))
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=32)
 def _load(
     path: Path,
     config: Path | None,
     package_paths: tuple[Path, ...],
     table_height: float,
-    model_stamp: int,
-    config_stamp: int,
+    arm: str | None,
+    gripper: Path | None,
+    stamps: tuple[int, ...],
 ) -> RobotModel:
-    del model_stamp, config_stamp  # part of the cache key: an edited file is read again
+    """Return a robot read, completed, fitted and measured."""
+    del stamps  # part of the cache key: an edited file is read again
+    if arm is not None or gripper is not None:
+        # What works a sidecar out is imported for those robots alone that have none.
+        from robosandbox.robots.infer.sidecar import infer
+
+        found = infer(path, gripper=gripper, arm=arm, package_paths=package_paths, table_height=table_height)
+        return measure(found.model, found.sidecar, path.name, table_height=table_height, workspace=found.workspace)
     given = load_yaml_model(config, Sidecar) if config else None
     imported = import_model(path, package_paths, as_in_file=given is not None and given.physics == "as_in_file")
     if given is None and (known := known_sidecar(imported)) is not None:
@@ -222,7 +234,6 @@ def _load(
             say(f"{path.name}: no sidecar beside it; runs on the shipped {known[0].name}")
             return robot
     if given is None or config is None:
-        # What works a sidecar out is imported for those robots alone that have none.
         from robosandbox.robots.infer.sidecar import infer_imported
 
         found = infer_imported(imported, table_height=table_height)

@@ -70,19 +70,14 @@ def _mirrors(model: mujoco.MjModel, joints: list[str], named: tuple[str, ...]) -
     """Return what drives those of a gripper's joints that the named actuators do not move: a second finger's servo."""
     drives = {str(model.actuator(a).name): actuator_joints(model, a) for a in range(model.nu)}
     moved = {j for name in named for j in drives.get(name, ())}
-    coupled = {frozenset(pair) for pair in _couplings(model)}
+    tied = np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT.value)
+    coupled = {frozenset((int(model.eq_obj1id[e]), int(model.eq_obj2id[e]))) for e in tied}
     own = [model.joint(name).id for name in joints]
     if not moved & set(own):
         # The named actuator drives something else; the user is told, and nothing is replaced.
         return ()
     left = [j for j in own if j not in moved and not any(frozenset((j, other)) in coupled for other in moved)]
     return tuple(name for name, driven in drives.items() if name not in named and set(driven) & set(left))
-
-
-def _couplings(model: mujoco.MjModel) -> list[tuple[int, int]]:
-    """Return pairs of joints that an equality ties."""
-    tied = np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT.value)
-    return [(int(model.eq_obj1id[e]), int(model.eq_obj2id[e])) for e in tied]
 
 
 def _linked_joints(model: mujoco.MjModel, listed: tuple[str, ...], arm: tuple[str, ...]) -> list[str]:

@@ -46,7 +46,11 @@ class Contacts:
         if robot.gripper is not None and robot.gripper.geometry.cup is not None:
             sealed = (seal(world, self._data) or 0.0) >= robot.gripper.geometry.seal
             needed = 1 if sealed and is_sucking(robot.gripper, self._data) else 2
-        held = [item for item, body in world.object_bodies.items() if len(sides.get(body, ())) == needed]
+        held = [
+            item
+            for item, body in world.object_bodies.items()
+            if item not in world.fixed and len(sides.get(body, ())) == needed
+        ]
         return self.touching(), held[0] if held else None
 
     def touching(self) -> dict[str, set[str]]:

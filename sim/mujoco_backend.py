@@ -12,6 +12,7 @@ from robosandbox.robots.loader import robot_of
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.objects import can_rewrite, place, rewrite
 from robosandbox.sim.objects.weight import weighed
+from robosandbox.sim.populated import populated
 from robosandbox.sim.sensing import SensedSimulation
 from robosandbox.sim.sensors import SENSORS, Sensor
 from robosandbox.sim.state_check import check_state
@@ -51,7 +52,7 @@ class MuJoCoBackend(SensedSimulation):
         Raises:
             InputError: A file, name or number of the robot or scene is wrong.
         """
-        scene = weighed(scene)
+        scene = weighed(populated(scene))
         self._unload()
         self._as_written = scene
         self._compile(scene)
@@ -68,7 +69,7 @@ class MuJoCoBackend(SensedSimulation):
             InputError: Objects start inside something.
         """
         world = self._loaded
-        scene = weighed(scene) if scene is not None else None
+        scene = weighed(populated(scene)) if scene is not None else None
         if scene is not None and scene != world.scene:
             self._adopt(scene)
             world = self._loaded

@@ -50,7 +50,9 @@ class ObjectStates:
         self._sleepers = sleepers
         self._sizes = sizes
         self._solids: Solids | None = None
-        self._trees = {name: world.model.body_treeid[parts] for name, parts in world.parts.items()}
+        trees = {name: world.model.body_treeid[parts] for name, parts in world.parts.items()}
+        # What is fixed belongs to no tree, and what lies on it may move.
+        self._trees = {name: found[found >= 0] for name, found in trees.items()}
         self._told: dict[bool, _LastStates] = {}
 
     def forget(self) -> None:
@@ -90,7 +92,7 @@ class ObjectStates:
         return {
             name: one
             for name, one in told.objects.items()
-            if slept[self._trees[name]].all() and one.felt == felt.get(name, 0.0)
+            if len(self._trees[name]) and slept[self._trees[name]].all() and one.felt == felt.get(name, 0.0)
         }
 
     def _sleeps(self, item: SceneObject) -> bool:

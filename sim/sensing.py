@@ -158,6 +158,7 @@ class SensedSimulation(ControlledSimulation):
             q=frozen_array(data.qpos[world.robot.qpos_indices]),
             home_q=world.robot.home_q,
             table_height=world.scene.table_height,
+            table_area=world.scene.table_area,
             objects=objects,
             held=held,
         )

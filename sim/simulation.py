@@ -50,7 +50,7 @@ class Simulation:
     """
 
     def __init__(self, control_timestep: float) -> None:
-        self.control_timestep = control_timestep
+        self.control_timestep = self._wanted_timestep = control_timestep
         self._loop = ControlLoop()
         self.guards: list[Guard] = self._loop.guards
         self.wait_hooks: list[Callable[[], None]] = []
@@ -222,6 +222,10 @@ class Simulation:
             if item.mesh is not None:
                 low, high = mesh_bounds(item.mesh, item.scale, of=item.id)
                 self._mesh_sizes[item.id] = tuple(float(c) for c in (high - low) / 2.0)
+        if world.scene.world is not None:
+            # Somebody's file has the time step that it has: commands come at the whole multiple of it that is nearest.
+            step = float(world.model.opt.timestep)
+            self.control_timestep = max(1, round(self._wanted_timestep / step)) * step
         substeps = self.control_timestep / world.model.opt.timestep
         if abs(substeps - round(substeps)) > 1e-6 or round(substeps) < 1:
             raise InputError(
@@ -248,7 +252,7 @@ class Simulation:
     def _all_asleep(self) -> bool:
         """Tell whether all objects sleep."""
         trees = self.model.body_treeid[list(self._loaded.owners)]
-        return bool((self._live.tree_asleep[trees] >= 0).all())
+        return bool((self._live.tree_asleep[trees[trees >= 0]] >= 0).all())
 
     def _tick(self, guards: Sequence[Guard] = ()) -> None:
         for steps in self._strides:

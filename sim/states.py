@@ -48,6 +48,15 @@ def object_truth(
         rotation = data.xmat[parts[0]].reshape(3, 3)
         pose = Pose.from_matrix(data.xpos[parts[0]], rotation)
         linear, angular = data.qvel[dofs[0] : dofs[0] + 3], rotation @ data.qvel[dofs[0] + 3 : dofs[0] + 6]
+    joint = None if item.geometry is None else item.geometry.joint
+    if item.is_fixed:
+        linear = angular = np.zeros(3)
+    if joint is not None:
+        opening, rate = float(data.qpos[model.jnt_qposadr[model.body_jntadr[parts[0]]]]), float(data.qvel[dofs[0]])
+        axis = np.array(joint.axis)
+        turns = joint.kind == "hinge"
+        angular = rate * axis if turns else np.zeros(3)
+        linear = np.cross(angular, pose.position - np.array(joint.anchor)) if turns else rate * axis
     if item.shape.opens:
         opening = float(data.qpos[model.jnt_qposadr[model.body_jntadr[parts[1]]]])
     return ObjectTruth(
@@ -67,6 +76,7 @@ def object_truth(
         touches=touches,
         weight=float(model.body_mass[parts].sum()) * float(np.linalg.norm(model.opt.gravity)) if weighed else None,
         mass_centre=_mass_centre(model, data, parts) if weighed else None,
+        geometry=item.geometry,
     )
 
 
@@ -74,5 +84,5 @@ def _mass_centre(model: mujoco.MjModel, data: mujoco.MjData, parts: NDArray[np.i
     """Return where the mass of some bodies has its middle; body frames alone have to be up to date."""
     masses = model.body_mass[parts]
     turned = np.einsum("kij,kj->ki", data.xmat[parts].reshape(-1, 3, 3), model.body_ipos[parts])
-    x, y, z = (masses @ (data.xpos[parts] + turned)) / masses.sum()
+    x, y, z = (masses @ (data.xpos[parts] + turned)) / max(float(masses.sum()), 1e-9)
     return float(x), float(y), float(z)

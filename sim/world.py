@@ -14,7 +14,9 @@ from robosandbox.robots.loader import WRIST_CAMERA, RobotModel, robot_of
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.calibration_board import CalibrationBoard
+from robosandbox.sim.keyframes import put_keyframes
 from robosandbox.sim.objects import PREFIX, add_objects, body_names
+from robosandbox.sim.scene_file import SceneFile, read_scene_file
 from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
 
 ROBOT_PREFIX = "robot/"
@@ -50,6 +52,7 @@ class World:
         inertia_per_mass: Every body's principal inertia over its mass as compiled, m^2, shape (bodies, 3).
         cameras: Camera names as people use them -> names in the model.
         revision: How often numbers in the model were rewritten since it was compiled.
+        fixed: Ids of the objects that a scene's file fixes in their place, parts included.
     """
 
     scene: Scene
@@ -65,6 +68,7 @@ class World:
     inertia_per_mass: Array
     cameras: dict[str, str]
     revision: int = 0
+    fixed: frozenset[str] = frozenset()
 
 
 def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoard | None = None) -> World:
@@ -78,13 +82,8 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
     Raises:
         InputError: An object cannot be made, or the scene does not compile.
     """
-    spec = mujoco.MjSpec()
-    spec.modelname = "robosandbox"
-    _set_options(spec)
-    if robot_model.options is not None:
-        copy_physics(spec, robot_model.options)
-        spec.option.timestep = PHYSICS_TIMESTEP
-    _add_room(spec, scene.table_height)
+    file = None if scene.world is None else read_scene_file(scene.world)
+    spec = _own_room(scene, robot_model) if file is None else _room_of(file, scene)
     if board is not None:
         board.lay(spec, scene.table_height)
     base = robot_model.base_pose
@@ -94,16 +93,17 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
     copy_options(robot, spec)
     spec.attach(robot, prefix=ROBOT_PREFIX, frame=frame)
     add_objects(spec, scene)
-    try:
-        model = spec.compile()
-    except ValueError as error:
-        raise InputError(
-            f"{robot_model.path.name}: the scene does not compile: {' '.join(str(error).split())}"
-        ) from None
-    parts = {item.id: _bodies_of(model, item) for item in scene.objects}
+    model = _compiled(spec, robot_model)
+    if file is not None and file.keyframes:
+        arm = robot_model.sidecar.arm
+        home = dict(zip(arm.joints, arm.home_qpos, strict=True))
+        put_keyframes(spec, file.keyframes, model, ROBOT_PREFIX, home)
+        model = _compiled(spec, robot_model)
+    parts = {item.id: _bodies_of(model, item, file) for item in scene.objects}
     mass_share = np.zeros(model.nbody)
     for item in scene.objects:
-        _check_mass(model, parts[item.id], item)
+        if item.body is None:
+            _check_mass(model, parts[item.id], item)
         mass_share[parts[item.id]] = model.body_mass[parts[item.id]] / item.mass
     robot = robot_model.bind(model, ROBOT_PREFIX)
     # The robot never sleeps: guards read it at every tick.
@@ -114,15 +114,72 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
         model=model,
         robot=robot,
         sidecar=robot_model.sidecar,
-        names=tuple(_spoken_name(model.body(b).name) for b in range(model.nbody)),
+        names=_names(model, file),
         object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if not item.shape.is_granular},
         parts=parts,
         owners={int(body): name for name, bodies in parts.items() for body in bodies},
         robot_geoms=np.isin(model.geom_bodyid, list(robot.bodies)),
         mass_share=frozen_array(mass_share),
         inertia_per_mass=frozen_array(model.body_inertia / np.maximum(model.body_mass, 1e-12)[:, None]),
-        cameras={"scene": "scene", "top": "top", "wrist": ROBOT_PREFIX + WRIST_CAMERA},
+        cameras={**_cameras(model), "wrist": ROBOT_PREFIX + WRIST_CAMERA},
+        fixed=frozenset(item.id for item in scene.objects if item.is_fixed),
     )
+
+
+def _own_room(scene: Scene, robot_model: RobotModel) -> mujoco.MjSpec:
+    """Return a room with a floor, a table, lights and cameras, under settings of our own."""
+    spec = mujoco.MjSpec()
+    spec.modelname = "robosandbox"
+    _set_options(spec)
+    if robot_model.options is not None:
+        copy_physics(spec, robot_model.options)
+        spec.option.timestep = PHYSICS_TIMESTEP
+    _add_room(spec, scene.table_height)
+    return spec
+
+
+def _room_of(file: SceneFile, scene: Scene) -> mujoco.MjSpec:
+    """Return somebody's scene as it is, less what is left out, and with cameras that see its table."""
+    spec = file.spec(keep=[item.id for item in scene.objects if item.body is not None])
+    # Pictures need room; none of this is physics.
+    spec.visual.global_.offwidth = max(int(spec.visual.global_.offwidth), 1280)
+    spec.visual.global_.offheight = max(int(spec.visual.global_.offheight), 960)
+    (x0, x1), (y0, y1) = file.table.area
+    x, y, height = (x0 + x1) / 2.0, (y0 + y1) / 2.0, file.table.height
+    there = {camera.name for camera in spec.cameras}
+    if "scene" not in there:
+        _add_camera(spec, "scene", file.eye, (x, y, height + 0.10), 50.0)
+    if "top" not in there:
+        _add_camera(spec, "top", (x, y, height + 1.36), (x, y, height), 50.0)
+    return spec
+
+
+def _compiled(spec: mujoco.MjSpec, robot_model: RobotModel) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise InputError(
+            f"{robot_model.path.name}: the scene does not compile: {' '.join(str(error).split())}"
+        ) from None
+
+
+def _cameras(model: mujoco.MjModel) -> dict[str, str]:
+    """Return the cameras that are none of the robot's, those of the house first."""
+    names = [str(model.camera(k).name) for k in range(model.ncam)]
+    found = [name for name in names if name and not name.startswith(ROBOT_PREFIX)]
+    return {name: name for name in sorted(found, key=lambda name: name not in ("scene", "top"))}
+
+
+def _names(model: mujoco.MjModel, file: SceneFile | None) -> tuple[str, ...]:
+    """Return what people call each body."""
+    raw = [str(model.body(b).name) for b in range(model.nbody)]
+    if file is None:
+        return tuple(_spoken_name(name) for name in raw)
+    said = {name: item for item, names in file.bodies.items() for name in names}
+    if file.floor is not None:
+        said.setdefault(file.floor, FLOOR)
+    said[file.table.body] = TABLE
+    return tuple(said.get(name) or _spoken_name(name) for name in raw)
 
 
 def build_world_of(scene: Scene) -> World:
@@ -214,9 +271,10 @@ def _add_camera(spec: mujoco.MjSpec, name: str, eye: Vec3, target: Vec3, fovy: f
     spec.worldbody.add_camera(name=name, pos=eye, quat=quat, fovy=fovy)
 
 
-def _bodies_of(model: mujoco.MjModel, item: SceneObject) -> NDArray[np.intp]:
+def _bodies_of(model: mujoco.MjModel, item: SceneObject, file: SceneFile | None) -> NDArray[np.intp]:
     """Return the ids of an object's bodies."""
-    return np.array([model.body(name).id for name in body_names(item)], dtype=np.intp)
+    names = body_names(item) if file is None or item.body is None else file.bodies_of(item.body)
+    return np.array([model.body(name).id for name in names], dtype=np.intp)
 
 
 def _check_mass(model: mujoco.MjModel, bodies: NDArray[np.intp], item: SceneObject) -> None:

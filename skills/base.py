@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.skills.words import Words
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 
 _ARGUMENT = re.compile(r"^\s+(\w+): (.+)$")
@@ -59,9 +59,9 @@ class Skill:
         del args, arguments
         return Contract()
 
-    def alternatives(self, failure: Failure, *args: Any, **arguments: Any) -> Iterable[Alternative]:
+    def alternatives(self, failed: FailedCall, *args: Any, **arguments: Any) -> Iterable[Alternative]:
         """Return ways around a failed call that its contract does not tell; none, if the skill does not say."""
-        del failure, args, arguments
+        del failed, args, arguments
         return ()
 
     def check(self, arguments: Mapping[str, Any]) -> dict[str, Any]:

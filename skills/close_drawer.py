@@ -33,7 +33,7 @@ from robosandbox.skills.primitives.manipulator import (
 from robosandbox.skills.primitives.strokes import flange_depth
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import CLOSED_WITHIN
@@ -67,11 +67,11 @@ class CloseDrawer(Skill):
             gives=(fact("closed", drawer),),
         )
 
-    def alternatives(self, failure: Failure, *, drawer: str) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, drawer: str) -> Iterator[Alternative]:
         """Yield sliding it out first: what it presses on is free then."""
-        if failure.had_begun and failure.met:
-            why = f"{', '.join(failure.met)} jams {drawer} and is put aside first"
-            yield Alternative(why=why, first=(fact("open", drawer),), cleared=failure.met, call=failure.call)
+        if failed.had_begun and failed.met:
+            why = f"{', '.join(failed.met)} jams {drawer} and is put aside first"
+            yield Alternative(why=why, first=(fact("open", drawer),), cleared=failed.met, call=failed.call)
 
     def run(self, ctx: SkillContext, *, drawer: str) -> SkillResult:
         """Push a drawer shut.

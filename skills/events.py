@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.types import Intent, SkillCall, SkillResult
 
 
@@ -48,7 +48,7 @@ class SkillFailed:
     """A call ended in an error."""
 
     call: SkillCall
-    error: ErrorRecord
+    error: Failure
 
 
 SkillEvent = SkillStarted | PhaseEntered | Intended | SkillEnded | SkillFailed

@@ -7,7 +7,7 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.abilities import GripperAbilities
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import ObservedScene, SkillCall, SkillResult
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.contracts import Contract, error_for, first_refuted, lost
 from robosandbox.world.operators import BoundCall
 from robosandbox.world.predicate import View
@@ -39,13 +39,15 @@ class Executor:
             return self._kept(call, contract, before)
         except SkillError as error:
             ctx.doubt()
-            if not error.repairs and ctx.what_if:
+            repairs = error.repairs
+            if not repairs and ctx.what_if:
                 said = SkillCall(skill=call.skill.name, arguments=dict(call.arguments))
-                error.repairs = ctx.repairs_for(
-                    Failure(call=said, error=error, contract=contract, before=before, scene=ctx.look())
+                repairs = ctx.repairs_for(
+                    FailedCall(call=said, error=error.failure, contract=contract, before=before, scene=ctx.look())
                 )
-            error.append(ctx.advice_for(error))
-            raise
+            advice = ctx.advice_for(error.failure)
+            said_already = error.message.endswith(advice)
+            raise error.with_(message=error.message + ("" if said_already else advice), repairs=repairs) from error
 
     def _kept(self, call: BoundCall[Skill], contract: Contract, before: ObservedScene) -> SkillResult:
         """Run the skill between a look at what it needs and one at what it promises.

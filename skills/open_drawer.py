@@ -21,7 +21,7 @@ from robosandbox.skills.primitives.drawers import (
 from robosandbox.skills.primitives.manipulator import Manipulator, most_telling
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import DetectedObject, SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
@@ -51,11 +51,11 @@ class OpenDrawer(Skill):
             gives=(fact("open", drawer),),
         )
 
-    def alternatives(self, failure: Failure, *, drawer: str) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, drawer: str) -> Iterator[Alternative]:
         """Yield sliding it back first: what it presses on is free then."""
-        if failure.had_begun and failure.met:
-            why = f"{', '.join(failure.met)} jams {drawer} and is put aside first"
-            yield Alternative(why=why, first=(fact("closed", drawer),), cleared=failure.met, call=failure.call)
+        if failed.had_begun and failed.met:
+            why = f"{', '.join(failed.met)} jams {drawer} and is put aside first"
+            yield Alternative(why=why, first=(fact("closed", drawer),), cleared=failed.met, call=failed.call)
 
     def run(self, ctx: SkillContext, *, drawer: str) -> SkillResult:
         """Pull a drawer open by its grip.

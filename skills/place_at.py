@@ -11,7 +11,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place, taken_anew
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import DetectedObject, ObservedScene, SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, fact
 from robosandbox.world.placement_sampling import table_placements
@@ -37,10 +37,10 @@ class PlaceAt(Skill):
             gives=(fact("at", HELD, x, y), fact("on", HELD, TABLE), fact("hand_empty")),
         )
 
-    def alternatives(self, failure: Failure, *, x: float, y: float) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, x: float, y: float) -> Iterator[Alternative]:
         """Yield another grip on what is held."""
         del x, y
-        yield from taken_anew(failure)
+        yield from taken_anew(failed)
 
     def run(self, ctx: SkillContext, *, x: float, y: float) -> SkillResult:
         """Put the held object down at a point of the table.

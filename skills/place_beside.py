@@ -9,7 +9,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place, taken_anew
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Side, SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
 from robosandbox.world.placement_sampling import points_beside, table_placements
@@ -35,10 +35,10 @@ class PlaceBeside(Skill):
             gives=(fact("beside", HELD, target, side), fact("hand_empty")),
         )
 
-    def alternatives(self, failure: Failure, *, target: str, side: Side) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, target: str, side: Side) -> Iterator[Alternative]:
         """Yield another grip on what is held."""
         del target, side
-        yield from taken_anew(failure)
+        yield from taken_anew(failed)
 
     def run(self, ctx: SkillContext, *, target: str, side: Side) -> SkillResult:
         """Put the held object down next to another.

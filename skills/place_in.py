@@ -9,7 +9,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place, taken_anew
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import DetectedObject, SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
 from robosandbox.world.placement_sampling import placements_in
@@ -37,10 +37,10 @@ class PlaceIn(Skill):
             gives=(fact("inside", HELD, container), fact("hand_empty")),
         )
 
-    def alternatives(self, failure: Failure, *, container: str) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, container: str) -> Iterator[Alternative]:
         """Yield another grip on what is held."""
         del container
-        yield from taken_anew(failure)
+        yield from taken_anew(failed)
 
     def run(self, ctx: SkillContext, *, container: str) -> SkillResult:
         """Put the held object into what holds things: a bin, bowl, cup, plate, tray or open drawer.

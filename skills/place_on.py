@@ -9,10 +9,10 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import place, taken_anew
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, Fact, fact
-from robosandbox.world.placement_sampling import placement_on
+from robosandbox.world.placement_sampling import placements_on
 from robosandbox.world.relations import on_top
 
 
@@ -28,10 +28,10 @@ class PlaceOn(Skill):
             gives=(fact("on", HELD, target), fact("hand_empty")),
         )
 
-    def alternatives(self, failure: Failure, *, target: str) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, target: str) -> Iterator[Alternative]:
         """Yield another grip on what is held."""
         del target
-        yield from taken_anew(failure)
+        yield from taken_anew(failed)
 
     def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
         """Put the held object on top of another.
@@ -52,7 +52,7 @@ class PlaceOn(Skill):
         return place(
             arm,
             held,
-            [placement_on(held, base)],
+            placements_on(held, base, arm.start.objects)[0],
             skill=self.name,
             target=target,
             allowed=(target,),

@@ -21,7 +21,7 @@ from robosandbox.types import (
     Trajectory,
     matrix_about_axis,
 )
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import LEAST_FRACTION, MOST_SPILLED
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
@@ -90,17 +90,17 @@ class Pour(Skill):
             gives=(fact("poured", HELD, target),),
         )
 
-    def alternatives(self, failure: Failure, *, target: str) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, target: str) -> Iterator[Alternative]:
         """Yield pouring what is left, and another grip on what is poured from."""
         del target
-        evidence = failure.error.evidence
+        evidence = failed.error.evidence
         if (
-            failure.had_begun
+            failed.had_begun
             and isinstance(evidence, PourEvidence)
             and evidence.poured + evidence.spilled < evidence.count
         ):
-            yield Alternative(why="what is left is poured", call=failure.call)
-        yield from taken_anew(failure)
+            yield Alternative(why="what is left is poured", call=failed.call)
+        yield from taken_anew(failed)
 
     def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
         """Carry the held container level to another one and tip out into it what it holds.

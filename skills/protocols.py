@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from robosandbox.driver import Driver
-    from robosandbox.errors import Repair, SkillError
+    from robosandbox.errors import Failure, Repair
     from robosandbox.grasp.protocols import GraspPlanner
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.motion.protocols import MotionPlanner
     from robosandbox.perception.protocols import Perception
     from robosandbox.types import Intent, ObservedScene, Tempo
-    from robosandbox.world.alternatives import Failure
+    from robosandbox.world.alternatives import FailedCall
     from robosandbox.world.operators import BoundCall
 
 
@@ -60,11 +60,11 @@ class SkillContext(Protocol):
         """Return what to plan among where things are believed to be as `seen`."""
         ...
 
-    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
+    def repairs_for(self, failed: FailedCall) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on a simulation of what is believed."""
         ...
 
-    def advice_for(self, error: SkillError) -> str:
+    def advice_for(self, failure: Failure) -> str:
         """Return what is wrong with the robot's own sidecar, to be put behind a failure's message; often nothing."""
         ...
 

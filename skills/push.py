@@ -25,7 +25,7 @@ from robosandbox.types import (
     SkillCall,
     SkillResult,
 )
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import push_allowance
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -64,14 +64,14 @@ class Push(Skill):
         )
 
     def alternatives(
-        self, failure: Failure, *, object: str, direction: Direction, distance: float
+        self, failed: FailedCall, *, object: str, direction: Direction, distance: float
     ) -> Iterator[Alternative]:
         """Yield the rest of the way, and carrying it there in place of pushing."""
-        before, now = failure.before.find(object), failure.scene.find(object)
+        before, now = failed.before.find(object), failed.scene.find(object)
         if before is None or now is None:
             return
         left = round(distance - displacement(before, now, direction).detail["along_mm"] / 1000.0, 4)
-        if failure.had_begun and left > _PROGRESS:
+        if failed.had_begun and left > _PROGRESS:
             rest = SkillCall(skill=self.name, arguments={"object": object, "direction": direction, "distance": left})
             yield Alternative(why="what is left of the way", call=rest)
         x, y = centre(now)[:2] + left * np.array(DIRECTION_AXES[direction])

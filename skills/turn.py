@@ -16,7 +16,7 @@ from robosandbox.skills.primitives.placing import place
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall, SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import TURN_TOLERANCE, turn_between
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -132,11 +132,11 @@ class Turn(Skill):
         )
 
     def alternatives(
-        self, failure: Failure, *, object: str, angle: float | None, align_with: str | None
+        self, failed: FailedCall, *, object: str, angle: float | None, align_with: str | None
     ) -> Iterator[Alternative]:
         """Yield what is left of a turn by an angle."""
-        before, now = failure.before.find(object), failure.scene.find(object)
-        if angle is None or align_with is not None or before is None or now is None or not failure.had_begun:
+        before, now = failed.before.find(object), failed.scene.find(object)
+        if angle is None or align_with is not None or before is None or now is None or not failed.had_begun:
             return
         left = math.remainder(angle - turn_between(before, now), math.tau)
         rest = SkillCall(skill=self.name, arguments={"object": object, "angle": left})

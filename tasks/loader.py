@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from robosandbox.errors import InputError
@@ -61,11 +62,21 @@ def resolve_task(task: Task | Scene | Path | str | None) -> Task:
         case Task():
             return task
         case Scene():
-            return Task(name="scene", prompt="go home", scene=task, success=AtHome(kind="at_home"))
+            return Task(
+                name="scene" if task.world is None else _task_name(task.world),
+                prompt="go home",
+                scene=task,
+                success=AtHome(kind="at_home"),
+            )
         case Path():
             return load_task(task)
         case _:
             return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
+
+
+def _task_name(world: Path) -> str:
+    """Return a name for what is done in a scene's file."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "_", world.stem).strip("_.-")[:60] or "scene"
 
 
 def tasks_of_suite(suite: str) -> list[Task]:
@@ -85,6 +96,8 @@ def tasks_of_suite(suite: str) -> list[Task]:
 
 def _robot_files(scene: Scene, folder: Path, source: str) -> dict[str, Path]:
     found: dict[str, Path] = {}
+    if scene.world is not None:
+        found["world"] = _existing(scene.world, folder, f"{source}: scene.world")
     robot = scene.robot_urdf
     # A name without a suffix is a bundled robot's, one with a colon comes from elsewhere.
     if robot is not None and str(robot).startswith(BUILTIN):

@@ -14,13 +14,13 @@ from robosandbox.errors import InputError
 from robosandbox.ranges import LAYOUTS
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, Pose, Randomize, Scene, SceneObject
+from robosandbox.types.objects import Area
 from robosandbox.world.relations import bottom, bounds, gap
 
 # Least gap between drawn objects, metres; chosen so that a finger's thickness fits in between, as in the seeds' tasks.
 CLEARANCE = 0.02
 # Least distance of a drawn object from the table's edge, metres; chosen so that nothing drawn stands over it.
 EDGE = 0.01
-TABLE_HALF_EXTENT = 0.5
 # What two sums of the same floating-point numbers may differ by, metres; chosen a thousand times above rounding at a
 # table's size.
 _SAME = 1e-9
@@ -85,9 +85,11 @@ def draw_layout(
         return Layout(task.scene, np.zeros(joints))
     rng = np.random.default_rng([seed, *task.name.encode(), *([attempt] if attempt else [])])
     q_offset = rng.uniform(-1.0, 1.0, joints) * task.randomization.q_jitter
-    groups = _without_omitted(groups_of(task.scene.objects, extents), task, rng)
+    loose = [item for item in task.scene.objects if not item.is_fixed]
+    fixed = [item for item in task.scene.objects if item.is_fixed]
+    groups = _without_omitted(groups_of(loose, extents), task, rng)
     for _ in range(_SCENE_DRAWS):
-        drawn = _draw_scene(task, groups, extents, rng, accept)
+        drawn = _draw_scene(task, groups, fixed, extents, rng, accept)
         if drawn is not None:
             objects = tuple(drawn[item.id] for item in task.scene.objects if item.id in drawn)
             return Layout(task.scene.model_copy(update={"objects": objects}), q_offset)
@@ -115,15 +117,20 @@ def _without_omitted(groups: Sequence[Group], task: Task, rng: np.random.Generat
 
 
 def _draw_scene(
-    task: Task, groups: Sequence[Group], extents: Extents, rng: np.random.Generator, accept: Accept | None
+    task: Task,
+    groups: Sequence[Group],
+    fixed: Sequence[SceneObject],
+    extents: Extents,
+    rng: np.random.Generator,
+    accept: Accept | None,
 ) -> dict[str, SceneObject] | None:
-    placed: dict[str, SceneObject] = {}
+    placed: dict[str, SceneObject] = {item.id: item for item in fixed}
     written = {item.id: _as_seen(item, extents) for group in groups for item in group}
     for group in groups:
         others = [_as_seen(item, extents) for item in placed.values()]
         for _ in range(_ITEM_DRAWS):
             drawn = _draw_group(group, task.randomization, extents, rng)
-            if all(_fits(_as_seen(item, extents), written[item.id], others, accept) for item in drawn):
+            if all(_fits(task, _as_seen(item, extents), written[item.id], others, accept) for item in drawn):
                 placed.update({item.id: item for item in drawn})
                 break
         else:
@@ -147,7 +154,7 @@ def _draw_group(
     for item in group:
         own = item.randomize or default
         # A stack of other sizes would float or overlap, so only what stands alone changes its size.
-        scale = 1.0 + rng.uniform(-1.0, 1.0) * own.size_jitter * (len(group) == 1)
+        scale = 1.0 + rng.uniform(-1.0, 1.0) * own.size_jitter * (len(group) == 1 and item.body is None)
         arm = turn.rotation @ (item.pose.position - pivot)
         position = pivot + arm + np.array([*move, 0.0])
         pose = Pose.from_matrix(position, turn.rotation @ item.pose.rotation)
@@ -173,18 +180,23 @@ def _standing_as_high_as(item: SceneObject, scaled: SceneObject, extents: Extent
     return scaled.model_copy(update={"pose": Pose(xyz=(x, y, z), quat_xyzw=scaled.pose.quat_xyzw)})
 
 
-def _outermost(seen: DetectedObject) -> float:
-    """Return how far an object reaches from the table's centre along x or y, m."""
+def _beyond(seen: DetectedObject, area: Area) -> float:
+    """Return how far an object reaches over the table's edge, metres; negative within."""
     low, high = bounds(seen)
-    return max(float(-low[:2].min()), float(high[:2].max()))
+    (x0, x1), (y0, y1) = area
+    return float(max(x0 - low[0], y0 - low[1], high[0] - x1, high[1] - y1))
 
 
 def _fits(
-    seen: DetectedObject, written: DetectedObject, others: Iterable[DetectedObject], accept: Accept | None
+    task: Task, seen: DetectedObject, written: DetectedObject, others: Iterable[DetectedObject], accept: Accept | None
 ) -> bool:
     # What the task puts over the edge or off the table is drawn no further out than it is written.
-    on_table = _outermost(seen) < max(TABLE_HALF_EXTENT - EDGE, _outermost(written) + _SAME)
-    apart = all(gap(seen, other) >= CLEARANCE for other in others)
+    area = task.scene.table_area
+    on_table = _beyond(seen, area) < max(-EDGE, _beyond(written, area) + _SAME)
+    # What stands on or in a fixture stays there.
+    apart = all(
+        gap(seen, other) >= CLEARANCE or (other.is_fixed and gap(written, other) < CLEARANCE) for other in others
+    )
     # Beads are where their container is, and that is asked about itself.
     return on_table and apart and (accept is None or seen.shape.is_granular or accept(seen))
 
@@ -211,5 +223,12 @@ def _as_seen(item: SceneObject, extents: Extents) -> DetectedObject:
     # A drawer takes the room that it opens into.
     opening = item.shape.max_open(item.size) if item.shape.opens else None
     return DetectedObject(
-        id=item.id, kind=item.kind, size=size, colour="", rgba=item.rgba, pose=item.pose, opening=opening
+        id=item.id,
+        kind=item.kind,
+        size=size,
+        colour="",
+        rgba=item.rgba,
+        pose=item.pose,
+        opening=opening,
+        geometry=item.geometry,
     )

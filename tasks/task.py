@@ -89,6 +89,8 @@ class Task(StrictModel):
 
     @model_validator(mode="after")
     def _success_is_about_the_scene(self) -> Self:
+        if self.is_unread:
+            return self
         kinds: dict[str, str] = {item.id: item.kind for item in self.scene.objects}
         for field, check in _walk("success", self.success):
             named: list[str] = []
@@ -118,7 +120,7 @@ class Task(StrictModel):
                 "randomize: is all zero, so every seed would be the same scene; leave it out for the default, or give "
                 "xy_jitter"
             )
-        if not self.scene.objects and self.randomization.q_jitter == 0.0:
+        if not self.scene.objects and not self.is_unread and self.randomization.q_jitter == 0.0:
             raise ValueError(
                 "randomize.q_jitter: is 0 and there are no objects, so seeds would not differ; give e.g. 0.1"
             )
@@ -134,6 +136,8 @@ class Task(StrictModel):
 
     @model_validator(mode="after")
     def _companions_are_there(self) -> Self:
+        if self.is_unread:
+            return self
         names = [item.id for item in self.scene.objects]
         if self.randomization.moves_with is not None:
             raise ValueError("randomize.moves_with: is about one object; give it in that object's randomize")
@@ -147,6 +151,11 @@ class Task(StrictModel):
         if (most := len(names) - len(self.named)) < self.randomization.omit:
             raise ValueError(f"randomize.omit: {self.randomization.omit} of {most} objects that success does not name")
         return self
+
+    @property
+    def is_unread(self) -> bool:
+        """True where the scene's file was not read yet, so that nobody knows what is in it."""
+        return self.scene.world is not None and not any(item.body is not None for item in self.scene.objects)
 
     @property
     def felt(self) -> frozenset[str]:

@@ -15,7 +15,16 @@ from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode, FinalReason
 from robosandbox.agent.protocols import Attempt
 from robosandbox.driver import Capabilities, ControlLoop, Driver, Guard
-from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, PushError, SkillError
+from robosandbox.errors import (
+    CancelledError,
+    ErrorCode,
+    Failure,
+    GoalTimeoutError,
+    GraspError,
+    InputError,
+    PushError,
+    SensorError,
+)
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
@@ -120,7 +129,7 @@ def test_failure_is_told_to_the_planner_which_sees_a_fresh_scene() -> None:
     assert ep.success and ep.replans == 1 and [step.call.skill for step in ep.steps] == ["home", "pick"]
     (attempt,) = planner.histories[1]
     assert [call.skill for call in attempt.completed] == ["home"]
-    assert (attempt.failed.skill, attempt.error) == ("pick", MISSED)
+    assert (attempt.failed.skill, attempt.error) == ("pick", MISSED.failure)
     before_replan, after = planner.scenes
     assert after.time > before_replan.time
 
@@ -216,13 +225,21 @@ def test_cancel_from_another_thread_stops_between_ticks_and_is_not_replanned() -
     assert agent.run("go").success, "a cancel holds for one goal"
 
 
+def test_listeners_are_told_of_a_call_that_a_camera_ended() -> None:
+    agent, _, seen = make(Script(calls("pick")), Act("pick", SensorError("camera 'top': depth of another size")))
+    with pytest.raises(SensorError):
+        agent.run("go")
+    (told,) = (event.error for event in seen if isinstance(event, events.SkillFailed))
+    assert (told.code, told.phase) == (ErrorCode.UNAVAILABLE, "approach") and "depth of another size" in told.message
+
+
 def test_deadline_stops_a_skill_with_the_time_it_took() -> None:
     agent, ctx, _ = make(Script(calls("pick", "pick")), Act("pick"))
     with ctx.goal(timeout=1.5):
         ep = agent.run("go")
     assert ep.final_reason is FinalReason.TIMED_OUT and len(ep.steps) == 1
     error = ep.attempts[0].error
-    assert isinstance(error, GoalTimeoutError) and error.evidence
+    assert isinstance(error.exception(), GoalTimeoutError) and error.evidence
     ctx.sim.wait(5.0)
 
 
@@ -248,7 +265,7 @@ def test_episode_record_is_json_and_keeps_the_error() -> None:
     ep: Episode = agent.run("go")
     record = ep.record()
     assert record["error"]["code"] == "grasp" and record["refusal"]["code"] == "impossible"
-    assert isinstance(ep.attempts[0].error, SkillError)
+    assert isinstance(ep.attempts[0].error, Failure)
 
 
 @pytest.mark.parametrize("is_detour", [True, False])
@@ -266,5 +283,5 @@ def test_what_a_way_around_a_failure_took_out_again_is_owed_at_the_end(is_detour
     monitor.add(stand, Contract(gives=(fact("on", "red_cube", TABLE), fact("hand_empty"))), is_detour=is_detour)
     assert monitor.undone(lambda: outside, at_the_end=False) is None
     undone = monitor.undone(lambda: outside, at_the_end=True)
-    assert (undone.call if undone else None) == (put if is_detour else None)
+    assert (undone.failed if undone else None) == (put if is_detour else None)
     assert monitor.undone(lambda: outside, at_the_end=True) is None

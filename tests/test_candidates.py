@@ -14,7 +14,7 @@ from robosandbox.evidence import CollisionEvidence, GraspEvidence, PushEvidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillCall, SkillResult
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import lies_in
@@ -33,16 +33,18 @@ def scene(*items: DetectedObject, held: str | None = None) -> ObservedScene:
     return ObservedScene(time=0.0, table_height=0.04, base_xy=(-0.3, 0.0), objects=items, held=held)
 
 
-def failed(call: SkillCall, error: SkillError, before: ObservedScene, now: ObservedScene | None = None) -> Failure:
+def failed(call: SkillCall, error: SkillError, before: ObservedScene, now: ObservedScene | None = None) -> FailedCall:
     contract = SKILLS[call.skill].contract(**call.arguments)
-    return Failure(call=call, error=error, contract=contract.resolved(before), before=before, scene=now or before)
+    return FailedCall(
+        call=call, error=error.failure, contract=contract.resolved(before), before=before, scene=now or before
+    )
 
 
-def found(failure: Failure) -> list[list[str]]:
-    return [[str(call) for call in calls] for calls, _ in Candidates(failure, SKILLS).cheapest()]
+def found(failed: FailedCall) -> list[list[str]]:
+    return [[str(call) for call in calls] for calls, _ in Candidates(failed, SKILLS).cheapest()]
 
 
-def in_the_way(body: str, other: str, phase: Phase = Phase.PLAN) -> CollisionError:
+def in_the_way(body: str, other: str, phase: str = Phase.PLAN) -> CollisionError:
     evidence = CollisionEvidence(body=body, other=other, depth=0.01, waypoint=0, waypoints=1)
     return CollisionError("in the way", phase=phase, evidence=evidence)
 
@@ -66,7 +68,7 @@ class Wipe(Skill):
     def contract(self, *, object: str) -> Contract:
         return Contract(needs=(fact("hand_empty"), fact("clear", object)), gives=(fact("tapped", object),))
 
-    def alternatives(self, failure: Failure, *, object: str) -> Iterator[Alternative]:
+    def alternatives(self, failed: FailedCall, *, object: str) -> Iterator[Alternative]:
         yield Alternative(why="held in place of wiped", first=(fact("holding", object),))
 
     def run(self, ctx: object, *, object: str) -> SkillResult:

@@ -45,7 +45,7 @@ def test_preview_says_what_happens_and_leaves_the_world_alone() -> None:
 def test_preview_of_what_cannot_work_carries_the_error() -> None:
     with open_session("pick_cube_franka") as session:
         tried = preview(session.ctx, plan("pick", object="elephant"), session.agent.skills)
-    assert not tried.success and tried.error is not None and tried.error.code is ErrorCode.OBJECT_NOT_FOUND
+    assert not tried.success and tried.error is not None and tried.error.code == ErrorCode.OBJECT_NOT_FOUND
 
 
 def test_dry_run_prints_plan_and_preview_and_moves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
@@ -123,7 +123,7 @@ def test_the_arm_stops_at_the_border_whatever_is_planned() -> None:
         session.sim.subscribe(lambda: heights.append(session.sim.state().tcp_pose.xyz[2]))
         assert session.run("pick up the red cube").success
         rising = session.run("go home")
-        assert rising.error is not None and rising.error.code is ErrorCode.LIMIT
+        assert rising.error is not None and rising.error.code == ErrorCode.LIMIT
         lowest = int(np.argmin(heights))
         assert max(heights[lowest:]) < 0.32
 
@@ -138,7 +138,7 @@ def test_limits_of_the_sidecar_hold_in_every_task(tmp_path: Path) -> None:
     sidecar.write_text(sidecar.read_text() + "\nlimits: {max_force_n: 0.25}\n")
     with open_session("pick_cube_franka", robot=tmp_path / "panda.xml", what_if=False) as session:
         episode = session.run()
-    assert episode.error is not None and episode.error.code is ErrorCode.LIMIT
+    assert episode.error is not None and episode.error.code == ErrorCode.LIMIT
     assert isinstance(episode.error.evidence, LimitEvidence) and episode.error.evidence.high == 0.25
 
 
@@ -163,5 +163,5 @@ def test_a_planned_place_outside_is_refused_in_the_episode() -> None:
     with open_session(bounded(y=(-0.3, 0.1))) as session:
         start = Pose(xyz=session.start.objects["red_cube"].pose.xyz)
         episode = session.run("put the red cube in the bin")
-        assert not episode.success and episode.error is not None and episode.error.code is ErrorCode.LIMIT
+        assert not episode.success and episode.error is not None and episode.error.code == ErrorCode.LIMIT
         assert start.xyz[1] < 0.1

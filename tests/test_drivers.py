@@ -112,7 +112,7 @@ def test_what_a_driver_does_not_have_is_no_zero(hardware: Hardware) -> None:
     ):
         with pytest.raises(UnsupportedError) as failure:
             ask()
-        assert failure.value.code is ErrorCode.UNSUPPORTED
+        assert failure.value.code == ErrorCode.UNSUPPORTED
 
 
 @pytest.mark.gl

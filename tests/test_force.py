@@ -133,7 +133,7 @@ def test_the_arm_stops_before_it_presses_harder_than_allowed(
     peak.end()
     assert 0.5 * limit < peak.force < 1.1 * limit
     assert caught.value.evidence is not None and caught.value.evidence.met() == ("table",)
-    assert caught.value.phase is Phase.DESCEND, "the arm had moved, so that another try begins from somewhere else"
+    assert caught.value.phase == Phase.DESCEND, "the arm had moved, so that another try begins from somewhere else"
 
 
 def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(

@@ -237,7 +237,7 @@ def test_what_lies_in_the_corner_of_a_bin_is_refused_without_touching_the_bin() 
         before = seen(session, "bin").pose
         with pytest.raises(CollisionError) as refused:
             do(session, "pick", object="red_box")
-        assert refused.value.phase is Phase.PLAN and seen(session, "bin").pose == before
+        assert refused.value.phase == Phase.PLAN and seen(session, "bin").pose == before
 
 
 def test_a_hand_around_a_thing_and_a_wall_does_not_hold_the_thing() -> None:

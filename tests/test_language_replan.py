@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import (
     CancelledError,
     CollisionError,
@@ -23,14 +23,6 @@ from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
 
 SKILLS = ["pick", "place_on", "place_in", "place_beside", "place_at", "stack", "push", "tap", "home"]
-
-
-@dataclass(frozen=True)
-class Failed:
-    completed: Sequence[SkillCall]
-    failed: SkillCall
-    error: SkillError
-    remaining: Sequence[SkillCall] = ()
 
 
 def block(name: str, x: float, y: float, colour: str = "red") -> DetectedObject:
@@ -58,17 +50,22 @@ def stub() -> StubPlanner:
     return StubPlanner([skill for skill in load_skills() if skill.name in SKILLS])
 
 
+def failed_at(steps: tuple[SkillCall, ...], step: int, error: SkillError) -> Attempt:
+    return Attempt(completed=steps[:step], failed=steps[step], error=error.failure, remaining=steps[step + 1 :])
+
+
 class Talk:
     """One prompt, run until something fails, as the agent runs it."""
 
     def __init__(self, prompt: str, scene: ObservedScene = SCENE) -> None:
-        self.planner, self.prompt, self.history = stub(), prompt, list[Failed]()
+        self.planner, self.prompt, self.history = stub(), prompt, list[Attempt]()
         self.answer = self.planner.plan(prompt, scene)
 
     def fail(self, error: SkillError, step: int = 0, scene: ObservedScene = SCENE) -> list[str] | Refusal:
         assert isinstance(self.answer, Plan)
         steps = self.answer.steps
-        self.history.append(Failed(steps[:step], steps[step], error, steps[step + 1 :]))
+        attempt = Attempt(completed=steps[:step], failed=steps[step], error=error.failure, remaining=steps[step + 1 :])
+        self.history.append(attempt)
         self.answer = self.planner.plan(self.prompt, scene, tuple(self.history))
         return [str(call) for call in self.answer.steps] if isinstance(self.answer, Plan) else self.answer
 
@@ -124,7 +121,7 @@ def test_a_planner_that_did_not_make_the_plan_goes_on_from_the_history() -> None
     prompt = "push the green block 5 cm forward, then tap it and go home"
     first = stub().plan(prompt, SCENE)
     assert isinstance(first, Plan)
-    history = (Failed(first.steps[:1], first.steps[1], CollisionError("elbow and table"), first.steps[2:]),)
+    history = (failed_at(first.steps, 1, CollisionError("elbow and table")),)
     answer = stub().plan(prompt, SCENE, history)
     assert isinstance(answer, Plan) and [c.skill for c in answer.steps] == ["home", "tap", "home"]
 
@@ -136,7 +133,7 @@ def test_what_was_not_begun_is_not_looked_up_anew() -> None:
     assert isinstance(first, Plan) and str(first.steps[0]) == "pick(object=red_2)"
     moved = replace(BIN, id="red_2", kind="box", size=(0.02,) * 3, colour="red")
     after = replace(SCENE, objects=tuple(moved if item.id == "red_2" else item for item in SCENE.objects))
-    history = (Failed(first.steps[:2], first.steps[2], CollisionError("elbow and table")),)
+    history = (failed_at(first.steps, 2, CollisionError("elbow and table")),)
     answer = stub().plan(prompt, after, history)
     assert isinstance(answer, Plan) and [str(c) for c in answer.steps] == ["home()", "tap(object=green)"]
 

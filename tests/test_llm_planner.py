@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given, strategies as st
 from pydantic_ai.messages import ModelResponse, TextPart
 
-from robosandbox.agent.episode import FailedAttempt, FinalReason
+from robosandbox.agent.episode import FinalReason
 from robosandbox.agent.llm import endpoint_capabilities
 from robosandbox.agent.llm.answer import answer_tools, read_answer
 from robosandbox.agent.llm.auto import AutoPlanner
@@ -25,7 +25,7 @@ from robosandbox.agent.llm.planner import LLMPlanner
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
-from robosandbox.agent.protocols import Planner
+from robosandbox.agent.protocols import Attempt, Planner
 from robosandbox.agent.usage import Usage, metered
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
@@ -296,7 +296,7 @@ def test_reading_any_text_ends_in_a_call_or_a_correction(text: str) -> None:
         (says('{"steps": [], "steps": [' + CALL + "]}"), "'steps' stands there twice"),
         (says(STEPS + STEPS.replace("red_cube", "ball")), "2 different answers"),
         (says('{"steps": [{"skill": "pick", "arguments": {"object": "ball"}, "if": "it is red"}]}'), "if"),
-        (says('{"objects": ["red_cube"]}'), "is neither"),
+        (says('{"objects": ["red_cube"]}'), "calls nothing"),
         (tool_calls(("refuse", '{"code": "ambiguous", "message": " "}')), "says nothing"),
         (tool_calls(("plan", '{"steps": [{"skill"'), finish="length"), "cut off"),
         (plan(("explode", {})), "there is no skill 'explode'"),
@@ -579,11 +579,11 @@ def unreachable(repairs: tuple[Repair, ...] = ()) -> UnreachableError:
 
 def test_a_failure_goes_to_the_model_with_evidence_repairs_and_what_was_not_begun() -> None:
     pull = SkillCall(skill="push", arguments={"object": "red_cube", "direction": "back", "distance": 0.2})
-    attempt = FailedAttempt(
+    attempt = Attempt(
         completed=(SkillCall(skill="home"),),
         failed=SkillCall(skill="pick", arguments={"object": "red_cube"}),
         remaining=(SkillCall(skill="place_in", arguments={"container": "bin_a"}),),
-        error=unreachable((Repair(calls=(pull,), why="closer", cost=2.0),)),
+        error=unreachable((Repair(calls=(pull,), why="closer", cost=2.0),)).failure,
     )
 
     def answer(body: dict[str, Any]) -> HttpAnswer:
@@ -706,7 +706,7 @@ def test_usage_is_counted_inside_a_running_loop_too() -> None:
 
 
 def test_the_time_limit_holds_for_a_prompt_with_its_new_plans() -> None:
-    attempt = FailedAttempt(completed=(), failed=SkillCall(skill="home"), error=unreachable())
+    attempt = Attempt(completed=(), failed=SkillCall(skill="home"), error=unreachable().failure)
     with ScriptedServer(HttpAnswer(body=PICK.body, send=20, then="stall"), PICK, PICK) as server:
         asking = planner(server, time_limit=1.0)
         with pytest.raises(PlannerUnavailableError, match="within 1 s"):

@@ -216,7 +216,7 @@ async def _plans_and_refuses(client: Client) -> None:
     assert refused["plan"] is None and refused["refusal"]["code"] == "object_not_found"
     steps = [{"skill": "place_in", "arguments": {"container": "grey_bin"}}]
     checked = structured(await client.call_tool("check", {"steps": steps}))
-    assert not checked["ok"] and checked["problems"][0]["cause"] == "the gripper is empty"
+    assert not checked["ok"] and checked["problems"][0]["error"]["code"] == "not_holding"
     said = structured(await client.call_tool("refuse", {"code": "unsupported", "message": "I have no wings."}))
     assert said == {
         "plan": None,

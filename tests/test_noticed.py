@@ -232,7 +232,7 @@ def test_what_is_held_off_its_middle_asks_for_a_firmer_grip() -> None:
         assert needed(0.0) >= 0.1 * 9.81 and needed(0.05) > 3.0 * needed(0.0)
 
 
-def in_phase(session: EmbeddedWorkcell, phase: Phase, do: Callable[[], None]) -> None:
+def in_phase(session: EmbeddedWorkcell, phase: str, do: Callable[[], None]) -> None:
     """Do something whenever the arm enters a phase."""
     on_phases(session.ctx.events, lambda entered: do() if entered == phase else None)
 

@@ -17,7 +17,7 @@ from robosandbox.perception.factory import Setup
 from robosandbox.perception.fit import fit
 from robosandbox.perception.frame import check_frame
 from robosandbox.perception.groups import group
-from robosandbox.perception.naming import Declared, invented, names_for
+from robosandbox.perception.naming import Declared, names_for, new_id
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.robot_mask import RobotMask, _before_lens
@@ -158,7 +158,7 @@ def test_declared_names_go_to_the_things_that_fit_them_best():
     ]
     assert names_for(seen, declared, ()) == ["toy", None, "mug"]
     assert names_for(seen, declared, {"toy"}) == [None, None, "mug"]
-    assert invented("red", "box", {"red_box_1"}) == "red_box_2"
+    assert new_id("red", "box", {"red_box_1"}) == "red_box_2"
 
 
 def test_a_description_holds_no_place():

@@ -14,7 +14,7 @@ from robosandbox.perception.groups import Group
 from robosandbox.perception.occlusion import is_its_contents
 from robosandbox.perception.shape_prior import KnownShape, candidates
 from robosandbox.perception.silhouette import Rows
-from robosandbox.perception.thing import Thing, described
+from robosandbox.perception.thing import Thing, size_and_pose
 from robosandbox.perception.track import Track, update_from
 from robosandbox.perception.tracker import Tracker
 from robosandbox.types import DetectedObject, Pose
@@ -52,7 +52,7 @@ def look_at_bin(middle, sizes, *, cameras=CAMERAS, tangents=32, confidence=1.0):
     )
     hull = fit("box", seen, TABLE)
     assert hull is not None
-    size, pose = described("bin", hull)
+    size, pose = size_and_pose("bin", hull)
     return Thing(
         kind="bin",
         size=size,

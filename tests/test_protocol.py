@@ -12,7 +12,7 @@ import pytest
 import zenoh
 from support.processes import SimProcess
 
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.types import Grasp, GraspSearch, GripperState, Observation, Pose, Trajectory, frozen_array
 from robosandbox.workcell.zenoh.client import connect
 from robosandbox.workcell.zenoh.messages import Feedback, Goal, GoalIntent, SendGoal, State, decode
@@ -75,7 +75,7 @@ def test_the_worked_example_is_of_the_protocol() -> None:
         "failed",
     ]
     assert decode(succeeded.encode(), Goal).goal_id == decode(feedback.encode(), Feedback).goal_id == goal_id
-    assert ErrorRecord.model_validate_json(refusal).code == "invalid_message"
+    assert Failure.model_validate_json(refusal).code == "invalid_message"
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_every_query_in_the_table_is_answered_by_a_sim(generator: ModuleType, se
         key = "robosandbox/robot/" + key.replace("<name>", "home")
         replies = list(session.get(key, payload=b"{", timeout=20.0))
         assert len(replies) == 1 and replies[0].err is not None, key
-        error = ErrorRecord.model_validate_json(replies[0].err.payload.to_bytes())
+        error = Failure.model_validate_json(replies[0].err.payload.to_bytes())
         assert error.code == "invalid_message", key
         assert ("no camera 'home'" if camera else "no JSON") in error.message
 

@@ -5,7 +5,7 @@ import pytest
 from support.performing import perform
 
 from robosandbox import Pose, Scene, SceneObject, open_session
-from robosandbox.errors import CollisionError, GraspError
+from robosandbox.errors import CollisionError, ErrorCode, GraspError
 
 
 def block(name: str, x: float, y: float, rgba: tuple[float, float, float, float]) -> SceneObject:
@@ -39,7 +39,7 @@ def test_what_moves_the_fewest_others_is_offered_first_and_done() -> None:
         episode = session.run("pick up the red cube")
         assert episode.success and session.sim.truth().held == "red_cube"
         (attempt,) = episode.attempts
-        assert isinstance(attempt.error, CollisionError)
+        assert attempt.error.code == ErrorCode.COLLISION
         repairs = attempt.error.repairs
         picked = [{call.arguments.get("object") for call in repair.calls} for repair in repairs]
         others = [len(ids - {None, "red_cube"}) for ids in picked]
@@ -135,5 +135,5 @@ def test_what_is_in_the_way_of_pouring_is_put_aside() -> None:
     with open_session(Scene(objects=(cup, bowl, beads, tower))) as session:
         episode = session.run("pour the beads into the bowl")
         assert episode.success, episode.final_detail
-        assert isinstance(episode.attempts[0].error, CollisionError)
+        assert episode.attempts[0].error.code == ErrorCode.COLLISION
         assert episode.attempts[0].error.repairs[0].why == "from another start"

@@ -21,7 +21,7 @@ from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.pick import Pick
 from robosandbox.types import SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import bind
 
 RED, BLUE = (0.85, 0.2, 0.2, 1.0), (0.2, 0.2, 0.85, 1.0)
@@ -108,8 +108,12 @@ def found_both_ways(session: EmbeddedWorkcell, call: SkillCall, kind: type[Skill
     with pytest.raises(kind) as failed:
         session.agent.perform(call)
     contract = bind(call, session.agent.skills).contract
-    failure = Failure(
-        call=call, error=failed.value, contract=contract.resolved(before), before=before, scene=session.observe()
+    failure = FailedCall(
+        call=call,
+        error=failed.value.failure,
+        contract=contract.resolved(before),
+        before=before,
+        scene=session.observe(),
     )
     twin = find_repairs(session.ctx, failure)
     session.ctx.__class__ = on_exact_copy(session)

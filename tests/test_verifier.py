@@ -185,7 +185,7 @@ def test_grammars_plan_of_each_task_is_accepted(task: str) -> None:
 def test_all_wrong_calls_are_told_at_once() -> None:
     found = check("stack_three", "pick red_cub; place_on blue_cube; push green_cube up 0.1")
     assert [problem.step for problem in found.problems] == [1, 3]
-    assert "did you mean 'red_cube'" in found.problems[0].help
+    assert "did you mean 'red_cube'" in found.problems[0].error.message
 
 
 def test_end_is_the_scene_after_the_plan() -> None:

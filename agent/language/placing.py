@@ -22,9 +22,10 @@ from robosandbox.agent.language.intent import (
 )
 from robosandbox.agent.language.world import Parent
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
-from robosandbox.world.placement_sampling import TABLE_HALF_EXTENT
 
 NUDGE = 0.10  # Metres of a move whose distance is not said. Chosen equal to `PUSH_DISTANCE`.
+# Half of the edge of the seeds' table, metres, on which these places are given.
+_EDGE = 0.5
 BOUNDS = {"edge": (0.28, 0.0, 0.28), "side": (0.18, 0.1, 0.1)}
 """Where the far, the near and the left or right edge or side of what an arm reaches of the table begins, metres."""
 _OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front"}
@@ -314,8 +315,8 @@ class Placing(Hands):
         if not self.world.in_reach((x, y)):
             point = f"({x:g}, {y:g})"
             place = point if where == point else f"{where}, at {point},"
-            beyond = max(abs(x), abs(y)) > TABLE_HALF_EXTENT
-            why = f"off the table, which ends at ±{TABLE_HALF_EXTENT:g} m" if beyond else "out of the arm's reach"
+            beyond = not self.world.on_table((x, y))
+            why = f"off the table, {self.world.table_ends}" if beyond else "out of the arm's reach"
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{place} is {why}.")
         radius = 0.8 * self.world.radius(name) - 0.02
         if not self.world.is_free((x, y), radius, (name,)):
@@ -387,8 +388,8 @@ class Placing(Hands):
             self._put_at(name, xy, f"{place.distance:g} m from the robot")
             return
         near, aside = (x + dx * _CLOSE_BY, y + dy * _CLOSE_BY), 0.4 * _CLOSE_BY
-        low = (-TABLE_HALF_EXTENT, y + aside if place.side == "left" else -TABLE_HALF_EXTENT)
-        high = (TABLE_HALF_EXTENT, y - aside if place.side == "right" else TABLE_HALF_EXTENT)
+        low = (-math.inf, y + aside if place.side == "left" else -math.inf)
+        high = (math.inf, y - aside if place.side == "right" else math.inf)
         spots = self.world.free_spots(near, self.world.radius(name), (name,), low=low, high=high)
         if place.side in ("front", "beside"):
             spots = [spot for spot in spots if math.dist(spot, near) < 0.2]
@@ -401,15 +402,17 @@ class Placing(Hands):
         if region.anchor is None:
             raise ValueError(f"{region} has no anchor")
         anchor = self.ground.one(region.anchor, lambda _: True).ids[0]
-        order = sorted(corners, key=lambda p: math.dist(p, self.world.at[anchor]), reverse=region.farthest)
-        best, second = (math.dist(p, self.world.at[anchor]) for p in order[:2])
+        order = sorted(
+            corners, key=lambda p: math.dist(self.world.placed(p), self.world.at[anchor]), reverse=region.farthest
+        )
+        best, second = (math.dist(self.world.placed(p), self.world.at[anchor]) for p in order[:2])
         if abs(best - second) < _AS_NEAR:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Two corners are as near to {anchor}; which one?", (anchor,))
         return order[0]
 
     def _put_region(self, name: str, region: Region, radius: float) -> None:
         """As in "in the far left corner", "on the left side", "at the edge", "in the middle"."""
-        x, y = self.world.at[name]
+        x, y = self.world.on_seeds_table(self.world.at[name])
         sides = region.sides
         aside, near_robot = (0.38, -0.06) if region.name == "edge" else (0.32, -0.02)
         across = aside if "left" in sides else -aside if "right" in sides else None
@@ -430,12 +433,15 @@ class Placing(Hands):
             near = (along if along is not None else x, across if across is not None else y)
             if not sides:
                 near = (x, 0.36 if y >= 0 else -0.36)
+        near = self.world.placed(near)
         if region.name in ("edge", "side") and sides:
             # Anywhere along that edge or side is as good, and nowhere else.
             x0, x1, y0 = BOUNDS[region.name]
-            low = (x0 if "far" in sides else -TABLE_HALF_EXTENT, y0 if "left" in sides else -TABLE_HALF_EXTENT)
-            high = (x1 if "near" in sides else TABLE_HALF_EXTENT, -y0 if "right" in sides else TABLE_HALF_EXTENT)
-            spots = self.world.free_spots(near, radius, (name,), low=low, high=high)
+            low = (x0 if "far" in sides else -_EDGE, y0 if "left" in sides else -_EDGE)
+            high = (x1 if "near" in sides else _EDGE, -y0 if "right" in sides else _EDGE)
+            spots = self.world.free_spots(
+                near, radius, (name,), low=self.world.placed(low), high=self.world.placed(high)
+            )
         else:
             spots = [p for p in self.world.free_spots(near, radius, (name,)) if math.dist(p, near) <= 0.16]
         if not spots:

@@ -7,7 +7,6 @@ from robosandbox.agent.language.discourse import AlreadySoError, RefusedError, l
 from robosandbox.agent.language.intent import Command, Region, Relation
 from robosandbox.agent.language.placing import BOUNDS
 from robosandbox.types import DIRECTION_AXES, RefusalCode
-from robosandbox.world.placement_sampling import TABLE_HALF_EXTENT
 
 PUSH_DISTANCE = 0.10  # Metres of a push whose distance is not said. Chosen.
 SHORTEST_PUSH = 0.005  # Metres. Chosen: shorter ones are lost in the errors of a push.
@@ -68,10 +67,10 @@ class Pushing(Arranging):
         dx, dy = DIRECTION_AXES[direction]
         x, y = self.world.at[name]
         end = (x + dx * metres, y + dy * metres)
-        if max(abs(end[0]), abs(end[1])) > TABLE_HALF_EXTENT - 0.02:
+        if not self.world.on_table(end, 0.02):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE,
-                f"{name} would go to ({end[0]:.2f}, {end[1]:.2f}), off the table, which ends at ±{TABLE_HALF_EXTENT:g} m.",
+                f"{name} would go to ({end[0]:.2f}, {end[1]:.2f}), off the table, {self.world.table_ends}.",
                 (name,),
             )
         self._note_moved(name)

@@ -13,14 +13,15 @@ from numpy.typing import NDArray
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import (
+    Array,
     DetectedObject,
     ObservedScene,
     Pose,
 )
+from robosandbox.types.objects import TABLE_AREA, Area
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.locations import location_of
-from robosandbox.world.placement_sampling import TABLE_HALF_EXTENT
 from robosandbox.world.predicate import View
 from robosandbox.world.relations import bottom, bounds
 
@@ -29,7 +30,9 @@ LIFTED = 0.08  # Metres over the table from which a held thing is carried. Chose
 Parent = tuple[str, str]
 # How the grammar calls what relations say of where a thing is.
 _PLACES = {"on": "on", "inside": "in"}
-_GRID = np.array([(round(0.02 * i, 3), round(0.02 * j, 3)) for i in range(-4, 19) for j in range(-19, 20)])
+# Where a grid of places begins on the table in the seeds, and how far from its edge on others, metres.
+_SEEDS_GRID = ((-0.08, 0.36), (-0.38, 0.38))
+_FROM_EDGE = 0.12
 
 
 @lru_cache(maxsize=512)
@@ -48,9 +51,19 @@ def volume(item: DetectedObject) -> float:
 
 
 @lru_cache(maxsize=8)
-def _in_reach(base_xy: tuple[float, float], near: float, far: float) -> NDArray[np.bool_]:
+def _grid(area: Area) -> Array:
+    """Return the places of a table, shape (n, 2), metres."""
+    inner = _SEEDS_GRID if area == TABLE_AREA else [(low + _FROM_EDGE, high - _FROM_EDGE) for low, high in area]
+    (i0, i1), (j0, j1) = (tuple(round(end / 0.02) for end in span) for span in inner)
+    return np.array(
+        [(round(0.02 * i, 3), round(0.02 * j, 3)) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
+    ).reshape(-1, 2)
+
+
+@lru_cache(maxsize=8)
+def _in_reach(area: Area, base_xy: tuple[float, float], near: float, far: float) -> NDArray[np.bool_]:
     """Say of the points of the grid which an arm there reaches easily."""
-    reach = np.hypot(*(_GRID - base_xy).T)
+    reach = np.hypot(*(_grid(area) - base_xy).T)
     return np.asarray((near <= reach) & (reach <= far))
 
 
@@ -83,6 +96,8 @@ class World:
     def __init__(self, scene: ObservedScene) -> None:
         self.base_xy = scene.base_xy
         self._near, self._far = scene.reach
+        self.area: Area = scene.table_area
+        self._grid = _grid(self.area)
         self.objects: dict[str, DetectedObject] = {item.id: item for item in scene.objects}
         self.at: dict[str, tuple[float, float]] = {
             item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects
@@ -195,7 +210,7 @@ class World:
     def _free(self, radius: float, ignore: Iterable[str] = ()) -> NDArray[np.bool_]:
         """Say of the points of the grid which are clear of every object but `ignore`, and of where drawers open."""
         skipped = {*ignore, self.held}
-        free = np.ones(len(_GRID), dtype=np.bool_)
+        free = np.ones(len(self._grid), dtype=np.bool_)
         for name, (x, y) in self.at.items():
             if name in skipped or name in self.parent:
                 continue
@@ -203,14 +218,40 @@ class World:
             # A drawer opens towards the robot: what stands there would be in its way.
             opens = self.objects[name].shape.max_open(self.objects[name].size) / 2
             x, ex = x - opens, ex + opens
-            gap = np.maximum(np.abs(_GRID - (x, y)) - (ex, ey), 0.0)
+            gap = np.maximum(np.abs(self._grid - (x, y)) - (ex, ey), 0.0)
             free &= np.hypot(gap[:, 0], gap[:, 1]) >= radius + MARGIN
         return free
 
     def in_reach(self, xy: tuple[float, float]) -> bool:
         """Say whether a point lies on the table and about where an arm reaches."""
         distance = math.dist(xy, self.base_xy)
-        return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF_EXTENT and self._near <= distance <= self._far
+        return self.on_table(xy) and self._near <= distance <= self._far
+
+    def on_table(self, xy: tuple[float, float], margin: float = 0.0) -> bool:
+        """Say whether a point is on the table, so far from its edge, metres."""
+        return all(low + margin <= value <= high - margin for value, (low, high) in zip(xy, self.area, strict=True))
+
+    def placed(self, xy: tuple[float, float]) -> tuple[float, float]:
+        """Return where a place of the seeds' table is on this one."""
+        if self.area == TABLE_AREA:
+            return xy
+        (x0, x1), (y0, y1) = self.area
+        return x0 + (xy[0] + 0.5) * (x1 - x0), y0 + (xy[1] + 0.5) * (y1 - y0)
+
+    def on_seeds_table(self, xy: tuple[float, float]) -> tuple[float, float]:
+        """Return where a place of this table is on the seeds' one."""
+        if self.area == TABLE_AREA:
+            return xy
+        (x0, x1), (y0, y1) = self.area
+        return (xy[0] - x0) / (x1 - x0) - 0.5, (xy[1] - y0) / (y1 - y0) - 0.5
+
+    @property
+    def table_ends(self) -> str:
+        """Where the table ends, in words."""
+        (x0, x1), (y0, y1) = self.area
+        if self.area == TABLE_AREA:
+            return f"which ends at ±{x1:g} m"
+        return f"which is from ({x0:.2f}, {y0:.2f}) to ({x1:.2f}, {y1:.2f}) m"
 
     def free_spots(
         self,
@@ -218,12 +259,13 @@ class World:
         radius: float,
         ignore: Iterable[str] = (),
         *,
-        low: tuple[float, float] = (-TABLE_HALF_EXTENT, -TABLE_HALF_EXTENT),
-        high: tuple[float, float] = (TABLE_HALF_EXTENT, TABLE_HALF_EXTENT),
+        low: tuple[float, float] = (-math.inf, -math.inf),
+        high: tuple[float, float] = (math.inf, math.inf),
     ) -> list[tuple[float, float]]:
         """Return free places on the table in easy reach, from `low` to `high`, the nearest to `near` first."""
-        part = ((np.array(low) <= _GRID) & (np.array(high) >= _GRID)).all(axis=1)
-        spots = _GRID[_in_reach(self.base_xy, self._near, self._far) & self._free(radius, ignore) & part]
+        grid = self._grid
+        part = ((np.array(low) <= grid) & (np.array(high) >= grid)).all(axis=1)
+        spots = grid[_in_reach(self.area, self.base_xy, self._near, self._far) & self._free(radius, ignore) & part]
         distance = np.round(np.hypot(*(spots - near).T), 6)
         order = np.lexsort((spots[:, 1], spots[:, 0], distance))
         return [(float(x), float(y)) for x, y in spots[order[:4]]]

@@ -17,24 +17,19 @@ from pydantic_ai import Agent, DeferredToolRequests, DeferredToolResults
 from pydantic_ai.messages import BinaryContent, ModelMessage, ToolCallPart, ToolReturn, UserContent
 from pydantic_ai.tools import ToolDefinition
 from pydantic_ai.toolsets import ExternalToolset
-from pydantic_ai.usage import UsageLimits
 
 from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.course import Course, Desk, PromptDone, Report
 from robosandbox.agent.episode import Consulted, Thought
 from robosandbox.agent.llm.budget import Budget
-from robosandbox.agent.llm.cassette import Player
-from robosandbox.agent.llm.endpoint import AnswerRequest, Endpoint
-from robosandbox.agent.llm.endpoint_capabilities import EndpointCache
-from robosandbox.agent.llm.forms import AnswerTool, find_calls
+from robosandbox.agent.llm.endpoint import NO_LIMITS, Endpoint
+from robosandbox.agent.llm.forms import find_calls, thought_of
 from robosandbox.agent.llm.ledger import PromptLedger
 from robosandbox.agent.llm.pictures import cameras_of, marked_picture, png
 from robosandbox.agent.llm.planner import LLMPlanner, prompt_budget
-from robosandbox.agent.llm.prompt import act_instructions, question
-from robosandbox.agent.llm.robot import describe_robot
-from robosandbox.agent.llm.service import Service, run_apart
+from robosandbox.agent.llm.prompt import act_instructions, describe_robot, question
+from robosandbox.agent.llm.service import ModelConnection, Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
-from robosandbox.agent.llm.thoughts import thought_of
 from robosandbox.agent.llm.toolbox import OWN, SceneLookArguments, acting_tools, one_call
 from robosandbox.agent.tools import (
     AchieveArguments,
@@ -60,7 +55,7 @@ from robosandbox.world.scene_json import describe_scene
 from robosandbox.world.verifier import Constraints, verify
 
 if TYPE_CHECKING:
-    from robosandbox.agent.llm.programmed import RunningProgram
+    from robosandbox.agent.llm.program import RunningProgram
 
 # How many earlier requests of a session a model is told of. Chosen: what "it" and "again" reach back to.
 _REMEMBERED = 6
@@ -89,9 +84,7 @@ class ActingPlanner(LLMPlanner):
         return ActingCourse(
             prompt,
             desk,
-            self._settings,
-            self._player,
-            self._endpoints,
+            self._service,
             budgets,
             certain=self.certain,
             earlier=earlier,
@@ -105,9 +98,7 @@ class ActingCourse:
     Args:
         prompt: What was said.
         desk: World, skills, and who can be asked.
-        settings: Model, endpoint and limits.
-        player: A cassette to answer from in place of the endpoint.
-        endpoints: Capabilities of endpoints.
+        service: The model and its endpoint.
         budgets: What may be spent, that of the prompt first.
         certain: Returns what the prompt holds every call to.
         earlier: Requests before this one and what was done for them.
@@ -120,25 +111,17 @@ class ActingCourse:
         self,
         prompt: str,
         desk: Desk,
-        settings: LLMSettings,
-        player: Player | None,
-        endpoints: EndpointCache,
+        service: Service,
         budgets: Sequence[Budget],
         *,
         earlier: Sequence[Mapping[str, Any]] = (),
         certain: Callable[[str, ObservedScene], Constraints],
         note: dict[str, Any],
     ) -> None:
-        self._prompt, self._desk, self._settings, self._player, self._endpoints = (
-            prompt,
-            desk,
-            settings,
-            player,
-            endpoints,
-        )
+        self._prompt, self._desk, self._service = prompt, desk, service
         self._budgets, self._earlier = tuple(budgets), earlier
         self._ledger = PromptLedger(desk.skills, budgets, note)
-        self._can_program = settings.mode == "code"
+        self._can_program = service.settings.mode == "code"
         self._tools = self._offered()
         self._agent = Agent(output_type=[str, DeferredToolRequests], name="act")
         self._said: list[ModelMessage] = []
@@ -172,41 +155,35 @@ class ActingCourse:
             # A model may take a minute, and people do not stand still meanwhile.
             scene = self._desk.ctx.look()
 
-    def _offered(self, scene: ObservedScene | None = None) -> list[AnswerTool]:
+    def _offered(self, scene: ObservedScene | None = None) -> list[ToolDefinition]:
         """Return the tools; with a scene only what fits it."""
         skills = list(self._desk.skills.values())
         return acting_tools(skills, scene, can_ask=self._desk.ask is not None, can_program=self._can_program)
 
     async def _run(self, scene: ObservedScene, *, first: bool) -> list[ToolCallPart]:
         """Return what the model calls next, now that it is told of the world or of what came of its calls."""
-        exact = self._offered(scene)
-        asked = AnswerRequest(
-            instructions=lambda mode: act_instructions(self._tools, mode),
-            tools=self._tools,
-            exact_tools=[one_call(exact)],
-            find=lambda response: find_calls(response, self._tools),
-            turns=_READINGS,
-        )
-        definitions = [
-            ToolDefinition(name=tool.name, description=tool.description, parameters_json_schema=dict(tool.schema))
-            for tool in self._tools
-        ]
         content: list[UserContent] = []
         if first:
             about = describe_robot(self._desk.ctx, scene, self._desk.skills)
             about |= {"cameras": list(cameras_of(self._desk.ctx))}
             content = [question(self._prompt, scene, (), earlier=self._earlier, robot=about, certain=self._ledger.due)]
-            if self._settings.picture is not None:
-                content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
-        async with Service(self._settings, self._player, self._budgets, self._endpoints) as service:
+            if self._service.settings.picture is not None:
+                content.append(BinaryContent(data=png(self._service.settings.picture()), media_type="image/png"))
+        async with ModelConnection(self._service, self._budgets) as connection:
+            model = Endpoint(
+                connection,
+                instructions=lambda mode: act_instructions(self._tools, mode),
+                exact_tools=[one_call(self._offered(scene))],
+                find=find_calls,
+                turns=_READINGS,
+            )
             result = await self._agent.run(
                 content if first else None,
                 message_history=self._said,
                 deferred_tool_results=None if first else DeferredToolResults(calls=self._results),
-                model=Endpoint(service, self._endpoints, asked),
-                toolsets=[ExternalToolset(definitions)],
-                # `Budget` counts over all runs of a prompt.
-                usage_limits=UsageLimits(request_limit=None),
+                model=model,
+                toolsets=[ExternalToolset(self._tools)],
+                usage_limits=NO_LIMITS,
                 infer_name=False,
             )
         self._said, self._results = result.all_messages(), {}
@@ -284,7 +261,7 @@ class ActingCourse:
         """Return the first call of a program, or what it came to without one."""
         if not self._can_program:
             raise InputError("programs are not carried out here; make one call after another")
-        from robosandbox.agent.llm.programmed import RunningProgram
+        from robosandbox.agent.llm.program import RunningProgram
 
         self._program = RunningProgram(given.code, self._desk.ctx, self._desk.skills)
         return self._program.begin()

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
+from pydantic_ai.tools import ToolDefinition
 
 from robosandbox.agent.flat_schema import flat
-from robosandbox.agent.llm.correction import correction
-from robosandbox.agent.llm.forms import AnswerTool, Call, MisuseError, as_call
+from robosandbox.agent.llm.forms import Call, MisuseError, as_call
 from robosandbox.agent.tools import RefuseArguments, said_of, step_schema
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
+from robosandbox.validation import nearest
 from robosandbox.world.arguments import fitting, object_arguments
 from robosandbox.world.operators import Operator
 from robosandbox.world.verifier import MAX_STEPS, Constraints, verify
 
 PLAN = "plan"
 REFUSE = "refuse"
+_FORM = 'The form is {"steps": [{"skill": NAME, "arguments": {...}}, ...]} or {"code": CODE, "message": SENTENCE}.'
 
 
 class StepAnswer(StrictModel):
@@ -35,7 +38,7 @@ class PlanAnswer(StrictModel):
 
 def answer_tools(
     skills: Sequence[Operator], scene: ObservedScene | None = None, *, max_steps: int = MAX_STEPS
-) -> list[AnswerTool]:
+) -> list[ToolDefinition]:
     """Return the two tools, `plan` with a variant of its steps for each skill.
 
     Args:
@@ -72,8 +75,10 @@ def answer_tools(
         "additionalProperties": False,
     }
     return [
-        AnswerTool(name=PLAN, description="Carry out these skill calls in order.", schema=plan_schema, listed="steps"),
-        AnswerTool(name=REFUSE, description="Do nothing, and say why.", schema=refusal),
+        ToolDefinition(
+            name=PLAN, description="Carry out these skill calls in order.", parameters_json_schema=plan_schema
+        ),
+        ToolDefinition(name=REFUSE, description="Do nothing, and say why.", parameters_json_schema=refusal),
     ]
 
 
@@ -108,14 +113,14 @@ def _plan(
     try:
         answer = PlanAnswer.model_validate(_with_plain_steps(data))
     except ValidationError as error:
-        raise MisuseError(correction(f"`{PLAN}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
+        raise MisuseError(_correction(f"`{PLAN}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
     plan = Plan(steps=tuple(SkillCall(skill=step.skill, arguments=step.arguments) for step in answer.steps))
     wrong = tuple(map(str, verify(plan, scene, skills, constraints=constraints).problems))
     if len(plan.steps) > max_steps:
         wrong = (f"steps: there are {len(plan.steps)}; at most {max_steps} are carried out",)
     if wrong:
         raise MisuseError(
-            correction(f"The plan cannot be carried out: {'; '.join(wrong[:5])}", plan, scene, skills, constraints)
+            _correction(f"The plan cannot be carried out: {'; '.join(wrong[:5])}", plan, scene, skills, constraints)
         )
     return plan
 
@@ -135,7 +140,9 @@ def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Operator]) -> Ref
     try:
         answer = RefuseArguments.model_validate(data)
     except ValidationError as error:
-        raise MisuseError(correction(f"`{REFUSE}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
+        raise MisuseError(
+            _correction(f"`{REFUSE}` was answered wrongly: {_told(error)}", None, scene, skills)
+        ) from None
     known = {*(item.id for item in scene.objects), *(skill.name for skill in skills)}
     candidates = tuple(name for name in dict.fromkeys(answer.candidates) if name in known)
     return Refusal(code=answer.code, message=answer.message, candidates=candidates)
@@ -157,3 +164,73 @@ def skill_arguments(skill: Operator, scene: ObservedScene | None) -> dict[str, A
             return None
         schema["properties"][name]["enum"] = ids
     return schema
+
+
+def _correction(
+    reason: str,
+    plan: Plan | None,
+    scene: ObservedScene,
+    skills: Sequence[Operator],
+    constraints: Constraints | None = None,
+) -> str:
+    """Return the reason with a valid example.
+
+    The example is never a motion that the model has not asked for, since small models copy what they are shown: it is their
+    own plan with misspelt names and superfluous arguments put right, where that makes it valid, and else a refusal.
+
+    Args:
+        reason: What is wrong, with the field and its value.
+        plan: What the model planned; None where its answer is no plan.
+        scene: What it planned for.
+        skills: What it may call.
+        constraints: What the person asked besides.
+    """
+    mended = None if plan is None else _mended(plan, scene, skills, constraints)
+    if mended is not None:
+        steps = [{"skill": call.skill, "arguments": dict(call.arguments)} for call in mended.steps]
+        return f"{reason}. Valid, if it is what the person asks for: {json.dumps({'steps': steps})}"
+    return f"{reason}. {_FORM} Valid, where nothing else is: {json.dumps(_fitting_refusal(plan, scene, skills))}"
+
+
+def _mended(
+    plan: Plan, scene: ObservedScene, skills: Sequence[Operator], constraints: Constraints | None
+) -> Plan | None:
+    """Return a plan with its names spelt right and without arguments that its skills do not take; None if still wrong."""
+    by_name = {skill.name: skill for skill in skills}
+    ids = [item.id for item in scene.objects]
+    steps = []
+    for call in plan.steps:
+        name = _known(call.skill, by_name)
+        if name is None:
+            return None
+        takes = by_name[name].schema.get("properties", {})
+        arguments = {key: value for key, value in call.arguments.items() if key in takes}
+        for key in object_arguments(by_name[name]):
+            if key in arguments:
+                arguments[key] = _known(str(arguments[key]), ids)
+        steps.append(SkillCall(skill=name, arguments=arguments))
+    mended = Plan(steps=tuple(steps))
+    return None if verify(mended, scene, skills, constraints=constraints).problems else mended
+
+
+def _known(name: str, names: Iterable[str]) -> str | None:
+    """Return a name itself where it is known, else the one that it looks like; None where two look alike, or none."""
+    names = list(names)
+    if name in names:
+        return name
+    near = nearest(name, names)
+    return near[0] if len(near) == 1 else None
+
+
+def _fitting_refusal(plan: Plan | None, scene: ObservedScene, skills: Sequence[Operator]) -> dict[str, str]:
+    """Return a refusal that fits what was wrong."""
+    by_name = {skill.name: skill for skill in skills}
+    for call in plan.steps if plan else ():
+        if call.skill not in by_name:
+            return {"code": RefusalCode.UNSUPPORTED.value, "message": "I have no skill for that."}
+        for key in object_arguments(by_name[call.skill]):
+            if key in call.arguments and scene.find(str(call.arguments[key])) is None:
+                return {"code": RefusalCode.OBJECT_NOT_FOUND.value, "message": "I do not see that object."}
+    if plan is not None:
+        return {"code": RefusalCode.IMPOSSIBLE.value, "message": "That cannot be done here."}
+    return {"code": RefusalCode.UNRECOGNIZED.value, "message": "I do not understand that."}

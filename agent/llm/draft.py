@@ -9,8 +9,7 @@ from typing import Any
 from pydantic_ai.messages import ModelResponse, TextPart, ToolCallPart
 
 from robosandbox.agent.episode import Writing
-from robosandbox.agent.llm.forms import MisuseError, as_call
-from robosandbox.agent.llm.thoughts import json_so_far, thought_of, without_thoughts
+from robosandbox.agent.llm.forms import MisuseError, as_call, json_so_far, thought_of, without_thoughts
 from robosandbox.agent.overheard import Hearer
 from robosandbox.types import SkillCall
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Generic, TypeVar
 
+from pydantic_ai import Agent, ModelRetry, RunContext, StructuredDict, ToolOutput
 from pydantic_ai.messages import (
     ModelMessage,
     ModelRequest,
@@ -22,56 +23,57 @@ from pydantic_ai.messages import (
     ThinkingPart,
     ToolCallPart,
     ToolReturnPart,
+    UserContent,
     UserPromptPart,
 )
 from pydantic_ai.models import ModelRequestParameters
 from pydantic_ai.models.wrapper import WrapperModel
 from pydantic_ai.settings import ModelSettings
+from pydantic_ai.tools import ToolDefinition
+from pydantic_ai.usage import UsageLimits
 
-from robosandbox.agent.llm.endpoint_capabilities import EndpointCache
-from robosandbox.agent.llm.forms import AnswerTool, Call, MisuseError, NoAnswerError
+from robosandbox.agent.llm.budget import Budget
+from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, find_answer
 from robosandbox.agent.llm.modes import Mode, after_no_answer, after_refusal
 from robosandbox.agent.llm.prompt import data_text, untagged
-from robosandbox.agent.llm.service import ModeRefusedError, Service
+from robosandbox.agent.llm.service import ModelConnection, ModeRefusedError, Service, run_apart
 from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import PlannerAnswerError
 from robosandbox.printable import printable
 
+AnswerT = TypeVar("AnswerT")
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AnswerRequest:
-    """Request to a model besides the conversation.
-
-    Attributes:
-        instructions: Of its part, by the mode in which it is to answer.
-        tools: What it may call.
-        exact_tools: The same for a server that writes by a schema.
-        find: Reads the calls in an answer; raises MisuseError.
-        turns: Answers asked for, those that cannot be read included.
-    """
-
-    instructions: Callable[[Mode], str]
-    tools: Sequence[AnswerTool]
-    exact_tools: Sequence[AnswerTool]
-    find: Callable[[ModelResponse], Sequence[Call]]
-    turns: int
+NO_LIMITS = UsageLimits(request_limit=None)
+"""Limits of one run of an agent: none, since `Budget` counts over all runs of a prompt."""
 
 
 class Endpoint(WrapperModel):
     """A model at a service, for one run of an agent.
 
     Args:
-        service: Where it is.
-        endpoints: Capabilities of endpoints; what is learnt is added.
-        asked: What it is told and may call.
+        connection: Leads to it.
+        instructions: Returns what it is told of its part in a mode.
+        exact_tools: What it may call where a server writes by the schema; the agent's tools if empty.
+        find: Returns the calls in an answer, given the agent's tools; raises MisuseError.
+        turns: Answers asked for in the run, those that cannot be read included.
     """
 
-    def __init__(self, service: Service, endpoints: EndpointCache, asked: AnswerRequest) -> None:
-        super().__init__(service.model)
-        self._service = service
-        self._endpoints = endpoints
-        self._asked = asked
-        self._turns = 0
+    def __init__(
+        self,
+        connection: ModelConnection,
+        *,
+        instructions: Callable[[Mode], str],
+        exact_tools: Sequence[ToolDefinition] = (),
+        find: Callable[[ModelResponse, Sequence[ToolDefinition]], Sequence[Call]],
+        turns: int,
+    ) -> None:
+        super().__init__(connection.model)
+        self._connection = connection
+        self._instructions = instructions
+        self._exact_tools = exact_tools
+        self._find = find
+        self._turns = turns
+        self._asked = 0
 
     async def request(
         self,
@@ -79,58 +81,49 @@ class Endpoint(WrapperModel):
         model_settings: ModelSettings | None,
         model_request_parameters: ModelRequestParameters,
     ) -> ModelResponse:
-        """Return the model's next calls.
+        """Return the model's next calls as tool calls.
 
         Raises:
             PlannerError: The service does not answer, or with nothing that can be read.
             InputError: The service does not know the model or the key.
         """
-        del model_settings, model_request_parameters
-        return await self.calls(messages)
-
-    async def calls(self, messages: Sequence[ModelMessage], *, reason: str = "") -> ModelResponse:
-        """Return the model's next calls as tool calls; `reason` is why its answer before could not be used.
-
-        Raises:
-            PlannerError: The service does not answer, or with nothing that can be read.
-            InputError: The service does not know the model or the key.
-        """
-        key = self._service.endpoint_key
-        mode = self._endpoints.of(key).mode or Mode.SCHEMA
+        del model_settings
+        tools = [*model_request_parameters.function_tools, *model_request_parameters.output_tools]
+        key, endpoints = self._connection.endpoint_key, self._connection.endpoints
+        mode = endpoints.of(key).mode or Mode.SCHEMA
         tried = {mode}
         said: list[ModelMessage] = []
-        while self._turns < self._asked.turns:
-            tools = self._asked.exact_tools if mode is Mode.SCHEMA else self._asked.tools
+        reason = _last_correction(messages)
+        while self._asked < self._turns:
+            offered = (self._exact_tools or tools) if mode is Mode.SCHEMA else tools
             try:
-                response = await self._service.ask(self._spoken([*messages, *said], mode), tools, mode)
+                response = await self._connection.ask(self._spoken([*messages, *said], mode), offered, mode)
             except ModeRefusedError as refusal:
-                self._endpoints.forget_mode(key)
+                endpoints.forget_mode(key)
                 later = after_refusal(tried)
                 if later is None:
                     raise PlannerAnswerError(str(refusal)) from None
                 mode, said = later, []
                 tried.add(mode)
                 continue
-            self._turns += 1
+            self._asked += 1
             try:
-                calls = self._asked.find(response)
+                calls = self._find(response, tools)
             except MisuseError as misuse:
                 reason = str(misuse)
                 count_sent_back(reason)
                 # A server that was to hold the model to a form, and did not, is asked in the next way.
                 is_loose = isinstance(misuse, NoAnswerError) and mode.binds
-                if not is_loose or self._endpoints.of(key).mode is mode:
+                if not is_loose or endpoints.of(key).mode is mode:
                     said += [response, ModelRequest(parts=correction(response, reason))]
                 if is_loose:
-                    self._endpoints.forget_mode(key)
+                    endpoints.forget_mode(key)
                     mode = after_no_answer(tried)
                     tried.add(mode)
                 continue
-            self._endpoints.learn(key, mode=mode)
+            endpoints.learn(key, mode=mode)
             return _with_calls(response, calls, number=len(messages))
-        raise PlannerAnswerError(
-            f"{key[2]}: no usable answer in {self._asked.turns} turns; the last one: {reason[:600]}"
-        )
+        raise PlannerAnswerError(f"{key[2]}: no usable answer in {self._turns} turns; the last one: {reason[:600]}")
 
     def _spoken(self, messages: Sequence[ModelMessage], mode: Mode) -> list[ModelMessage]:
         """Return a conversation as a server in this mode takes it, with the instructions that go with it."""
@@ -138,16 +131,88 @@ class Endpoint(WrapperModel):
         last = max(index for index, message in enumerate(told) if isinstance(message, ModelRequest))
         newest = told[last]
         assert isinstance(newest, ModelRequest)
-        told[last] = replace(newest, instructions=self._asked.instructions(mode))
+        told[last] = replace(newest, instructions=self._instructions(mode))
         return told
 
 
-def correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
-    """Return the reply to an answer that cannot be used: a result for each of its tool calls, as the protocol asks.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Question(Generic[AnswerT]):
+    """Question to a model.
 
-    A reason may quote ids and what the model wrote: no tag can stand in it, and no line of its own.
+    Attributes:
+        instructions: What it is told of its part, by the mode in which it is to answer.
+        content: What it is asked: text, and a picture where it sees.
+        tools: What it may answer with.
+        exact_tools: The same where a server writes by the schema; `tools` if empty.
+        read: Turns a call into what is wanted; raises MisuseError with what is wrong with it.
     """
-    reason = untagged(printable(reason))
+
+    instructions: Callable[[Mode], str]
+    content: Sequence[UserContent]
+    tools: Sequence[ToolDefinition]
+    exact_tools: Sequence[ToolDefinition] = field(default=())
+    read: Callable[[Call], AnswerT]
+
+
+def converse(service: Service, question: Question[AnswerT], *, budgets: Sequence[Budget]) -> AnswerT:
+    """Return the first answer of a model that can be used, in at most `max_turns` turns.
+
+    Args:
+        service: The model and its endpoint.
+        question: What to ask.
+        budgets: What may be spent, and what has been.
+
+    Raises:
+        PlannerUnavailableError: The service does not answer.
+        PlannerAnswerError: It answers with nothing usable.
+        InputError: The service does not know the model or the key.
+    """
+
+    def read(ctx: RunContext[Any], arguments: Any) -> Any:
+        try:
+            return question.read(Call(ctx.tool_name or "", arguments))
+        except MisuseError as misuse:
+            count_sent_back(str(misuse))
+            raise ModelRetry(_quotable(str(misuse))) from None
+
+    async def ask() -> AnswerT:
+        async with ModelConnection(service, budgets) as connection:
+            model = Endpoint(
+                connection,
+                instructions=question.instructions,
+                exact_tools=question.exact_tools,
+                find=lambda response, tools: [find_answer(response, tools)],
+                turns=turns,
+            )
+            result = await agent.run(question.content, model=model, usage_limits=NO_LIMITS, infer_name=False)
+        answer: AnswerT = result.output
+        return answer
+
+    turns = service.settings.max_turns
+    outputs = [
+        ToolOutput(StructuredDict(tool.parameters_json_schema), name=tool.name, description=tool.description)
+        for tool in question.tools
+    ]
+    agent: Agent[Any, Any] = Agent(output_type=outputs, retries={"output": turns}, name="plan")
+    agent.output_validator(read)
+    return run_apart(ask())
+
+
+def _last_correction(messages: Sequence[ModelMessage]) -> str:
+    """Return why the last answer of a conversation could not be used; "" where it could."""
+    return next(
+        (str(p.content) for p in messages[-1].parts if isinstance(p, ToolReturnPart) and p.outcome == "retried"), ""
+    )
+
+
+def _quotable(reason: str) -> str:
+    """Return a reason, which may quote ids and what a model wrote, as one line in which no tag can stand."""
+    return untagged(printable(reason))
+
+
+def correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
+    """Return the reply to an answer that cannot be read: a result for each of its tool calls, as the protocol asks."""
+    reason = _quotable(reason)
     calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
     if not calls:
         return [UserPromptPart(content=reason)]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from robosandbox.agent.llm.pointing import PointingPerception
 
 
-def _with_limits(factory: Callable[..., Made]) -> Callable[..., Made]:
+def _with_limits(factory: Callable[..., PlannerT]) -> Callable[..., PlannerT]:
     """Give a function that takes `**limits` a signature in which each limit is named, for whoever checks options by it."""
     kept = inspect.signature(factory)
     named = [item for item in kept.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
@@ -97,7 +97,7 @@ def with_model(
     return LLMPlanner(skills, settings)
 
 
-Made = TypeVar("Made")
+PlannerT = TypeVar("PlannerT")
 
 # What a prompt may cost where nothing is said. Chosen: a call with its result takes some thousand tokens, as the whole
 # conversation is sent each time, and a task some ten calls.

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic_ai.messages import ModelResponse, TextPart, ToolCallPart
-
-from robosandbox.agent.llm.thoughts import without_thoughts
+from pydantic_ai.messages import ModelResponse, TextPart, ThinkingPart, ToolCallPart
+from pydantic_ai.tools import ToolDefinition
+from pydantic_core import from_json
 
 # How many opening brackets of a text are tried; an answer has one value, prose around it a few brackets more.
 _MOST_VALUES = 60
@@ -34,6 +34,10 @@ _WRAPPERS = (
     "tool_call",
     "tool_calls",
 )
+_THOUGHTS = re.compile(r"<(think|thinking|thought|reasoning)>(.*?)</\1>", re.DOTALL | re.IGNORECASE)
+_THOUGHT_ENDS = re.compile(r"\A.*</(?:think|thinking|thought|reasoning)>", re.DOTALL | re.IGNORECASE)
+_THOUGHT_BEGINS = re.compile(r"<(?:think|thinking|thought|reasoning)>(.*)\Z", re.DOTALL | re.IGNORECASE)
+_MARK_BEGINS = re.compile(r"<[/\w]*\Z")
 _NAME_KEYS = ("name", "tool", "tool_name", "function", "skill", "action")
 _ARGUMENT_KEYS = ("arguments", "args", "parameters", "params", "input")
 # Keys that models write beside a call and that say nothing of what is to be done.
@@ -48,28 +52,6 @@ class NoAnswerError(MisuseError):
     """An answer holds no JSON at all, so the server has not kept it to any form."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AnswerTool:
-    """Form of an answer: a tool to call.
-
-    Attributes:
-        name: Its name.
-        description: What answering with it means.
-        schema: JSON schema of its arguments.
-        listed: The argument that a bare list of calls stands for; None where there is none.
-    """
-
-    name: str
-    description: str
-    schema: Mapping[str, Any]
-    listed: str | None = None
-
-    @property
-    def keys(self) -> frozenset[str]:
-        """The arguments that it cannot do without, by which bare JSON is recognized."""
-        return frozenset(self.schema.get("required", ()))
-
-
 @dataclass(frozen=True, slots=True)
 class Call:
     """A name and the arguments given with it, unchecked."""
@@ -78,32 +60,24 @@ class Call:
     arguments: Any
 
 
-def find_answer(response: ModelResponse, tools: Sequence[AnswerTool]) -> Call:
+def find_answer(response: ModelResponse, tools: Sequence[ToolDefinition]) -> Call:
     """Return the one tool that an answer calls, in whatever form, with its arguments unchecked.
+
+    Its name may be left out where its arguments tell which it is, and a bare list of calls stands for the argument of a tool
+    that needs nothing but a list.
 
     Raises:
         NoAnswerError: There is no JSON in it.
         MisuseError: It was cut off, is no JSON after all, calls something else, or calls twice.
     """
-    names = " or ".join(f"`{tool.name}`" for tool in tools)
-    called, text, values = _taken_apart(response)
-    if called:
-        return _called(called, tools, names)
-    found: list[Call] = []
-    for value in values:
-        call = _recognized(value, tools)
-        if call is not None and call not in found:
-            found.append(call)
-    if len(found) > 1:
-        raise MisuseError(f"There were {len(found)} different answers; give exactly one.")
-    if found:
-        return found[0]
-    if not values:
-        raise NoAnswerError(f"{_quoted(text)} is no answer: there is no JSON in it; answer with {names} exactly once.")
-    raise MisuseError(f"{_quoted(json.dumps(values[0]))} is neither {names}; answer with one of them exactly once.")
+    calls = _calls_in(response, tools, bare=True)
+    if len(calls) > 1:
+        told = ", ".join(call.name[:40] for call in calls)
+        raise MisuseError(f"There were {len(calls)} calls ({told}); make exactly one, with all that is to be done.")
+    return calls[0]
 
 
-def find_calls(response: ModelResponse, tools: Sequence[AnswerTool]) -> list[Call]:
+def find_calls(response: ModelResponse, tools: Sequence[ToolDefinition]) -> list[Call]:
     """Return the tools that a turn of a conversation calls, in order and in whatever form, with their arguments unchecked.
 
     A call has to name its tool: arguments alone, which are an answer to `find_answer`, fit several.
@@ -112,18 +86,27 @@ def find_calls(response: ModelResponse, tools: Sequence[AnswerTool]) -> list[Cal
         NoAnswerError: There is no JSON in it.
         MisuseError: It was cut off, is no JSON after all, or calls something else.
     """
-    called, text, values = _taken_apart(response)
-    known = {tool.name for tool in tools}
-    names = ", ".join(f"`{name}`" for name in known)
-    if called:
-        calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in called]
-        for call in calls:
-            if call.name not in known:
-                raise MisuseError(f"There is no tool {call.name[:60]!r}; there is {names}.")
-        return calls
-    found = [calls for value in values if (calls := _named_calls(value, known))]
-    if any(calls != found[0] for calls in found):
-        raise MisuseError(f"There were {len(found)} different answers; give one, with its calls in one list.")
+    return _calls_in(response, tools, bare=False)
+
+
+def _calls_in(response: ModelResponse, tools: Sequence[ToolDefinition], *, bare: bool) -> list[Call]:
+    """Return the calls in a response, at least one; `bare` where arguments and lists may stand alone."""
+    if response.finish_reason == "length":
+        raise MisuseError("The answer was cut off; give a shorter one.")
+    names = ", ".join(f"`{tool.name}`" for tool in tools)
+    native = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    if native:
+        calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in native]
+        return _known_calls(calls, tools, names, bare=bare)
+    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
+    values = json_values(text)
+    found: list[list[Call]] = []
+    for value in values:
+        calls = _written_calls(value, tools, bare=bare)
+        if calls and calls not in found:
+            found.append(calls)
+    if len(found) > 1:
+        raise MisuseError(f"There were {len(found)} different answers; give exactly one, with its calls in one list.")
     if found:
         return found[0]
     if not values:
@@ -131,39 +114,48 @@ def find_calls(response: ModelResponse, tools: Sequence[AnswerTool]) -> list[Cal
     raise MisuseError(f"{_quoted(json.dumps(values[0]))} calls nothing; call one of {names}.")
 
 
-def _taken_apart(response: ModelResponse) -> tuple[list[ToolCallPart], str, list[Any]]:
-    """Return a response's calls; where it has none, its text and the JSON values in that.
-
-    Raises:
-        MisuseError: It was cut off, or is no JSON after all.
-    """
-    if response.finish_reason == "length":
-        raise MisuseError("The answer was cut off; give a shorter one.")
-    called = [part for part in response.parts if isinstance(part, ToolCallPart)]
-    if called:
-        return called, "", []
-    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
-    return [], text, json_values(text)
+def _known_calls(calls: list[Call], tools: Sequence[ToolDefinition], names: str, *, bare: bool) -> list[Call]:
+    """Return native calls with their lists where these belong; several of which none is a tool are the list of one."""
+    known = {tool.name for tool in tools}
+    listing = next((tool for tool in tools if bare and _listed(tool)), None)
+    if listing is not None and len(calls) > 1 and not known & {call.name for call in calls}:
+        calls = [Call(listing.name, [{"name": call.name, "arguments": call.arguments} for call in calls])]
+    strange = next((call.name for call in calls if call.name not in known), None)
+    if strange is not None:
+        raise MisuseError(f"There is no tool {strange[:60]!r}; there is {names}.")
+    return [_with_list(call, tools) for call in calls] if bare else calls
 
 
-def _named_calls(value: Any, known: Set[str], wrappers: int = 0) -> list[Call]:
-    """Return the calls that a JSON value writes down with their names; none where one of a list is no call."""
+def _written_calls(value: Any, tools: Sequence[ToolDefinition], *, bare: bool, wrappers: int = 0) -> list[Call]:
+    """Return the calls that a JSON value writes down; none where one of a list is no call."""
     if wrappers > _MOST_WRAPPERS:
         return []
     if isinstance(value, list):
-        each = [_named_calls(item, known, wrappers + 1) for item in value]
-        return [call for calls in each for call in calls] if all(each) else []
+        each = [_written_calls(item, tools, bare=bare, wrappers=wrappers + 1) for item in value]
+        if all(each):
+            return [call for calls in each for call in calls]
+        listing = next((tool for tool in tools if bare and _listed(tool)), None)
+        if listing is None or any(as_call(item) is None for item in value):
+            return []
+        return [_with_list(Call(listing.name, value), tools)]
     if not isinstance(value, dict):
         return []
     said = {key: item for key, item in value.items() if key not in _REMARKS}
+    if bare and not {"name", "tool", "function"} & said.keys():
+        fitting = next((tool for tool in tools if _required(tool) and _required(tool) <= said.keys()), None)
+        if fitting is not None:
+            return [_with_list(Call(fitting.name, said), tools)]
+    known = {tool.name for tool in tools}
     match list(said.items()):
-        case [(key, wrapped)] if key in _WRAPPERS and not isinstance(wrapped, str):
-            return _named_calls(wrapped, known, wrappers + 1)
         case [(name, arguments)] if name in known:
-            return [Call(name, _unpacked(arguments))]
+            call: Call | None = Call(name, _unpacked(arguments))
+        case [(key, wrapped)] if key in _WRAPPERS and not isinstance(wrapped, str):
+            return _written_calls(wrapped, tools, bare=bare, wrappers=wrappers + 1)
         case _:
             call = as_call(value)
-            return [call] if call is not None and call.name in known else []
+    if call is None or call.name not in known:
+        return []
+    return [_with_list(call, tools) if bare else call]
 
 
 def as_call(value: Any) -> Call | None:
@@ -223,70 +215,26 @@ def json_values(text: str) -> list[Any]:
     return values
 
 
-def _called(parts: Sequence[ToolCallPart], tools: Sequence[AnswerTool], names: str) -> Call:
-    """Return what native tool calls amount to; several of which none is a tool are the steps of one."""
-    known = {tool.name for tool in tools}
-    calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in parts]
-    if len(calls) == 1 and calls[0].name in known:
-        return _with_list(calls[0], tools)
-    listing = next((tool for tool in tools if tool.listed), None)
-    if len(calls) > 1 and listing and listing.listed and not known & {call.name for call in calls}:
-        return Call(
-            listing.name, {listing.listed: [{"name": call.name, "arguments": call.arguments} for call in calls]}
-        )
-    if len(calls) > 1:
-        told = ", ".join(call.name[:40] for call in calls)
-        raise MisuseError(
-            f"There were {len(calls)} tool calls ({told}); make exactly one, with all that is to be done."
-        )
-    raise MisuseError(f"There is no tool {calls[0].name[:60]!r}; call {names}.")
-
-
-def _recognized(value: Any, tools: Sequence[AnswerTool], wrappers: int = 0) -> Call | None:
-    """Return the tool that a JSON value calls, None where it calls none."""
-    value = _unpacked(value)
-    if wrappers > _MOST_WRAPPERS:
-        return None
-    if isinstance(value, list):
-        only = _recognized(value[0], tools, wrappers + 1) if len(value) == 1 else None
-        return only or _listed(value, tools)
-    return _in_object(value, tools, wrappers) if isinstance(value, dict) else None
-
-
-def _in_object(value: dict[str, Any], tools: Sequence[AnswerTool], wrappers: int) -> Call | None:
-    """Return the tool that a JSON object calls: by its arguments alone, as its only key, within a wrapper, or by name."""
-    known = {tool.name for tool in tools}
-    said = {key: item for key, item in value.items() if key not in _REMARKS}
-    bare = next((tool for tool in tools if tool.keys and tool.keys <= said.keys()), None)
-    if bare is not None and not ({"name", "tool", "function"} & said.keys()):
-        return _with_list(Call(bare.name, said), tools)
-    match list(said.items()):
-        case [(name, arguments)] if name in known:
-            return _with_list(Call(name, _unpacked(arguments)), tools)
-        case [(key, wrapped)] if key in _WRAPPERS and not isinstance(wrapped, str):
-            return _recognized(wrapped, tools, wrappers + 1)
-        case _:
-            call = as_call(value)
-            return _with_list(call, tools) if call is not None and call.name in known else None
-
-
-def _with_list(call: Call, tools: Sequence[AnswerTool]) -> Call:
+def _with_list(call: Call, tools: Sequence[ToolDefinition]) -> Call:
     """Return a call whose arguments are a bare list with the list where it belongs."""
-    tool = next(tool for tool in tools if tool.name == call.name)
+    listed = _listed(next(tool for tool in tools if tool.name == call.name))
     arguments = call.arguments
-    if tool.listed and isinstance(arguments, list):
-        arguments = {tool.listed: arguments}
-    if tool.listed and isinstance(arguments, dict) and isinstance(arguments.get(tool.listed), str):
-        arguments = {**arguments, tool.listed: _unpacked(arguments[tool.listed])}
+    if listed and isinstance(arguments, list):
+        arguments = {listed: arguments}
+    if listed and isinstance(arguments, dict) and isinstance(arguments.get(listed), str):
+        arguments = {**arguments, listed: _unpacked(arguments[listed])}
     return Call(call.name, arguments)
 
 
-def _listed(values: Sequence[Any], tools: Sequence[AnswerTool]) -> Call | None:
-    """Return what a bare list of calls stands for."""
-    tool = next((tool for tool in tools if tool.listed), None)
-    if tool is None or tool.listed is None or not values or any(as_call(item) is None for item in values):
-        return None
-    return Call(tool.name, {tool.listed: values})
+def _required(tool: ToolDefinition) -> frozenset[str]:
+    """Return the arguments that a tool cannot do without, by which bare JSON is recognized."""
+    return frozenset(tool.parameters_json_schema.get("required", ()))
+
+
+def _listed(tool: ToolDefinition) -> str | None:
+    """Return the argument that a bare list stands for: the only one that a tool needs, where it is a list."""
+    only = next(iter(_required(tool))) if len(_required(tool)) == 1 else None
+    return only if only and tool.parameters_json_schema["properties"][only].get("type") == "array" else None
 
 
 def _unpacked(value: Any) -> Any:
@@ -333,6 +281,38 @@ def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _quoted(text: str) -> str:
     line = " ".join(text.split())
     return repr(line if len(line) <= 120 else f"{line[:117]}...")
+
+
+def without_thoughts(text: str) -> str:
+    """Return a text without what a model thought aloud, also where one of the marks is missing."""
+    return _THOUGHT_BEGINS.sub("", _THOUGHT_ENDS.sub("", _THOUGHTS.sub("", text)))
+
+
+def thought_of(response: ModelResponse) -> str:
+    """Return what a model says of why it calls what it calls: in its thoughts, or as `thought` beside a call; "" if nothing.
+
+    Of an answer that is still being written it is the beginning.
+    """
+    thinking = "".join(part.content for part in response.parts if isinstance(part, ThinkingPart))
+    text = "".join(part.content for part in response.parts if isinstance(part, TextPart))
+    marked = _THOUGHTS.search(text)
+    begun = _THOUGHT_BEGINS.search(text)
+    if thinking or marked is not None or begun is not None:
+        return (thinking or (marked[2] if marked else _MARK_BEGINS.sub("", begun[1]) if begun else "")).strip()
+    answer = json_so_far(text)
+    said = answer.get("thought") if isinstance(answer, dict) else None
+    return said.strip() if isinstance(said, str) else ""
+
+
+def json_so_far(text: str) -> Any:
+    """Return the JSON value that a text writes or begins to write, from its first bracket on; None where it cannot be read."""
+    begin = _OPENING.search(text)
+    if begin is None:
+        return None
+    try:
+        return from_json(text[begin.start() :].rstrip("` \n"), allow_partial="trailing-strings")
+    except ValueError:
+        return None
 
 
 _DECODER = json.JSONDecoder(object_pairs_hook=_each_key_once)

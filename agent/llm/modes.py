@@ -1,8 +1,10 @@
-"""In which way a server can be held to the form of an answer."""
+"""Modes in which a server is held to the form of an answer, and the part of a schema that constrained decoding keeps."""
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+import json
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from typing import Any
 
@@ -11,8 +13,14 @@ from pydantic_ai.output import OutputObjectDefinition
 from pydantic_ai.tools import ToolDefinition
 
 from robosandbox.agent.flat_schema import flat
-from robosandbox.agent.llm.forms import AnswerTool
-from robosandbox.agent.llm.schema import decodable
+from robosandbox.agent.signatures import BOUNDS, bounds
+
+# Keywords that the grammars of local servers and of the vendors' services have in common.
+_KEPT = frozenset(
+    {"type", "enum", "const", "required", "minItems", "maxItems", "minLength", "maxLength", "description", "default"}
+)
+# Keywords that restrict no answer, or are carried over in another way.
+_SILENT = frozenset({"properties", "items", "additionalProperties", "anyOf", "$schema", "$id", "title", "examples"})
 
 
 class Mode(StrEnum):
@@ -37,7 +45,7 @@ class Mode(StrEnum):
         """True where the server is sent tools and answers with calls of them."""
         return self in (Mode.TOOLS, Mode.OFFERED)
 
-    def parameters(self, tools: Sequence[AnswerTool]) -> ModelRequestParameters:
+    def parameters(self, tools: Sequence[ToolDefinition]) -> ModelRequestParameters:
         """Return how a request holds a model to these tools."""
         match self:
             case Mode.SCHEMA:
@@ -45,12 +53,7 @@ class Mode(StrEnum):
                 return ModelRequestParameters(output_mode="native", output_object=schema, allow_text_output=True)
             case Mode.TOOLS | Mode.OFFERED:
                 definitions = [
-                    ToolDefinition(
-                        name=tool.name,
-                        description=tool.description,
-                        parameters_json_schema=decodable(flat(tool.schema)),
-                        kind="output",
-                    )
+                    replace(tool, parameters_json_schema=decodable(flat(tool.parameters_json_schema)), kind="output")
                     for tool in tools
                 ]
                 return ModelRequestParameters(
@@ -70,9 +73,9 @@ def after_no_answer(tried: Container[Mode]) -> Mode:
     return next((mode for mode in Mode if mode not in tried and mode.binds), Mode.TEXT)
 
 
-def _answer_schema(tools: Sequence[AnswerTool]) -> dict[str, Any]:
+def _answer_schema(tools: Sequence[ToolDefinition]) -> dict[str, Any]:
     """Return the schema of an answer with one of the tools; its root is an object, as services ask."""
-    schemas = [dict(tool.schema) for tool in tools]
+    schemas = [tool.parameters_json_schema for tool in tools]
     if len(schemas) == 1:
         return schemas[0]
     return {
@@ -81,3 +84,31 @@ def _answer_schema(tools: Sequence[AnswerTool]) -> dict[str, Any]:
         "required": ["answer"],
         "additionalProperties": False,
     }
+
+
+def decodable(schema: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a schema that says only what constrained decoding keeps; every value that fits the given one fits it.
+
+    Servers turn a schema into a grammar over tokens. A grammar holds types, keys, enumerations and lengths. The range of a
+    number is arithmetic: llama.cpp leaves it out for fractions, and vendors' services refuse or drop it. Such a keyword goes
+    into the description, and the value is judged where the answer is read.
+
+    Args:
+        schema: A JSON schema without references, flat but for `anyOf`.
+    """
+    found = {key: value for key, value in schema.items() if key in _KEPT}
+    if "properties" in schema:
+        found["properties"] = {name: decodable(field) for name, field in schema["properties"].items()}
+    if "anyOf" in schema:
+        found["anyOf"] = [decodable(option) for option in schema["anyOf"]]
+    for key in ("items", "additionalProperties"):
+        # Beside patterns "additionalProperties" speaks of what no pattern fits, which a grammar without them cannot tell.
+        if key in schema and "patternProperties" not in schema:
+            found[key] = decodable(schema[key]) if isinstance(schema[key], Mapping) else schema[key]
+    told = bounds(schema)
+    told += [
+        f"{key} {json.dumps(value)}" for key, value in schema.items() if key not in _KEPT | _SILENT | BOUNDS.keys()
+    ]
+    if told:
+        found["description"] = f"{found.get('description', '')} ({', '.join(told)})".strip()
+    return found

@@ -11,11 +11,10 @@ from pydantic_ai.messages import BinaryContent, UserContent
 from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.llm.answer import answer_tools, read_answer
 from robosandbox.agent.llm.budget import Budget, SpendingLimits
-from robosandbox.agent.llm.converse import Question, converse
-from robosandbox.agent.llm.endpoint_capabilities import endpoint_cache
+from robosandbox.agent.llm.endpoint import Question, converse
 from robosandbox.agent.llm.pictures import png
 from robosandbox.agent.llm.prompt import instructions, question
-from robosandbox.agent.llm.service import open_cassette
+from robosandbox.agent.llm.service import Service
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.protocols import Attempt
 from robosandbox.types import ObservedScene, Plan, Refusal
@@ -47,8 +46,7 @@ class LLMPlanner:
         self.certain = partial(constraints_of, skills=self._skills)
         self._tools = answer_tools(self._skills, max_steps=settings.max_steps)
         self._settings = settings
-        self._player = open_cassette(settings)
-        self._endpoints = endpoint_cache(settings)
+        self._service = Service(settings)
         self._prompt = prompt_budget(settings)
         self._session = Budget(SpendingLimits(**settings.session), of="session")  # type: ignore[arg-type]
 
@@ -77,9 +75,7 @@ class LLMPlanner:
         if self._settings.picture is not None:
             content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
         return converse(
-            self._settings,
-            self._player,
-            self._endpoints,
+            self._service,
             Question(
                 instructions=lambda mode: instructions(self._skills, mode),
                 content=content,

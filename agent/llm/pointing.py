@@ -10,19 +10,21 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, ValidationError
 from pydantic_ai.messages import BinaryContent
+from pydantic_ai.tools import ToolDefinition
 
+from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.llm.budget import Budget, SpendingLimits
-from robosandbox.agent.llm.converse import Question, converse
-from robosandbox.agent.llm.endpoint_capabilities import endpoint_cache
-from robosandbox.agent.llm.forms import AnswerTool, Call, MisuseError
+from robosandbox.agent.llm.endpoint import Question, converse
+from robosandbox.agent.llm.forms import Call, MisuseError
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.pictures import png
-from robosandbox.agent.llm.service import open_cassette
+from robosandbox.agent.llm.service import Service
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerError
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import PointCloudFrame
 from robosandbox.perception.rgbd import RgbdPerception
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import Track
 from robosandbox.types import Array, StrictModel
 
@@ -31,7 +33,6 @@ _POINT = "point"
 _AROUND = 3
 _LEAST_DEPTHS = 5  # Number of pixels with depth among these that tell a place. Chosen.
 _REACH = 0.015  # Metres from a thing's hull within which a place is on it. Chosen: half of a small cube.
-_CLEAR = 0.3  # Confidence, a probability, from which a thing is worth a name: as of `rgbd`.
 _MOST = 60  # Number of things in one answer. Chosen far above what a table holds.
 
 _INSTRUCTIONS = """You are the eyes of a robot arm at a table. You get one camera picture. Point at every loose object on the
@@ -84,10 +85,8 @@ class PointingPerception(RgbdPerception):
         self, settings: LLMSettings, *, setup: Setup, calibration: Path | None = None, camera: str | None = None
     ) -> None:
         super().__init__(setup=Setup(scene=setup.scene), calibration=calibration)
-        self._settings = settings
+        self._service = Service(settings)
         self._camera = camera
-        self._player = open_cassette(settings)
-        self._endpoints = endpoint_cache(settings)
         self._named: set[str] = set()
 
     def assign_ids(self) -> None:
@@ -97,7 +96,9 @@ class PointingPerception(RgbdPerception):
             PlannerError: The model gives no usable answer, and none has been named before.
         """
         self._named &= {track.id for track in self.tracks}
-        new = [track for track in self.tracks if track.id not in self._named and track.confidence >= _CLEAR]
+        new = [
+            track for track in self.tracks if track.id not in self._named and track.confidence >= TOLERANCES.acted_on
+        ]
         by_camera = self.frames.by_camera
         segmented = by_camera.get(self._camera or next(iter(by_camera), ""))
         if not new or segmented is None:
@@ -128,26 +129,25 @@ class PointingPerception(RgbdPerception):
             self._named.add(name)
 
     def _ask(self, frame: PointCloudFrame) -> Sequence[Pointed]:
+        settings = self._service.settings
         height, width = frame.depth.shape
         text = f"The picture is {width} pixels wide and {height} pixels high. Point at every loose object."
         return converse(
-            self._settings,
-            self._player,
-            self._endpoints,
+            self._service,
             Question(
                 instructions=lambda mode: f"{_INSTRUCTIONS}\n\n{_HOW_TO_ANSWER[mode]}",
                 content=[text, BinaryContent(data=png(frame.rgb), media_type="image/png")],
                 tools=[TOOL],
                 read=lambda call: _read(call, width, height),
             ),
-            budgets=(Budget(SpendingLimits(tokens=self._settings.max_tokens, seconds=self._settings.time_limit)),),
+            budgets=(Budget(SpendingLimits(tokens=settings.max_tokens, seconds=settings.time_limit)),),
         )
 
 
-TOOL = AnswerTool(
+TOOL = ToolDefinition(
     name=_POINT,
     description="Name every loose object on the table and give one pixel on each.",
-    schema=PointAnswer.model_json_schema(),
+    parameters_json_schema=flat(PointAnswer.model_json_schema()),
 )
 
 

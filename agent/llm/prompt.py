@@ -10,14 +10,17 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robosandbox.agent.llm.forms import AnswerTool
+from pydantic_ai.tools import ToolDefinition
+
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.protocols import Attempt
 from robosandbox.agent.signatures import form, signature
-from robosandbox.types import ObservedScene
+from robosandbox.types import ObservedScene, Plan, SkillCall
 from robosandbox.world.operators import Operator
 from robosandbox.world.scene_json import describe_scene
-from robosandbox.world.verifier import Constraints
+from robosandbox.world.verifier import Constraints, verify
 
 _CONVENTIONS = """\
 Conventions: metres and radians. World x points forward, away from the robot; y points to the robot's left; z up. Left and
@@ -92,14 +95,16 @@ def instructions(skills: Sequence[Operator], mode: Mode) -> str:
     return f"{_RULES}\nSkills:\n{listing}\n\n{_HOW_TO_ANSWER[mode]}\n"
 
 
-def act_instructions(tools: Sequence[AnswerTool], mode: Mode) -> str:
+def act_instructions(tools: Sequence[ToolDefinition], mode: Mode) -> str:
     """Return what a model that acts is told of its part; a server that takes tools lists them itself."""
-    listing = "" if mode.has_tools else "\nTools:\n" + "\n".join(map(_listed, tools)) + "\n"
+    listing = (
+        ""
+        if mode.has_tools
+        else "\nTools:\n"
+        + "\n".join(f"- {form(tool.name, tool.parameters_json_schema)}: {tool.description}" for tool in tools)
+        + "\n"
+    )
     return f"{_ACT_RULES}{listing}\n{_HOW_TO_ACT[mode]}\n"
-
-
-def _listed(tool: AnswerTool) -> str:
-    return f"- {form(tool.name, tool.schema)}: {tool.description}"
 
 
 def question(
@@ -124,17 +129,50 @@ def question(
     return "\n\n".join(blocks)
 
 
+def describe_robot(ctx: GoalContext, scene: ObservedScene, skills: Mapping[str, Operator]) -> dict[str, Any]:
+    """Return what is known of the robot; little of one in another process, whose sim keeps its limits itself.
+
+    Args:
+        ctx: Whose robot.
+        scene: What is seen.
+        skills: What it may do, by name.
+    """
+    if not isinstance(ctx, AgentContext):
+        return {}
+    spec = ctx.sim.spec
+    data: dict[str, Any] = {"arm": spec.name}
+    if spec.gripper is not None:
+        geometry = spec.gripper.geometry
+        if geometry.cup is not None:
+            data["suction_cup"] = round(geometry.cup, 3)
+        else:
+            data["gripper_opens"] = [round(geometry.min_aperture, 3), round(geometry.max_aperture, 3)]
+    for limits in (spec.limits, ctx.limits):
+        if limits is not None:
+            data |= limits.model_dump(mode="json", exclude_none=True)
+    cannot = {item.id: cause for item in scene.objects if (cause := _why_no_pick(item.id, scene, skills))}
+    return data | ({"cannot_pick": cannot} if cannot else {})
+
+
+def _why_no_pick(name: str, scene: ObservedScene, skills: Mapping[str, Operator]) -> str:
+    """Return why an object can never be picked up; "" where something done first may help, or nothing is needed."""
+    if "pick" not in skills:
+        return ""
+    plan = Plan(steps=(SkillCall(skill="pick", arguments={"object": name}),))
+    problems = verify(plan, scene, list(skills.values())).problems
+    return next((problem.error.message for problem in problems if problem.is_final), "")
+
+
 def attempt_data(attempt: Attempt) -> dict[str, Any]:
     """Return a failed attempt as JSON data: calls, error, evidence, repairs."""
-    record = attempt.error.record()
     return {
         "completed": [str(call) for call in attempt.completed],
         "failed": str(attempt.failed),
         "not_begun": [str(call) for call in attempt.remaining],
-        "error": record.model_dump(mode="json", exclude={"repairs"}),
+        "error": attempt.error.model_dump(mode="json", exclude={"repairs"}),
         "repairs": [
             {"calls": [call.model_dump(mode="json") for call in repair.calls], "why": repair.why}
-            for repair in record.repairs
+            for repair in attempt.error.repairs
         ],
     }
 

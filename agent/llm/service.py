@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
 import os
 import time
@@ -15,20 +16,33 @@ from typing import Self, TypeVar
 import httpx2
 from pydantic_ai import exceptions as failures
 from pydantic_ai.direct import model_request, model_request_stream
-from pydantic_ai.messages import ModelMessage, ModelResponse
+from pydantic_ai.messages import (
+    BinaryContent,
+    ModelMessage,
+    ModelRequest,
+    ModelResponse,
+    TextPart,
+    ThinkingPart,
+    ToolCallPart,
+    ToolReturnPart,
+    UserPromptPart,
+)
 from pydantic_ai.models import Model, ModelRequestParameters
 from pydantic_ai.settings import ModelSettings
+from pydantic_ai.tools import ToolDefinition
 
 from robosandbox.agent.llm.budget import Budget, price
-from robosandbox.agent.llm.cassette import CassetteRecorder, Player
 from robosandbox.agent.llm.draft import AnswerStream
-from robosandbox.agent.llm.endpoint_capabilities import EndpointCache, EndpointKey
-from robosandbox.agent.llm.forms import AnswerTool
+from robosandbox.agent.llm.endpoint_capabilities import EndpointKey, endpoint_cache
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.settings import KEY_VARIABLES, LLMSettings
-from robosandbox.agent.llm.transcript import answered, asked
-from robosandbox.agent.llm.transport import AnswerTooLargeError, NotStreamedError, live_transport
-from robosandbox.agent.llm.vendors import OFFICIAL, find_key, speaking_model
+from robosandbox.agent.llm.transport import (
+    AnswerTooLargeError,
+    CassetteRecorder,
+    NotStreamedError,
+    Player,
+    live_transport,
+)
 from robosandbox.agent.overheard import hearer
 from robosandbox.agent.usage import Exchange, count_exchange
 from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError
@@ -46,6 +60,11 @@ _TRANSIENT = (
     failures.ModelConnectionError,
 )
 
+OFFICIAL = {
+    "openai": "https://api.openai.com/v1",
+    "responses": "https://api.openai.com/v1",
+    "anthropic": "https://api.anthropic.com",
+}
 
 AnswerT = TypeVar("AnswerT")
 
@@ -55,25 +74,47 @@ class ModeRefusedError(Exception):
 
 
 class Service:
-    """One plan's conversation; an asynchronous context manager.
+    """A model where it is served, or a cassette in its place.
 
     Args:
-        settings: Model and endpoint.
-        player: A cassette to answer from in place of the endpoint.
+        settings: Model, endpoint and limits.
+
+    Attributes:
+        settings: The same.
+        endpoints: Capabilities of endpoints; what is learnt is added.
+
+    Raises:
+        InputError: A key is missing, or the cassette cannot be used.
+    """
+
+    def __init__(self, settings: LLMSettings) -> None:
+        self.settings = settings
+        self.endpoints = endpoint_cache(settings)
+        cassette = settings.cassette
+        self.player = Player(cassette) if cassette is not None and cassette.exists() else None
+        if cassette is not None and not cassette.absolute().parent.is_dir():
+            raise InputError(f"--cassette: the folder of {str(cassette)!r} does not exist; make it first")
+        if self.player is None:
+            find_key(settings, settings.base_url or "", needed=True)
+
+
+class ModelConnection:
+    """A connection to a model for one plan; an asynchronous context manager.
+
+    Args:
+        service: The model and its endpoint.
         budgets: What may be spent, and what has been.
-        endpoints: Capabilities of endpoints; whether this one streams is added.
 
     Raises:
         InputError: A key is missing.
         PlannerUnavailableError: The time is spent already.
     """
 
-    def __init__(
-        self, settings: LLMSettings, player: Player | None, budgets: Sequence[Budget], endpoints: EndpointCache
-    ) -> None:
-        self._settings = settings
+    def __init__(self, service: Service, budgets: Sequence[Budget]) -> None:
+        self._settings = settings = service.settings
         self._budgets = tuple(budgets)
-        self._endpoints = endpoints
+        self.endpoints = service.endpoints
+        player = service.player
         self._replayed = player is not None
         self._url = (
             settings.base_url or os.environ.get("" if settings.service == "anthropic" else "OPENAI_BASE_URL") or ""
@@ -118,7 +159,7 @@ class Service:
         """The model and its endpoint."""
         return self._settings.service, self._url or OFFICIAL[self._settings.service], self._settings.model
 
-    async def ask(self, messages: Sequence[ModelMessage], tools: Sequence[AnswerTool], mode: Mode) -> ModelResponse:
+    async def ask(self, messages: Sequence[ModelMessage], tools: Sequence[ToolDefinition], mode: Mode) -> ModelResponse:
         """Return the model's answer.
 
         Args:
@@ -213,8 +254,8 @@ class Service:
             usage = None if response is None else response.usage
             count_exchange(
                 Exchange(
-                    asked=asked(messages),
-                    answered="" if response is None else answered(response),
+                    asked=_asked_in(messages),
+                    answered="" if response is None else _answered_in(response),
                     mode=mode.value,
                     input_tokens=usage.input_tokens if usage else 0,
                     output_tokens=usage.output_tokens if usage else 0,
@@ -227,7 +268,7 @@ class Service:
         self, messages: list[ModelMessage], settings: ModelSettings, parameters: ModelRequestParameters
     ) -> ModelResponse:
         """Return the answer to one request; it comes piece by piece where somebody listens and the server can do that."""
-        listens, streams = hearer(), self._endpoints.of(self.endpoint_key).streams
+        listens, streams = hearer(), self.endpoints.of(self.endpoint_key).streams
         if listens is not None and streams is not False and self._settings.cassette is None:
             draft = AnswerStream(listens)
             try:
@@ -243,14 +284,14 @@ class Service:
                 if not _is_refused(error) or streams:
                     raise
             else:
-                self._endpoints.learn(self.endpoint_key, streams=True)
+                self.endpoints.learn(self.endpoint_key, streams=True)
                 draft.show(response, whole=True)
                 return response
         response = await model_request(
             self._model, messages, model_settings=settings, model_request_parameters=parameters
         )
         if listens is not None and streams is None and self._settings.cassette is None:
-            self._endpoints.learn(self.endpoint_key, streams=False)
+            self.endpoints.learn(self.endpoint_key, streams=False)
         return response
 
     def _raise_if_final(self, error: failures.ModelAPIError) -> None:
@@ -295,6 +336,40 @@ class Service:
         return clean(text, self._key)
 
 
+def find_key(settings: LLMSettings, url: str, *, needed: bool) -> str | None:
+    """Return the key from the environment.
+
+    Raises:
+        InputError: There is none and the service's own endpoint needs one.
+    """
+    variable = KEY_VARIABLES[settings.service]
+    key = os.environ.get(variable, "").strip() or None
+    if key is None and needed and not url:
+        raise InputError(f"{variable}: is not set; set it to your key, or give --base-url for a server that needs none")
+    return key
+
+
+def speaking_model(settings: LLMSettings, url: str, key: str, client: httpx2.AsyncClient) -> Model:
+    """Return a model that speaks its service's protocol over a client; retries are left to whoever asks it."""
+    if settings.service == "anthropic":
+        from anthropic import AsyncAnthropic
+        from pydantic_ai.models.anthropic import AnthropicModel
+        from pydantic_ai.providers.anthropic import AnthropicProvider
+
+        speaker = AsyncAnthropic(api_key=key, base_url=url or None, max_retries=0, http_client=client)
+        return AnthropicModel(settings.model, provider=AnthropicProvider(anthropic_client=speaker))
+    from openai import AsyncOpenAI
+    from pydantic_ai.models.openai import OpenAIChatModel, OpenAIResponsesModel
+    from pydantic_ai.providers.openai import OpenAIProvider
+    from pydantic_ai.providers.openai_compatible import OpenAICompatibleProvider
+
+    caller = AsyncOpenAI(api_key=key, base_url=url or OFFICIAL["openai"], max_retries=0, http_client=client)
+    kind = OpenAIResponsesModel if settings.service == "responses" else OpenAIChatModel
+    if url:
+        return kind(settings.model, provider=OpenAICompatibleProvider("openai-compatible", openai_client=caller))
+    return kind(settings.model, provider=OpenAIProvider(openai_client=caller))
+
+
 def run_apart(work: Coroutine[None, None, AnswerT]) -> AnswerT:
     """Run a coroutine to its end, also where a loop runs already, as in a notebook."""
     try:
@@ -304,21 +379,6 @@ def run_apart(work: Coroutine[None, None, AnswerT]) -> AnswerT:
     # The copied context lets whoever counts model usage here see what is asked there.
     with ThreadPoolExecutor(max_workers=1) as pool:
         return pool.submit(copy_context().run, asyncio.run, work).result()
-
-
-def open_cassette(settings: LLMSettings) -> Player | None:
-    """Return what answers in place of the endpoint, None where it is to be asked.
-
-    Raises:
-        InputError: A key is missing, or the cassette cannot be used.
-    """
-    cassette = settings.cassette
-    player = Player(cassette) if cassette is not None and cassette.exists() else None
-    if cassette is not None and not cassette.absolute().parent.is_dir():
-        raise InputError(f"--cassette: the folder of {str(cassette)!r} does not exist; make it first")
-    if player is None:
-        find_key(settings, settings.base_url or "", needed=True)
-    return player
 
 
 def clean(text: str, key: str | None) -> str:
@@ -342,3 +402,32 @@ def _is_refused(error: Exception) -> bool:
     while cause is not None and not isinstance(cause, NotStreamedError):
         cause = cause.__cause__ or cause.__context__
     return cause is not None
+
+
+def _asked_in(messages: Sequence[ModelMessage]) -> str:
+    """Return what is new in a conversation: its last request, without the instructions that every request repeats."""
+    newest = next(message for message in reversed(messages) if isinstance(message, ModelRequest))
+    texts = []
+    for part in newest.parts:
+        if isinstance(part, UserPromptPart):
+            content = [part.content] if isinstance(part.content, str) else part.content
+            texts += [
+                item if isinstance(item, str) else f"({item.media_type})" if isinstance(item, BinaryContent) else ""
+                for item in content
+            ]
+        elif isinstance(part, ToolReturnPart):
+            texts.append(part.content if isinstance(part.content, str) else json.dumps(part.content, default=str))
+    return "\n\n".join(text for text in texts if text)
+
+
+def _answered_in(response: ModelResponse) -> str:
+    """Return an answer: its text as it is, calls as JSON, thoughts between marks."""
+    texts = []
+    for part in response.parts:
+        if isinstance(part, TextPart):
+            texts.append(part.content)
+        elif isinstance(part, ThinkingPart):
+            texts.append(f"<think>{part.content}</think>")
+        elif isinstance(part, ToolCallPart):
+            texts.append(json.dumps({"name": part.tool_name, "arguments": part.args}))
+    return "\n".join(text for text in texts if text)

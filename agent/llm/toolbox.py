@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from pydantic import Field
+from pydantic_ai.tools import ToolDefinition
 
 from robosandbox.agent.llm.answer import skill_arguments
-from robosandbox.agent.llm.forms import AnswerTool
 from robosandbox.agent.tools import (
     AchieveArguments,
     AskArguments,
@@ -52,7 +52,7 @@ OWN: dict[str, type[StrictModel]] = {
 
 def acting_tools(
     skills: Sequence[Operator], scene: ObservedScene | None = None, *, can_ask: bool, can_program: bool = False
-) -> list[AnswerTool]:
+) -> list[ToolDefinition]:
     """Return the tools.
 
     Args:
@@ -69,25 +69,27 @@ def acting_tools(
         raise InputError(f"the skill {taken!r} has the name of a tool that models are offered; rename it")
     left_out = {name for name, is_there in ((ASK, can_ask), (PROGRAM, can_program)) if not is_there}
     moving = [
-        AnswerTool(name=skill.name, description=f"{skill.description} {terms(skill)}".strip(), schema=arguments)
+        ToolDefinition(
+            name=skill.name, description=f"{skill.description} {terms(skill)}".strip(), parameters_json_schema=arguments
+        )
         for skill in skills
         if (arguments := skill_arguments(skill, scene)) is not None
     ]
     still = [
-        AnswerTool(name=name, description=description(model), schema=schema_of(model, skills))
+        ToolDefinition(name=name, description=description(model), parameters_json_schema=schema_of(model, skills))
         for name, model in OWN.items()
         if name not in left_out
     ]
     return [*moving, *still]
 
 
-def one_call(tools: Sequence[AnswerTool]) -> AnswerTool:
+def one_call(tools: Sequence[ToolDefinition]) -> ToolDefinition:
     """Return what a server that writes by a schema answers with: a thought, and a call of one of the tools."""
     calls = [
         {
             "type": "object",
             "description": tool.description,
-            "properties": {"name": {"const": tool.name}, "arguments": dict(tool.schema)},
+            "properties": {"name": {"const": tool.name}, "arguments": tool.parameters_json_schema},
             "required": ["name", "arguments"],
             "additionalProperties": False,
         }
@@ -99,4 +101,4 @@ def one_call(tools: Sequence[AnswerTool]) -> AnswerTool:
         "required": ["thought", _CALL],
         "additionalProperties": False,
     }
-    return AnswerTool(name=_CALL, description="What to do next.", schema=schema)
+    return ToolDefinition(name=_CALL, description="What to do next.", parameters_json_schema=schema)

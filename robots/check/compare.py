@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.chains import Tool
-from robosandbox.robots.check.finding import CheckResult
+from robosandbox.robots.findings import CheckResult
 from robosandbox.robots.importers.imported import compile_spec
 from robosandbox.robots.infer.kinematic_tree import actuator_joints
 from robosandbox.robots.infer.placement import find_workspace

@@ -10,7 +10,7 @@ from typing import Any
 
 from robosandbox.errors import InputError
 from robosandbox.robots.check.compare import compare
-from robosandbox.robots.check.finding import CheckResult
+from robosandbox.robots.findings import CheckResult
 from robosandbox.robots.importers.imported import ImportedModel
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.mount import mount
@@ -53,15 +53,15 @@ def own_files(scene: Scene) -> RobotFiles | None:
     return RobotFiles(model=model, sidecar=sidecar, table_height=scene.table_height)
 
 
-def infer_beside(
+def examine(
     imported: ImportedModel,
     given: Sidecar,
     sidecar: Path,
     package_paths: tuple[Path, ...] = (),
     *,
     table_height: float = TABLE_HEIGHT,
-) -> Inference:
-    """Return what the model itself shows of the arm that a sidecar is about.
+) -> tuple[Inference, list[CheckResult]]:
+    """Return what the model itself shows of the arm that a sidecar is about, and the sidecar's checks against that.
 
     Args:
         imported: The model; the sidecar's gripper is mounted on it.
@@ -78,9 +78,10 @@ def infer_beside(
     names = {item.name for item in imported.spec.joints}
     anchor = next((name for name in reversed(given.arm.joints) if name in names), None)
     try:
-        return infer_imported(imported, arm=anchor, listed=given.arm.joints, table_height=table_height)
+        found = infer_imported(imported, arm=anchor, listed=given.arm.joints, table_height=table_height)
     except InputError:
-        return infer_imported(imported, listed=given.arm.joints, table_height=table_height)
+        found = infer_imported(imported, listed=given.arm.joints, table_height=table_height)
+    return found, compare(found, given, table_height=table_height)
 
 
 def refuse_unsound(found: Inference) -> None:
@@ -109,8 +110,7 @@ def _static_checks(files: RobotFiles, model_stamp: int, sidecar_stamp: int) -> t
         given = load_yaml_model(files.sidecar, Sidecar)
         imported = import_model(files.model, files.package_paths)
         height = files.table_height
-        found = infer_beside(imported, given, files.sidecar, files.package_paths, table_height=height)
-        return tuple(compare(found, given, table_height=height))
+        return tuple(examine(imported, given, files.sidecar, files.package_paths, table_height=height)[1])
     except InputError as error:
         field = blamed_field(files.sidecar, str(error))
         return (CheckResult("load", False, _SKIPS if field == _JOINTS else str(error), field),)

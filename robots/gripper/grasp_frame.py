@@ -63,7 +63,9 @@ def measure_tcp(
     across = across / np.linalg.norm(across)
     closing = _snap(across, axes, 15.0)
     place(model, data, closed_qpos)
-    left, right = (outer_points(model, data, side, other) for side, other in _sides(pads))
+    left, right = (
+        outer_points(model, data, side, other) for side, other in ((pads.left, pads.right), (pads.right, pads.left))
+    )
     near = (data.geom_xpos[pads.geoms[0]] + data.geom_xpos[pads.geoms[1]]) / 2.0
     palm = data.xpos[int(model.body_parentid[min(pads.left)])]
     if int(model.body_weldid[min(pads.right)]) == int(model.body_weldid[model.body_parentid[min(pads.left)]]):
@@ -139,10 +141,6 @@ def _farthest(points: Array, root: Array) -> Array:
     """Return the middle of the 50 points farthest from one, shape (3,)."""
     middle: Array = points[np.linalg.norm(points - root, axis=1).argsort()[-50:]].mean(axis=0)
     return middle
-
-
-def _sides(pads: Pads) -> tuple[tuple[frozenset[int], frozenset[int]], tuple[frozenset[int], frozenset[int]]]:
-    return (pads.left, pads.right), (pads.right, pads.left)
 
 
 def _meeting(left: Array, right: Array, closing: Array, approach: Array, near: Array) -> tuple[Array, float]:

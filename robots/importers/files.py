@@ -90,7 +90,10 @@ class ModelFiles:
         """Return where the file may lie, best first."""
         if name.startswith(("package://", "model://")):
             package, _, rest = unquote(name.partition("://")[2]).partition("/")
-            _refuse_escape(rest, self.model, name)
+            if ".." in PurePosixPath(rest).parts:
+                raise InputError(
+                    f"{self.model.name}: {name!r} leaves its package through '..'; name the file inside it"
+                )
             return [base / rest for base in self._packages(package)]
         # file://meshes/link.stl names no host, as a URI would, but a relative path.
         path = Path(unquote(name.removeprefix("file://")) if name.startswith("file://") else name.replace("\\", "/"))
@@ -151,11 +154,6 @@ def searching(package_paths: Iterable[Path]) -> Iterator[None]:
             os.environ.pop(PACKAGE_PATH_VARIABLE, None)
         else:
             os.environ[PACKAGE_PATH_VARIABLE] = before
-
-
-def _refuse_escape(rest: str, model: Path, name: str) -> None:
-    if ".." in PurePosixPath(rest).parts:
-        raise InputError(f"{model.name}: {name!r} leaves its package through '..'; name the file inside it")
 
 
 def read_xml(path: Path) -> bytes:

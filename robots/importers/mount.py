@@ -42,7 +42,7 @@ def mount(
             )
         # The offset is the site's to give; a site of its own keeps the arm's where it was.
         body = site.parent
-        frame = body.add_frame(pos=site.pos, quat=_quat_of(site))
+        frame = body.add_frame(pos=site.pos, quat=list(site.quat))
         inner = body.add_frame(pos=attachment.xyz, quat=[w, x, y, z])
         inner.set_frame(frame)
         spec.attach(gripper.spec, prefix=GRIPPER_PREFIX, frame=inner)
@@ -61,9 +61,3 @@ def mount(
     if arm.options is None:
         let_mounted_touch(arm, GRIPPER_PREFIX)
     return arm
-
-
-def _quat_of(site: object) -> list[float]:
-    alt = site.alt  # type: ignore[attr-defined]
-    del alt
-    return list(site.quat)  # type: ignore[attr-defined]

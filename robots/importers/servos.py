@@ -124,7 +124,11 @@ def _damp(imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator:
     if own < 0.0:
         # A damping ratio, which the compiler turns into a damping.
         return
-    if actuator.trntype == _JOINT and own * mobility * _STEP > _MOST_DAMPED and _is_limited(actuator):
+    if (
+        actuator.trntype == _JOINT
+        and own * mobility * _STEP > _MOST_DAMPED
+        and actuator.forcerange[1] > actuator.forcerange[0]
+    ):
         # At its force limit a servo's damping is no longer integrated implicitly: one that is large for what the servo moves
         # throws a light finger back and forth from step to step. A rotor that is slow to it is still quick to the stiffness.
         joint = imported.spec.joint(actuator.target)
@@ -137,10 +141,6 @@ def _damp(imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator:
     bias[2] = -critical
     actuator.biasprm = bias
     imported.notes.append(f"actuator {actuator.name!r} is hardly damped: damping {own:.3g} raised to {critical:.3g}")
-
-
-def _is_limited(actuator: mujoco.MjsActuator) -> bool:
-    return bool(actuator.forcerange[1] > actuator.forcerange[0])
 
 
 def get_armature(joint: mujoco.MjsJoint) -> float:

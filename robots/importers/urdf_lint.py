@@ -53,7 +53,9 @@ def check_urdf(root: ElementTree.Element, source: str) -> None:
         InputError: The first mistake: file, element, value, remedy.
     """
     if root.tag != "robot":
-        raise InputError(f"{source}: the root element is <{_bare(root.tag)}>; a URDF's is <robot>")
+        raise InputError(
+            f"{source}: the root element is <{str(root.tag).rpartition('}')[2][:40]}>; a URDF's is <robot>"
+        )
     if any("xacro" in str(element.tag) for element in root.iter()):
         raise InputError(f"{source}: is a xacro; expand it first: xacro {source} > robot.urdf")
     links = _named(root, "link", source)
@@ -66,10 +68,6 @@ def check_urdf(root: ElementTree.Element, source: str) -> None:
     for name, joint in joints.items():
         _check_joint(joint, name, links, joints, source)
     _check_tree(links, joints, source)
-
-
-def _bare(tag: object) -> str:
-    return str(tag).rpartition("}")[2][:40]
 
 
 def _named(root: ElementTree.Element, kind: str, source: str) -> dict[str, ElementTree.Element]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from robosandbox.robots.check.finding import FieldEvidence
+from robosandbox.robots.findings import FieldEvidence
 from robosandbox.robots.gripper.cup import lip, suctions
 from robosandbox.robots.infer.tcp import flange_tool
 from robosandbox.robots.sidecar import SuctionRoles

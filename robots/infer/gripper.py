@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.check.finding import FieldEvidence
+from robosandbox.robots.findings import FieldEvidence
 from robosandbox.robots.fitting import fit_roles
 from robosandbox.robots.gripper.calibrate import JAWS, moving_groups, palm_of, place, sweep_gripper
 from robosandbox.robots.gripper.collision import refine_fingers

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from robosandbox.robots.check.finding import FieldEvidence
+from robosandbox.robots.findings import FieldEvidence
 from robosandbox.robots.infer.sidecar import Inference
 from robosandbox.robots.sidecar import SuctionRoles
 

@@ -12,7 +12,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
 from robosandbox.robots.chains import Tool
-from robosandbox.robots.check.finding import FieldEvidence
+from robosandbox.robots.findings import FieldEvidence
 from robosandbox.robots.gripper.collision import ensure_solid_tool
 from robosandbox.robots.gripper.hand import settle_hand, why_no_gripper
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
@@ -31,10 +31,8 @@ from robosandbox.robots.sidecar import (
     BasePose,
     EeSite,
     GripperAttachment,
-    GripperRoles,
     InjectedSite,
     Sidecar,
-    SuctionRoles,
 )
 from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
@@ -140,7 +138,7 @@ def infer_imported(
     actuators = _actuators(model, joints)
     sidecar = Sidecar(
         arm=ArmRoles(joints=names, actuators=actuators, home_qpos=tuple(float(v) for v in place.home)),
-        gripper=_with_attachment(hand.roles, attachment) if hand else None,
+        gripper=hand.roles.model_copy(update={"attach": attachment}) if hand else None,
         ee_site=_site(palm, position, rotation),
         base_pose=place.base,
     )
@@ -148,10 +146,12 @@ def infer_imported(
     if fingers is not None:
         sidecar, measured = measured_as_loaded(imported, sidecar, table_height, place.space)
         findings |= measured
+    made = set(actuators) <= imported.made_actuators
+    driven = FieldEvidence(1.0, "made by the import, one per joint" if made else "drive these joints")
     return Inference(
         model=imported,
         sidecar=sidecar,
-        findings={**findings, **place.findings, "arm.actuators": _driven(imported, actuators)},
+        findings={**findings, **place.findings, "arm.actuators": driven},
         choices=choices,
         workspace=place.space,
         open_joints={name: float(start[model.joint(name).qposadr[0]]) for name in gripper_names} if fingers else {},
@@ -200,11 +200,6 @@ def _tool(
         return hand.palm, hand.tool, hand.rotation, hand.open_qpos
     palm, position, rotation, findings["ee_site.inject.xyz"] = flange_tool(model, joints, palm)
     return palm, position, rotation, model.qpos0.copy()
-
-
-def _driven(imported: ImportedModel, actuators: Iterable[str]) -> FieldEvidence:
-    made = set(actuators) <= imported.made_actuators
-    return FieldEvidence(1.0, "made by the import, one per joint" if made else "drive these joints")
 
 
 def _site(palm: str, position: Array, rotation: Array) -> EeSite:
@@ -286,12 +281,6 @@ def _flange(imported: ImportedModel, gripper: Path, arm: str | None) -> GripperA
         xyz=(float(position[0]), float(position[1]), float(position[2])),
         quat_xyzw=quat_xyzw_from_matrix(rotation),
     )
-
-
-def _with_attachment(
-    roles: GripperRoles | SuctionRoles, attachment: GripperAttachment | None
-) -> GripperRoles | SuctionRoles:
-    return roles.model_copy(update={"attach": attachment}) if attachment else roles
 
 
 def _actuators(model: mujoco.MjModel, joints: tuple[int, ...]) -> tuple[str, ...]:

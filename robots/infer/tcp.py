@@ -7,7 +7,7 @@ import re
 import mujoco
 import numpy as np
 
-from robosandbox.robots.check.finding import FieldEvidence
+from robosandbox.robots.findings import FieldEvidence
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
@@ -37,9 +37,9 @@ def flange_tool(model: mujoco.MjModel, joints: tuple[int, ...], palm: str) -> tu
     before = _points_of(model, data, _welded(model, int(model.body_parentid[model.body_weldid[link]])))
     axis, why = _outward(model, data, last, points - anchor, before - anchor, np.array(frames or [anchor]) - anchor)
     # If the last link has no shape, the tool is the end of the link before it.
-    solid = points if _has_shape(model, bodies) else before
+    solid = points if any(int(b) in bodies for b in model.geom_bodyid) else before
     tip = anchor + axis * float(((solid - anchor) @ axis).max())
-    body = _flange_body(model, bodies, link)
+    body = next((b for b in sorted(bodies, reverse=True) if is_tool(model.body(b).name)), link)
     R_body = data.xmat[body].reshape(3, 3)
     side = R_body[:, int(np.abs(R_body.T @ axis).argmin())]
     closing = side - axis * (axis @ side)
@@ -91,20 +91,11 @@ def _welded(model: mujoco.MjModel, body: int) -> frozenset[int]:
     return frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == weld)
 
 
-def _has_shape(model: mujoco.MjModel, bodies: frozenset[int]) -> bool:
-    return any(int(b) in bodies for b in model.geom_bodyid)
-
-
 def _points_of(model: mujoco.MjModel, data: mujoco.MjData, bodies: frozenset[int]) -> Array:
     """Return points on bodies, their origins where they have no shape; shape (k, 3)."""
     geoms = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in bodies]
     points = world_points(model, data, geoms, 0.005) if geoms else data.xpos[sorted(bodies)]
     return points if len(points) else np.zeros((1, 3))
-
-
-def _flange_body(model: mujoco.MjModel, bodies: frozenset[int], link: int) -> int:
-    named = [b for b in sorted(bodies) if is_tool(model.body(b).name)]
-    return named[-1] if named else link
 
 
 def is_tool(name: str) -> bool:

@@ -27,7 +27,20 @@ __all__ = [
     "rewrite",
 ]
 
-_COMPILED_FIELDS = ("id", "kind", "mesh", "scale", "collision", "locked", "count", "inside", "tag", "tag_size")
+_COMPILED_FIELDS = (
+    "body",
+    "geometry",
+    "id",
+    "kind",
+    "mesh",
+    "scale",
+    "collision",
+    "locked",
+    "count",
+    "inside",
+    "tag",
+    "tag_size",
+)
 
 
 def add_objects(spec: mujoco.MjSpec, scene: Scene) -> None:
@@ -37,6 +50,9 @@ def add_objects(spec: mujoco.MjSpec, scene: Scene) -> None:
         InputError: A mesh cannot be read, or grains do not fit into their container.
     """
     for item in scene.objects:
+        if item.body is not None:
+            # The scene's file has it.
+            continue
         starts = iter(_starts(scene, item))
         first: mujoco.MjsBody | None = None
         for body in item.shape.bodies(item):
@@ -56,7 +72,7 @@ def body_names(item: SceneObject) -> list[str]:
 
 def count_bodies(scene: Scene) -> int:
     """Return of how many bodies a scene's objects are made."""
-    return sum(len(item.shape.bodies(item)) for item in scene.objects)
+    return sum(1 if item.body is not None else len(item.shape.bodies(item)) for item in scene.objects)
 
 
 def count_geoms(scene: Scene) -> int:
@@ -72,6 +88,13 @@ def count_geoms(scene: Scene) -> int:
 
 def place(scene: Scene, item: SceneObject, data: mujoco.MjData) -> None:
     """Put an object where its scene has it at the start."""
+    if item.body is not None:
+        if not item.is_fixed:
+            body = data.model.body(item.body).id
+            address = int(data.model.jnt_qposadr[data.model.body_jntadr[body]])
+            x, y, z, w = item.pose.quat_xyzw
+            data.qpos[address : address + 7] = [*item.pose.xyz, w, x, y, z]
+        return
     starts = iter(_starts(scene, item))
     for body in item.shape.bodies(item):
         joint = data.joint(PREFIX + item.id + body.suffix)
@@ -110,10 +133,13 @@ def can_rewrite(old: SceneObject, new: SceneObject) -> bool:
     # Parts of an object may have shades of its colour.
     same = same and (_has_one_colour(new) or old.rgba == new.rgba)
     # A tag's place is compiled.
-    return same and (old.size == new.size or (isinstance(new.shape, Primitive) and new.tag is None))
+    sizable = isinstance(new.shape, Primitive) and new.tag is None and new.body is None
+    return same and (old.size == new.size or sizable)
 
 
 def _has_one_colour(item: SceneObject) -> bool:
+    if item.body is not None:
+        return False
     return all(piece.rgba is None for body in item.shape.bodies(item) for piece in body.pieces)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import assert_never
 
 import mujoco
@@ -77,6 +76,8 @@ def _add_geom(body: mujoco.MjsBody, item: SceneObject, contact: Contact, mass: f
     else:
         form["condim"] = 6 if contact.rolling else 4
         form["friction"] = [contact.sliding, contact.torsional, contact.rolling or _NO_ROLLING]
+    # Said, because a scene's file may have other defaults.
+    form = {"contype": 1, "conaffinity": 1, "group": 0} | form
     body.add_geom(mass=mass, rgba=form.pop("rgba", item.rgba), **form)
 
 
@@ -90,8 +91,8 @@ def geom_size(hull: Hull) -> Array:
 
 def _form(spec: mujoco.MjSpec, name: str, piece: Piece) -> dict[str, object]:
     """Return a geom's form; `name` is that of the mesh which points are put into."""
-    quat = [math.cos(piece.yaw / 2.0), 0.0, 0.0, math.sin(piece.yaw / 2.0)]
-    form: dict[str, object] = {"type": _geom_type(piece.hull), "pos": piece.centre, "quat": quat}
+    x, y, z, w = piece.quat_xyzw
+    form: dict[str, object] = {"type": _geom_type(piece.hull), "pos": piece.centre, "quat": [w, x, y, z]}
     if not isinstance(piece.hull, PolyhedronHull):
         return form | {"size": geom_size(piece.hull)}
     spec.add_mesh(name=name, uservert=piece.hull.corners.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)

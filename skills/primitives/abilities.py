@@ -128,7 +128,7 @@ class RobotAbilities(GripperAbilities):
                 yield Pose.from_matrix(point, lean(point - self._ctx.sim.spec.base_position, angle) @ down)
 
     def _grasps(self, item: DetectedObject, scene: ObservedScene) -> Iterable[Grasp]:
-        pieces = () if item.shape.size_fields else self._planning.pieces(item.id)
+        pieces = self._planning.pieces(item.id)
         return self._ctx.grasp.candidates(item, scene, self._ctx.sim.spec, pieces=pieces)
 
     def _first_grasp(self, item: DetectedObject, scene: ObservedScene) -> Grasp | None:
@@ -144,7 +144,7 @@ class RobotAbilities(GripperAbilities):
             return None
         if self._first_grasp(item, scene) is not None:
             return None
-        pieces = () if item.shape.size_fields else self._planning.pieces(item.id)
+        pieces = self._planning.pieces(item.id)
         return f"no grasp fits {item.id}: {why_no_grasp(robot.gripper.geometry, item, pieces)}"
 
     def unpushable(

@@ -323,7 +323,7 @@ def _in_the_way(arm: Manipulator, drawer: DetectedObject, *, inside: bool) -> tu
 
 
 def _missed(
-    arm: Manipulator, drawer: DetectedObject, reason: Literal["none_found", "missed"], aperture: float, phase: Phase
+    arm: Manipulator, drawer: DetectedObject, reason: Literal["none_found", "missed"], aperture: float, phase: str
 ) -> GraspError:
     width = grip_width(drawer)
     geometry = arm.geometry

@@ -98,7 +98,7 @@ def plan_grasp(
     """
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
-    pieces = () if target.shape.size_fields else arm.planning.pieces(target.id)
+    pieces = arm.planning.pieces(target.id)
     hand = arm.state.tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.sim.spec, pieces=pieces, hand=hand)
     search = _GraspSearch(arm, target, least_aperture)
@@ -289,7 +289,7 @@ def _is_of_leaning(grasp: Grasp, error: SkillError) -> bool:
 
 def _most_telling(failures: Sequence[tuple[Grasp, SkillError]]) -> SkillError:
     """Return, of the telling ones, the failure that came closest to working: a collision, else the smallest residual."""
-    counts = Counter(str(error.code) for _, error in failures)
+    counts = Counter(error.code for _, error in failures)
     telling = [error for grasp, error in failures if not _is_of_leaning(grasp, error)]
     telling = telling or [error for _, error in failures]
     collisions = [error for error in telling if isinstance(error, CollisionError)]
@@ -299,8 +299,7 @@ def _most_telling(failures: Sequence[tuple[Grasp, SkillError]]) -> SkillError:
         unreachable = [error for error in telling if isinstance(error, UnreachableError)]
         chosen = min(unreachable, key=lambda error: _residual(error))
     tried = ", ".join(f"{count} {code}" for code, count in sorted(counts.items()))
-    chosen.message = f"{chosen.message} (grasps tried: {tried})"
-    return chosen
+    return chosen.with_(message=f"{chosen.message} (grasps tried: {tried})")
 
 
 def _residual(error: UnreachableError) -> float:

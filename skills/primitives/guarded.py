@@ -26,7 +26,7 @@ class MetError(TrackingError):
         other: What it met.
     """
 
-    def __init__(self, body: str, other: str, force: float, *, phase: Phase, joint: str) -> None:
+    def __init__(self, body: str, other: str, force: float, *, phase: str, joint: str) -> None:
         super().__init__(
             f"{body} met {other} on its way and was stopped at {force:.0f} N: it is not where, or not as large as, it was "
             "seen to be, or came into the way; look again",
@@ -43,7 +43,7 @@ class _Stopped(Exception):
     """The awaited contact has been felt; the driver holds the arm."""
 
 
-def follow_until(arm: Manipulator, trajectory: Trajectory, phase: Phase, felt: Callable[[], bool]) -> bool:
+def follow_until(arm: Manipulator, trajectory: Trajectory, phase: str, felt: Callable[[], bool]) -> bool:
     """Follow a trajectory until something is felt; the arm then holds.
 
     Args:
@@ -69,7 +69,7 @@ def follow_until(arm: Manipulator, trajectory: Trajectory, phase: Phase, felt: C
     return False
 
 
-def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
+def follow_free(arm: Manipulator, trajectory: Trajectory, phase: str) -> None:
     """Follow a trajectory on which nothing is to be touched; where something is, the arm stops and holds.
 
     A driver without contact follows it to the end.

@@ -136,7 +136,7 @@ class Manipulator(Fingers):
     # Moving.
 
     def follow(
-        self, trajectory: Trajectory, phase: Phase, *, yielding: bool = False, guards: Sequence[Guard] = ()
+        self, trajectory: Trajectory, phase: str, *, yielding: bool = False, guards: Sequence[Guard] = ()
     ) -> None:
         """Execute a trajectory and wait until the arm has arrived.
 
@@ -154,7 +154,7 @@ class Manipulator(Fingers):
         self.sim.follow(trajectory, guards)
         self._arrive(trajectory.q[-1], phase, yielding, guards)
 
-    def _arrive(self, goal: Array, phase: Phase, yielding: bool, guards: Sequence[Guard]) -> None:
+    def _arrive(self, goal: Array, phase: str, yielding: bool, guards: Sequence[Guard]) -> None:
         patience = self.sim.time + _TRIM_AFTER
         deadline = self.sim.time + _ARRIVAL_SECONDS
         while (error := np.abs(self.q - goal)).max() > _ARRIVED:
@@ -167,7 +167,7 @@ class Manipulator(Fingers):
             else:
                 self.sim.trim(goal, guards)
 
-    def _off_goal(self, goal: Array, joint: int, phase: Phase) -> TrackingError:
+    def _off_goal(self, goal: Array, joint: int, phase: str) -> TrackingError:
         """Return the error of a joint that did not get to its goal, with what its servo gave for it."""
         robot, error = self.sim.spec, float((goal - self.q)[joint])
         has = self.sim.capabilities
@@ -212,7 +212,7 @@ class Manipulator(Fingers):
         except UnreachableError:
             raise failure from None
 
-    def rise(self, height: float, phase: Phase, *, speed: Speed | None = None, guards: Sequence[Guard] = ()) -> float:
+    def rise(self, height: float, phase: str, *, speed: Speed | None = None, guards: Sequence[Guard] = ()) -> float:
         """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far; guards as in `follow`.
 
         It goes as with nothing near where no speed is given.
@@ -234,7 +234,7 @@ class Manipulator(Fingers):
             self.follow(trajectory, phase, guards=guards)
             return share * height
         assert failure is not None
-        raise failure.at(phase) from None
+        raise failure.with_(phase=phase) from None
 
     def settle(self, *names: str, seconds: float = 2.0) -> ObservedScene:
         """Let time pass until these objects are seen to be still, and return that look."""
@@ -257,7 +257,7 @@ class Manipulator(Fingers):
 def most_telling(failures: Sequence[SkillError]) -> SkillError:
     """Return the failure to plan that came closest to working: the first collision, else the first of all."""
     collisions = [error for error in failures if isinstance(error, CollisionError)]
-    return (collisions or failures)[0].at(Phase.PLAN)
+    return (collisions or failures)[0].with_(phase=Phase.PLAN)
 
 
 def withdrawn(pose: Pose, distance: float) -> Pose:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError, UnreachableError
+from robosandbox.errors import CollisionError, ErrorCode, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
 from robosandbox.skills.primitives.gripping import bearable, landing
@@ -18,7 +18,7 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
 )
 from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Timing, Trajectory
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose
 from robosandbox.world.relations import MeasuredRelation
@@ -122,12 +122,12 @@ def place(
     )
 
 
-def taken_anew(failure: Failure) -> Iterator[Alternative]:
+def taken_anew(failed: FailedCall) -> Iterator[Alternative]:
     """Yield putting down what is held and taking it anew, where the hand as it holds it found no way: another grip may."""
-    held = failure.scene.held
-    if held is not None and isinstance(failure.error, UnreachableError | CollisionError):
+    held = failed.scene.held
+    if held is not None and failed.error.code in (ErrorCode.UNREACHABLE, ErrorCode.COLLISION):
         first = (fact("on", held, TABLE),)
-        yield Alternative(why=f"{held} is put down and taken anew", first=first, call=failure.call)
+        yield Alternative(why=f"{held} is put down and taken anew", first=first, call=failed.call)
 
 
 def _leave(arm: Manipulator, held: str) -> None:

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from robosandbox.driver import Driver
-from robosandbox.errors import CollisionError, Repair, SkillError, UnreachableError
+from robosandbox.errors import CollisionError, Failure, Repair, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.collision import CollisionChecker
@@ -36,7 +36,7 @@ from robosandbox.types import (
     Trajectory,
 )
 from robosandbox.world.abilities import Obstruction
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import BoundCall
 
 # Share of the joints' speed limits at which ways are timed that nobody follows; chosen as the fewest rows to compute.
@@ -194,14 +194,14 @@ class _Imagined:
         """Return what to plan among."""
         return self._ctx.planning(seen)
 
-    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
+    def repairs_for(self, failed: FailedCall) -> tuple[Repair, ...]:
         """Return none."""
-        del failure
+        del failed
         return ()
 
-    def advice_for(self, error: SkillError) -> str:
+    def advice_for(self, failure: Failure) -> str:
         """Return none."""
-        del error
+        del failure
         return ""
 
     def enter(self, phase: str) -> None:

@@ -46,7 +46,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robosandbox.skill_errors import (
-        SKILL_ERRORS as SKILL_ERRORS,
         AlreadyHoldingError as AlreadyHoldingError,
         AmbiguousObjectError as AmbiguousObjectError,
         BusyError as BusyError,
@@ -55,7 +54,7 @@ if TYPE_CHECKING:
         ConnectionLostError as ConnectionLostError,
         DrawerError as DrawerError,
         ErrorCode as ErrorCode,
-        ErrorRecord as ErrorRecord,
+        Failure as Failure,
         FaultError as FaultError,
         ForbiddenError as ForbiddenError,
         GoalTimeoutError as GoalTimeoutError,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import ClassVar, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from robosandbox.types import Pose, StrictModel
 
@@ -20,6 +20,12 @@ class Evidence(StrictModel):
     def is_final(self) -> bool:
         """True where the cause is the thing or the gripper itself, so that nothing that the robot does first can help."""
         return False
+
+
+class ForeignEvidence(Evidence):
+    """Measurements of a kind that is not installed here: fields as they came, readable by name."""
+
+    model_config: ClassVar[ConfigDict] = ConfigDict(extra="allow")
 
 
 class UnreachableEvidence(Evidence):
@@ -364,24 +370,3 @@ class ConnectionEvidence(Evidence):
 
     robot_id: str
     restarted: bool | None = None
-
-
-AnyEvidence: TypeAlias = (
-    UnreachableEvidence
-    | LimitEvidence
-    | CollisionEvidence
-    | GraspEvidence
-    | ObjectNotFoundEvidence
-    | AmbiguousEvidence
-    | HoldingEvidence
-    | PlacementEvidence
-    | PushEvidence
-    | DrawerEvidence
-    | PourEvidence
-    | TapEvidence
-    | TrackingEvidence
-    | TimeoutEvidence
-    | BusyEvidence
-    | MessageEvidence
-    | ConnectionEvidence
-)

@@ -56,8 +56,18 @@ def make_installed(group: str, part: type[Any]) -> dict[str, Any]:
         try:
             made[point.name] = _make(point, _load(point), part)
         except _BrokenError as error:
-            _warn_once(f"the {_noun(group)} {point.name!r} is left out: {error}; mend or uninstall that package")
+            _left_out(point, error)
     return made
+
+
+@cache
+def import_installed(group: str) -> None:
+    """Import all that is registered under `robosandbox.<group>`; what does not load is left out with a warning."""
+    for point in plugins(group):
+        try:
+            _load(point)
+        except _BrokenError as error:
+            _left_out(point, error)
 
 
 def check_plugin(group: str, name: str) -> None:
@@ -227,6 +237,11 @@ def _broken(point: EntryPoint, how: str, cause: Exception | None = None) -> _Bro
     package = f"the package {point.dist.name} {point.dist.version}" if point.dist else "a package"
     why = f" ({type(cause).__name__}: {' '.join(str(cause).split())[:_LONGEST_CAUSE]})" if cause else ""
     return _BrokenError(f"{package} has the entry point {point.group}: {point.name} = {point.value}, which {how}{why}")
+
+
+def _left_out(point: EntryPoint, error: _BrokenError) -> None:
+    noun = _noun(point.group.removeprefix("robosandbox."))
+    _warn_once(f"the {noun} {point.name!r} is left out: {error}; mend or uninstall that package")
 
 
 def _unusable(group: str, point: EntryPoint, error: _BrokenError) -> InputError:

@@ -1,23 +1,23 @@
-"""The errors that skills end in, each with its code, its phase and its evidence; `robosandbox.errors` draws the tree."""
+"""Failures of skills, and the errors that carry them; `robosandbox.errors` draws the tree."""
 
 from __future__ import annotations
 
 import logging
 import uuid
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import model_validator
+from pydantic import SerializeAsAny, ValidationError, ValidationInfo, WithJsonSchema, field_validator
 
 from robosandbox.error_codes import ErrorCode as ErrorCode, Phase as Phase
 from robosandbox.errors import RoboSandboxError
 from robosandbox.evidence import (
     AmbiguousEvidence,
-    AnyEvidence,
     BusyEvidence,
     CollisionEvidence,
     ConnectionEvidence,
     DrawerEvidence,
     Evidence,
+    ForeignEvidence,
     GraspEvidence,
     HoldingEvidence,
     LimitEvidence,
@@ -31,6 +31,7 @@ from robosandbox.evidence import (
     TrackingEvidence,
     UnreachableEvidence,
 )
+from robosandbox.plugins import import_installed
 from robosandbox.types import SkillCall, StrictModel
 
 
@@ -50,58 +51,8 @@ class Repair(StrictModel):
     believed: bool = True
 
 
-class SkillError(RoboSandboxError):
-    """A skill ended without its post-condition.
-
-    Attributes:
-        code: Its kind.
-        phase: What the skill was doing.
-        message: What, which value, which limit, what to do.
-        evidence: Measurements, typed per code.
-        repairs: Calls that were tried on the twin, the one that moves the fewest other things first, then the cheapest.
-    """
-
-    code: ClassVar[ErrorCode] = ErrorCode.INTERNAL
-    evidence_type: ClassVar[type[Evidence] | None] = None
-
-    def __init__(
-        self,
-        message: str,
-        *,
-        phase: Phase = Phase.CHECK,
-        evidence: AnyEvidence | None = None,
-        repairs: tuple[Repair, ...] = (),
-    ) -> None:
-        super().__init__(message)
-        self.message: str = message
-        self.phase: Phase = phase
-        self.evidence = evidence
-        self.repairs = repairs
-
-    def at(self, phase: Phase) -> SkillError:
-        """Set the phase and return the error itself."""
-        self.phase = phase
-        return self
-
-    def append(self, advice: str) -> None:
-        """Put advice behind the message; advice that is there already is not repeated."""
-        if advice and not self.message.endswith(advice):
-            self.message += advice
-            self.args: tuple[Any, ...] = (self.message,)
-
-    def record(self) -> ErrorRecord:
-        """Return the error as a value that can leave the process."""
-        return ErrorRecord(
-            code=self.code,
-            phase=self.phase,
-            message=self.message,
-            evidence=self.evidence,
-            repairs=self.repairs,
-        )
-
-
-class ErrorRecord(StrictModel):
-    """A SkillError as a value: what results, logs and the wire carry.
+class Failure(StrictModel):
+    """Failure of a call: one value in Python, in results and recordings, and on the wire.
 
     Attributes:
         code: Its kind.
@@ -111,26 +62,128 @@ class ErrorRecord(StrictModel):
         repairs: Skill calls that were tried on the twin, the one that moves the fewest other things first, then the cheapest.
     """
 
-    code: ErrorCode
-    phase: Phase
+    code: str
+    phase: str
     message: str
-    evidence: AnyEvidence | None = None
+    evidence: Annotated[SerializeAsAny[Evidence], WithJsonSchema({"type": "object"})] | None = None
     repairs: tuple[Repair, ...] = ()
 
-    @model_validator(mode="before")
+    @field_validator("evidence", mode="before")
     @classmethod
-    def _evidence_is_of_the_code(cls, data: Any) -> Any:
+    def _evidence_is_of_the_code(cls, value: Any, info: ValidationInfo) -> Any:
         """Read the evidence as what the code says that it is: fields alone may fit several kinds."""
-        if not isinstance(data, dict) or not isinstance(data.get("evidence"), dict):
-            return data
-        found = next((kind for code, kind in SKILL_ERRORS.items() if code == data.get("code")), None)
-        if found is None or found.evidence_type is None:
-            return data
-        return {**data, "evidence": found.evidence_type.model_validate(data["evidence"])}
+        if not isinstance(value, dict):
+            return value
+        declared = error_class(str(info.data.get("code"))).evidence_type
+        if declared is not None:
+            try:
+                return declared.model_validate(value)
+            except ValidationError:
+                # The package that wrote it is of another version than the one installed here.
+                pass
+        return ForeignEvidence.model_validate(value)
 
     def exception(self) -> SkillError:
-        """Return the exception that this is the record of."""
-        return SKILL_ERRORS[self.code](self.message, phase=self.phase, evidence=self.evidence, repairs=self.repairs)
+        """Return the exception that this is the failure of: of its code's class, where that is installed."""
+        return error_class(self.code)._carrying(self)
+
+
+class SkillError(RoboSandboxError):
+    """A skill ended without its post-condition.
+
+    A subclass declares the code of its failures and the model of their evidence. It is found by its code wherever a failure is
+    read: a skill's module that is an entry point of an installed package need not have been imported before.
+
+    Args:
+        failure: The failure, or its message where the rest follows.
+        phase: What the skill was doing.
+        evidence: Measurements.
+        repairs: Calls that were tried on the twin.
+
+    Attributes:
+        code: The failure's kind; of the class, the kind that it declares.
+        evidence_type: Model of the evidence that comes with the code; None where there is nothing to measure.
+    """
+
+    code: str = ErrorCode.INTERNAL
+    evidence_type: ClassVar[type[Evidence] | None] = None
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "code" not in vars(cls):
+            return
+        known = _BY_CODE.setdefault(cls.code, cls)
+        if (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
+            raise TypeError(
+                f"{cls.__module__}.{cls.__qualname__}: the code {cls.code!r} is {known.__module__}.{known.__qualname__}'s; "
+                "take another, or inherit from that class"
+            )
+        _BY_CODE[cls.code] = cls
+
+    def __init__(
+        self,
+        failure: str | Failure,
+        *,
+        phase: str = Phase.CHECK,
+        evidence: Evidence | None = None,
+        repairs: tuple[Repair, ...] = (),
+    ) -> None:
+        if isinstance(failure, str):
+            failure = Failure(code=self.code, phase=phase, message=failure, evidence=evidence, repairs=repairs)
+        super().__init__(failure.message)
+        self.code = failure.code
+        self._failure = failure
+
+    @property
+    def failure(self) -> Failure:
+        """The failure as a value."""
+        return self._failure
+
+    @property
+    def phase(self) -> str:
+        """What the skill was doing."""
+        return self._failure.phase
+
+    @property
+    def message(self) -> str:
+        """What, which value, which limit, what to do."""
+        return self._failure.message
+
+    @property
+    def evidence(self) -> Evidence | None:
+        """Measurements."""
+        return self._failure.evidence
+
+    @property
+    def repairs(self) -> tuple[Repair, ...]:
+        """Calls that were tried on the twin."""
+        return self._failure.repairs
+
+    def with_(
+        self, *, phase: str | None = None, message: str | None = None, repairs: tuple[Repair, ...] | None = None
+    ) -> Self:
+        """Return the error with another phase, message or repairs."""
+        changes = {"phase": phase, "message": message, "repairs": repairs}
+        given = {name: value for name, value in changes.items() if value is not None}
+        return self._carrying(self._failure.model_copy(update=given), **vars(self))
+
+    @classmethod
+    def _carrying(cls, failure: Failure, **attributes: Any) -> Self:
+        """Return an error of a failure, whatever a subclass wants to be made of."""
+        error = cls.__new__(cls)
+        vars(error).update(attributes)
+        SkillError.__init__(error, failure)
+        return error
+
+
+_BY_CODE: dict[str, type[SkillError]] = {}
+
+
+def error_class(code: str) -> type[SkillError]:
+    """Return the class of errors that declares a code, in this package or in a skill's that is installed; SkillError without one."""
+    if code not in _BY_CODE:
+        import_installed("skills")
+    return _BY_CODE.get(code, SkillError)
 
 
 class InvalidArgumentError(SkillError):
@@ -317,36 +370,3 @@ class ConnectionLostError(ServiceError):
 
     code = ErrorCode.CONNECTION_LOST
     evidence_type: ClassVar[type[Evidence] | None] = ConnectionEvidence
-
-
-SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
-    cls.code: cls
-    for cls in (
-        InvalidArgumentError,
-        ObjectNotFoundError,
-        AmbiguousObjectError,
-        UnreachableError,
-        LimitError,
-        CollisionError,
-        TrackingError,
-        FaultError,
-        GraspError,
-        NotHoldingError,
-        AlreadyHoldingError,
-        PlacementError,
-        PushError,
-        DrawerError,
-        PourError,
-        TapError,
-        UnsupportedError,
-        RefusedPromptError,
-        GoalTimeoutError,
-        CancelledError,
-        InternalError,
-        BusyError,
-        InvalidMessageError,
-        UnknownGoalError,
-        ForbiddenError,
-        ConnectionLostError,
-    )
-}

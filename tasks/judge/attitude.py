@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from robosandbox.shapes import shapes
+from robosandbox.shapes import shape_of
 from robosandbox.tasks.judge.checks import OfObject
 from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.types import Truth
@@ -25,6 +25,6 @@ class Upright(OfObject):
         item = now.objects[self.object]
         cosine = float(item.pose.rotation[2, 2])
         angle = math.degrees(
-            math.acos(max(-1.0, min(1.0, cosine if shapes()[item.kind].holds_things else abs(cosine))))
+            math.acos(max(-1.0, min(1.0, cosine if shape_of(item.kind).holds_things else abs(cosine))))
         )
         return Judgement(angle < _TIPPED_DEG, {"tilt_deg": angle})

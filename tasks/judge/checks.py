@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
 from robosandbox.errors import InputError
-from robosandbox.shapes import kinds_that_hold, shapes
+from robosandbox.shapes import kinds_that_hold, shape_of, shapes
 from robosandbox.tasks.judge.bodies import centre, form, front
 from robosandbox.tasks.judge.containment import vessel
 from robosandbox.tasks.judge.finding import Judgement
@@ -140,7 +140,7 @@ class On(Pair):
         point, low, under = centre(obj)[:2], form(obj).low, form(target)
         margin = depth(under.outline, point)
         surfaces = [under.high]
-        if shapes()[target.kind].flat_top:
+        if shape_of(target.kind).flat_top:
             # What fits into a plate or a tray stands on its floor.
             surfaces += [floor for floor in (under.surface_below(point),) if floor is not None]
         clearance = min((low - surface for surface in surfaces), key=abs)

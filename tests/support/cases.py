@@ -15,7 +15,7 @@ from support.perturbations import FARTHEST
 from support.sampling import EpisodeSampler, Perturbation
 
 from robosandbox.driver import simulated
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.tasks.task import Task
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.world.relations import centre, support
@@ -23,7 +23,7 @@ from robosandbox.world.relations import centre, support
 _PICKS = ("pick_cube_scrambled", "pick_can", "pick_ball")
 _HANDLED = (*_PICKS, "put_in_bin", "stack_two")
 
-Causes = Callable[[ErrorRecord], bool]
+Causes = Callable[[Failure], bool]
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.evidence import DrawerEvidence, GraspEvidence, UnreachableEvidence
 
 
-def out_of_reach(error: ErrorRecord) -> bool:
+def out_of_reach(error: Failure) -> bool:
     """It says how close the arm comes."""
     return isinstance(error.evidence, UnreachableEvidence)
 
 
-def too_wide(error: ErrorRecord) -> bool:
+def too_wide(error: Failure) -> bool:
     """It gives a width that is more than the gripper opens."""
     evidence = error.evidence
     return (
@@ -21,7 +21,7 @@ def too_wide(error: ErrorRecord) -> bool:
     )
 
 
-def immovable(error: ErrorRecord) -> bool:
+def immovable(error: Failure) -> bool:
     """It gives the pull under which the object did not move."""
     evidence = error.evidence
     return (
@@ -32,7 +32,7 @@ def immovable(error: ErrorRecord) -> bool:
     )
 
 
-def too_heavy(error: ErrorRecord) -> bool:
+def too_heavy(error: Failure) -> bool:
     """It gives the pull under which the object did not move, or slid out of the grip."""
     evidence = error.evidence
     return (
@@ -43,13 +43,13 @@ def too_heavy(error: ErrorRecord) -> bool:
     )
 
 
-def locked(error: ErrorRecord) -> bool:
+def locked(error: Failure) -> bool:
     """It gives the force under which the drawer did not slide."""
     evidence = error.evidence
     return isinstance(evidence, DrawerEvidence) and evidence.reason == "locked" and evidence.force > 0.0
 
 
-def stuck_fingers(error: ErrorRecord) -> bool:
+def stuck_fingers(error: Failure) -> bool:
     """It gives the gap that was commanded and the one that the fingers keep."""
     evidence = error.evidence
     return (

@@ -15,10 +15,10 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
-from robosandbox.agent.episode import FailedAttempt
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.agent.protocols import Attempt
 from robosandbox.apps.conformance.openai_server import HttpAnswer, fails, tool_calls
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.world.operators import Operator
@@ -38,7 +38,7 @@ class Expert:
         self._planner = StubPlanner(skills)
         self._left: deque[SkillCall] = deque()
         self._done: list[SkillCall] = []
-        self._attempts: list[FailedAttempt] = []
+        self._attempts: list[Attempt] = []
         self._moved = False
 
     def __call__(self, body: dict[str, Any]) -> HttpAnswer:
@@ -66,8 +66,8 @@ class Expert:
         if str(failed) != told.get("failed", str(failed)):
             # Something that an earlier call brought about was undone.
             failed, done = by_words[told["failed"]], ()
-        error = ErrorRecord.model_validate(told["error"]).exception()
-        attempt = FailedAttempt(completed=done, failed=failed, error=error, remaining=(*remaining, *self._left))
+        error = Failure.model_validate(told["error"])
+        attempt = Attempt(completed=done, failed=failed, error=error, remaining=(*remaining, *self._left))
         self._attempts.append(attempt)
         return self._planned()
 

@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
@@ -31,6 +31,7 @@ class SimProcess:
         log: Where stderr goes; nowhere if left out.
         protocol: Of the endpoint, `tcp` or `tls`; None for a sim that connects to a router and listens nowhere.
         first: Python that the process runs before the program, to break something in it.
+        environment: Of the process; this one's if left out.
 
     Attributes:
         endpoint: Where it listens; empty for a sim that does not.
@@ -43,11 +44,13 @@ class SimProcess:
         log: Path | None = None,
         protocol: str | None = "tcp",
         first: str = "",
+        environment: Mapping[str, str] | None = None,
     ) -> None:
         self.endpoint: str = f"{protocol}/127.0.0.1:{free_port()}" if protocol else ""
         self._options = [*options, *(["--state-file", str(state_file)] if state_file else [])]
         self._log = log
         self._first = first
+        self._environment = environment
         self._process = self._start()
 
     @property
@@ -102,7 +105,7 @@ class SimProcess:
         listen = ["--listen", self.endpoint] if self.endpoint else []
         command = [sys.executable, "-c", f"{self._first}\n{_MAIN}", "sim", *listen, *self._options]
         with open(self._log or os.devnull, "a", encoding="utf-8") as errors:
-            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, env=self._environment)
         watchdog = threading.Timer(_START_SECONDS, process.kill)
         watchdog.start()
         try:

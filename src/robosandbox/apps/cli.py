@@ -50,6 +50,7 @@ COMMANDS = {
         "robosandbox.apps.commands.grammar:grammar",
         "List the languages that are pairs of files, or print the rules and words of one; nothing moves.",
     ),
+    "scene": LazyCommand("robosandbox.apps.commands.scene:app", "Bring your own scene: infer its sidecar, check it."),
     "robot": LazyCommand("robosandbox.apps.commands.robot:app", "Bring your own robot: infer its sidecar, check it."),
 }
 

@@ -51,7 +51,7 @@ class Safety:
         self._sliding = SlideGuard(driver) if has.contact == "named" else None
         self._limits: list[Limits] = []
         self._workspaces: list[WorkspaceGuard] = []
-        self.phase: Phase | None = None
+        self.phase: str | None = None
         self.mode: Mode = "ready"
         self.fault: str = ""
         self.stopped_after: float | None = None
@@ -214,7 +214,7 @@ class Safety:
         return None
 
     def _at(self, error: SkillError) -> SkillError:
-        return error if self.phase is None else error.at(self.phase)
+        return error if self.phase is None else error.with_(phase=self.phase)
 
     def _watch_stop(self, began: float) -> None:
         speed, gone = self._speed(), self._driver.time - began

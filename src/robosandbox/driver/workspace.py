@@ -54,7 +54,7 @@ def _outside(axis: str, value: float, workspace: Workspace) -> float:
 
 
 def violation(
-    what: str, axis: str, value: float, workspace: Workspace, tolerance: float, phase: Phase
+    what: str, axis: str, value: float, workspace: Workspace, tolerance: float, phase: str
 ) -> LimitError | None:
     """Return what is wrong with a coordinate of something that may be so far outside, metres; None where nothing is."""
     if _outside(axis, value, workspace) <= tolerance:

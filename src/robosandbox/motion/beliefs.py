@@ -12,6 +12,7 @@ import numpy as np
 from robosandbox.ranges import LEAST_MASS, MOST_MASS
 from robosandbox.shapes.beads import stacked
 from robosandbox.sim.objects.weight import DEFAULT_DENSITY, weighed
+from robosandbox.sim.scene_file import read_scene_file
 from robosandbox.types import DetectedObject, Pose, Scene, SceneObject
 
 # The smallest half size that a body is compiled with, metres; chosen below what a depth camera resolves.
@@ -52,10 +53,13 @@ def believed_scene(frame: Scene, seen: Iterable[DetectedObject], known: Mapping[
         known: What is known of them beside that, by id.
     """
     items = tuple(seen)
-    objects = [
-        _as_object(item, known.get(item.id, DeclaredProperties())) for item in items if not item.shape.is_granular
+    fixed = [] if frame.world is None else [item for item in read_scene_file(frame.world).objects if item.is_fixed]
+    loose = [item for item in items if not item.is_fixed]
+    objects = [*fixed]
+    objects += [
+        _as_object(item, known.get(item.id, DeclaredProperties())) for item in loose if not item.shape.is_granular
     ]
-    for item in items:
+    for item in loose:
         if item.shape.is_granular and (vessel := _vessel(item, items)) is not None:
             mass = known.get(item.id, DeclaredProperties()).mass
             objects.append(_grains(item, vessel, mass))
@@ -68,7 +72,8 @@ def _as_object(item: DetectedObject, known: DeclaredProperties) -> SceneObject:
         told.update(mesh=known.mesh, scale=known.scale, density=known.density, collision=known.collision)
         return SceneObject(**told) if known.mass is None else SceneObject(**told, mass=known.mass)
     size = tuple(max(measure, _LEAST_SIZE) for measure in item.size)
-    told.update(size=size, open=float(np.clip(item.opening or 0.0, 0.0, size[-1])))
+    told.update(geometry=item.geometry)
+    told.update(size=size, open=float(np.clip(item.opening or 0.0, 0.0, size[-1])) if item.shape.opens else 0.0)
     if not item.shape.size_fields:
         # Where a mesh was only seen, no file of it is known.
         told["kind"] = "box"

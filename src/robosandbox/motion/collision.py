@@ -28,6 +28,7 @@ _GENERAL = [
 ]
 _DOUBT = 0.5
 _BOX = mujoco.mjtGeom.mjGEOM_BOX.value
+_FREE = mujoco.mjtJoint.mjJNT_FREE.value
 # Metres by which the robot may come nearer still to what it stands near; chosen as the Panda's repeatability in its maker's data sheet.
 _REPEATS = 0.0001
 # Shortest such way, metres; chosen so that a walk past a near thing comes to an end where no clearance is kept.
@@ -101,13 +102,19 @@ class CollisionChecker:
         self._apply_bits()
 
     def place(self, body: int, pose: Pose) -> None:
-        """Put a free object's body at a pose."""
+        """Put a free object's body at a pose; what is fixed stays."""
+        if self.model.body_jntnum[body] != 1 or self.model.jnt_type[self.model.body_jntadr[body]] != _FREE:
+            return
         address = int(self.model.jnt_qposadr[self.model.body_jntadr[body]])
         x, y, z, w = pose.quat_xyzw
         self.data.qpos[address : address + 7] = [*pose.xyz, w, x, y, z]
 
     def slide(self, body: int, opening: float) -> None:
-        """Open the drawer whose cabinet a body is by so many metres."""
+        """Open the drawer whose cabinet a body is by so many metres, or put a part's own joint to a value."""
+        own = int(self.model.body_jntadr[body])
+        if own >= 0 and self.model.jnt_type[own] != _FREE:
+            self.data.qpos[int(self.model.jnt_qposadr[own])] = opening
+            return
         for part in np.flatnonzero(self.model.body_parentid == body):
             joint = int(self.model.body_jntadr[part])
             if joint >= 0 and self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:

@@ -95,12 +95,10 @@ def _in_another_posture(
 ) -> UnreachableError:
     x, y, z = target.xyz
     joint = int(jump.argmax())
-    error = unreachable(solver, robot, target, found)
-    error.message = (
-        f"the straight way is reached at ({x:.3f}, {y:.3f}, {z:.3f}) in another posture of the arm only: "
+    return unreachable(solver, robot, target, found).with_(
+        message=f"the straight way is reached at ({x:.3f}, {y:.3f}, {z:.3f}) in another posture of the arm only: "
         f"{robot.joints[joint]} would jump by {np.degrees(jump[joint]):.0f} deg; come from elsewhere"
     )
-    return error
 
 
 def _axis_angle(rotation: Array) -> tuple[Array, float]:

@@ -16,6 +16,7 @@ from robosandbox.motion.twin import make_twin
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.loader import robot_of
 from robosandbox.robots.robot import Robot
+from robosandbox.sim.populated import populated
 from robosandbox.sim.world import World, build_world
 from robosandbox.types import Array, DetectedObject, Observation, ObservedScene, Scene
 
@@ -95,7 +96,10 @@ class PlanningScene:
         return float(model.body_subtreemass[body])
 
     def pieces(self, object_id: str) -> tuple[Array, ...]:
-        """Return points that span each convex piece of a mesh, in the object's frame, each (k, 3); none without a mesh."""
+        """Return points that span each convex piece, in the object's frame, each (k, 3); none where kind and size say it all."""
+        item = self.seen.find(object_id)
+        if item is not None and item.geometry is not None:
+            return item.geometry.corners
         body = self.body(object_id)
         return () if body is None else _mesh_pieces(self._world.model, body)
 
@@ -153,6 +157,7 @@ class PlanningScenes:
     """
 
     def __init__(self, scene: Scene, known: Mapping[str, DeclaredProperties] | None = None) -> None:
+        scene = populated(scene)
         self._frame = scene.model_copy(update={"objects": ()})
         self._known = dict(known or {})
         self._robot_model = robot_of(scene)
@@ -162,6 +167,7 @@ class PlanningScenes:
     @classmethod
     def exact(cls, scene: Scene) -> PlanningScenes:
         """Return those of a scene whose objects are known exactly, but for where they are and how large."""
+        scene = populated(scene)
         return cls(scene, {item.id: DeclaredProperties.of(item, exactly=True) for item in scene.objects})
 
     def robot_shapes(self) -> RobotShapes:
@@ -186,6 +192,7 @@ class PlanningScenes:
 def _alike(a: DetectedObject, b: DetectedObject) -> bool:
     return (
         a.kind == b.kind
+        and (a.geometry is b.geometry or a.geometry == b.geometry)
         and len(a.grains) == len(b.grains)
         and all(abs(x - y) < _SAME_SIZE for x, y in zip(a.size, b.size, strict=True))
     )

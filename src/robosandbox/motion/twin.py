@@ -53,6 +53,10 @@ def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], stat
         if item.id not in world.parts:
             continue
         joints = model.body_jntadr[world.parts[item.id]]
+        if item.id in world.fixed:
+            if item.opening is not None:
+                qpos[int(model.jnt_qposadr[joints[0]])] = item.opening
+            continue
         places = [Pose(xyz=grain) for grain in item.grains] if item.grains else [item.pose]
         for joint, pose in zip(joints, places, strict=False):
             x, y, z, w = pose.quat_xyzw

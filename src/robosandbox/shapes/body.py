@@ -18,14 +18,14 @@ class Piece:
     Attributes:
         hull: Its form.
         centre: Its middle in the body's frame, metres.
-        yaw: About the body's z axis, radians.
+        quat_xyzw: Its turn in the body's frame, a unit quaternion.
         mass: Its share of the object's mass, kg.
         rgba: Its colour; None is the object's own.
     """
 
     hull: Hull
     centre: Vec3 = (0.0, 0.0, 0.0)
-    yaw: float = 0.0
+    quat_xyzw: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
     mass: float = 0.0
     rgba: Rgba | None = None
 

@@ -112,4 +112,5 @@ class RoundContainer(Container):
 
 def box_piece(half: Vec3, centre: Vec3, yaw: float = 0.0) -> Piece:
     """Return a box with these half-extents, metres, turned by `yaw` radians about z, with its middle at `centre`."""
-    return Piece(hull=BoxHull(half), centre=centre, yaw=yaw)
+    turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+    return Piece(hull=BoxHull(half), centre=centre, quat_xyzw=turn)

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.spatial import Array
@@ -21,9 +23,11 @@ class BoxHull:
 
     Attributes:
         size: Half-extents along its own axes, metres, (3,).
+        form: Tells it from other hulls in JSON.
     """
 
     size: tuple[float, float, float]
+    form: Literal["box"] = "box"
 
     @property
     def half_extents(self) -> Array:
@@ -58,9 +62,11 @@ class SphereHull:
 
     Attributes:
         size: Radius, metres, (1,).
+        form: Tells it from other hulls in JSON.
     """
 
     size: tuple[float]
+    form: Literal["sphere"] = "sphere"
 
     @property
     def half_extents(self) -> Array:
@@ -92,9 +98,11 @@ class CylinderHull:
 
     Attributes:
         size: Radius and half height, metres, (2,).
+        form: Tells it from other hulls in JSON.
     """
 
     size: tuple[float, float]
+    form: Literal["cylinder"] = "cylinder"
 
     @property
     def half_extents(self) -> Array:
@@ -132,9 +140,11 @@ class CapsuleHull:
 
     Attributes:
         size: Radius and half height without the caps, metres, (2,).
+        form: Tells it from other hulls in JSON.
     """
 
     size: tuple[float, float]
+    form: Literal["capsule"] = "capsule"
 
     @property
     def half_extents(self) -> Array:
@@ -168,4 +178,4 @@ class CapsuleHull:
         return np.array([side, side, 0.5 * cylinder * radius**2 + 0.4 * ball * radius**2])
 
 
-Hull = BoxHull | SphereHull | CylinderHull | CapsuleHull | PolyhedronHull
+Hull = Annotated[BoxHull | SphereHull | CylinderHull | CapsuleHull | PolyhedronHull, Field(discriminator="form")]

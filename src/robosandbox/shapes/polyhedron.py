@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -15,9 +16,11 @@ class PolyhedronHull:
 
     Attributes:
         points: In its own frame, whose origin is the middle of the box around them, metres.
+        form: Tells it from other hulls in JSON.
     """
 
     points: tuple[Vec3, ...]
+    form: Literal["polyhedron"] = "polyhedron"
 
     @property
     def corners(self) -> Array:

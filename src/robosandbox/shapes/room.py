@@ -13,7 +13,6 @@ from robosandbox.spatial import Array
 # Walls and floors of all containers, metres: as of household plastic and crockery.
 CONTAINER_WALL = 0.004
 
-_UP = np.array([0.0, 0.0, 1.0])
 _AROUND = 16  # Number of places around a round rim. Chosen.
 # Places along each side of a square rim, shares of its half-length, the middle first. Chosen.
 _ALONG = (0.0, 0.5, -0.5)
@@ -40,7 +39,7 @@ class Room:
     def margin(self, point: Array) -> float:
         """Return how deep a point, x and y in the frame of the pose, lies within the walls, metres; negative outside."""
         if self.is_round:
-            return float(self.half[0]) - math.hypot(point[0], point[1])
+            return float(self.half[0]) - math.hypot(point[0] - self.middle[0], point[1] - self.middle[1])
         return float(np.min(self.half - np.abs(point[:2] - self.middle)))
 
     @property
@@ -51,7 +50,7 @@ class Room:
     def rim_places(self) -> Iterator[tuple[Array, Array]]:
         """Yield points (3,) in the middle of the wall's top, and the outward directions there (3,)."""
         half_wall = CONTAINER_WALL / 2.0
-        top = self.rim * _UP
+        top = np.array([*self.middle, self.rim])
         if self.is_round:
             for angle in np.arange(_AROUND) * 2.0 * np.pi / _AROUND:
                 outward = np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -68,7 +67,7 @@ class Room:
     def lip(self, direction: Array) -> Array:
         """Return the outer point (3,) of the rim in a level direction, a unit vector in the frame of the pose."""
         if self.is_round:
-            return np.array([*((self.half[0] + CONTAINER_WALL) * direction[:2]), self.rim])
+            return np.array([*(self.middle + (self.half[0] + CONTAINER_WALL) * direction[:2]), self.rim])
         half = self.half + CONTAINER_WALL
         reach = float(np.min(half / np.maximum(np.abs(direction[:2]), 1e-9)))
-        return np.array([*(reach * direction[:2]), self.rim])
+        return np.array([*(self.middle + reach * direction[:2]), self.rim])

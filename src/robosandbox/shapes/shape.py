@@ -10,6 +10,7 @@ from typing import ClassVar, Literal, Protocol
 import numpy as np
 
 from robosandbox.shapes.body import Body, Contact, Piece
+from robosandbox.shapes.heights import LevelSurface
 from robosandbox.shapes.hull import BoxHull, Hull
 from robosandbox.shapes.room import Room
 from robosandbox.spatial import Array, Pose, Vec3
@@ -195,15 +196,22 @@ class Shape(ABC):
         """Return the part of the inside that can be reached from above."""
         return self.room(size, opening)
 
-    def rest_height(self, target: Solid, width: float) -> float:
+    def rest_height(self, target: Solid, width: float, place: Array | None = None) -> float:
         """Return at what height something stands that is set on top.
 
         Args:
             target: What it is set on, upright.
             width: Half of the narrowest width of what is set on it, metres.
+            place: World x and y of the middle and height of the lowest point of what stands there already, (3,); None where
+                it is to be set down.
         """
-        del width
+        del width, place
         return float(self.support(target, np.array([[0.0, 0.0, 1.0]]))[0])
+
+    def surface(self, target: Solid, width: float, place: Array | None = None) -> LevelSurface | None:
+        """Return the level face that a thing stands on, of what has several or not all over; None where the top says it all."""
+        del target, width, place
+        return None
 
     @property
     def is_open_container(self) -> bool:

@@ -12,12 +12,13 @@ from pydantic_core import CoreSchema, PydanticCustomError
 
 from robosandbox.ranges import MOST_DISTANCE, Coordinate, Density, Length, Mass, Scale, Spread, Turn, within
 from robosandbox.shapes import Shape, shape_of, shapes
-from robosandbox.spatial import Fraction, NonNegative, Pose, StrictModel
+from robosandbox.shapes.compound import FILE_KINDS, Geometry
+from robosandbox.spatial import Finite, Fraction, NonNegative, Pose, StrictModel
 from robosandbox.tags import BORDERED, TAG_COUNT, usual_tag_size
 
 
 def _installed(kind: str) -> str:
-    if kind not in shapes():
+    if kind not in shapes() and kind not in FILE_KINDS:
         expected = ", ".join(repr(name) for name in shapes())
         raise PydanticCustomError("enum", "is no kind of object", {"expected": expected})
     return kind
@@ -35,6 +36,13 @@ ObjectKind = Annotated[str, AfterValidator(_installed), _KindSchema()]
 
 # Beads of one object; chosen because their contacts slow every tick (workcell/zenoh/server/loader.py has figures).
 MAX_BEADS = 100
+
+# Least and largest x, then y, metres: of the table's top where a scene says nothing else, as in the seeds.
+Area = tuple[tuple[Finite, Finite], tuple[Finite, Finite]]
+TABLE_AREA: Area = ((-0.5, 0.5), (-0.5, 0.5))
+
+# Kinds of what a scene's file fixes in its place.
+FIXED_KINDS = frozenset({"fixture", "part"})
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
@@ -111,6 +119,8 @@ class SceneObject(StrictModel):
         tag: Number of the AprilTag, family 36h11, on its face at the end of local z; no two objects have the same.
         tag_size: Edge of the tag's black square, metres; None leaves a rim of the face around its white border.
         randomize: Overrides the task's for this object.
+        geometry: Of what the scene's own file has: its pieces. Reading the file gives it.
+        body: Likewise: what the file calls its body.
     """
 
     id: str
@@ -130,6 +140,8 @@ class SceneObject(StrictModel):
     tag: Annotated[int, Field(ge=0, lt=TAG_COUNT)] | None = None
     tag_size: Length | None = None
     randomize: Randomize | None = None
+    geometry: Geometry | None = None
+    body: str | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -162,6 +174,8 @@ class SceneObject(StrictModel):
 
     @model_validator(mode="after")
     def _size_fits_kind(self) -> Self:
+        if (self.kind in FILE_KINDS) != (self.geometry is not None):
+            raise ValueError(f"kind: a {self.kind} comes from the file that scene.world names, with its geometry")
         shape = self.shape
         takes = f"{shape.name} {'take' if shape.is_plural else 'takes'}"
         names = shape.size_fields
@@ -211,8 +225,13 @@ class SceneObject(StrictModel):
 
     @property
     def shape(self) -> Shape:
-        """Shape of its kind."""
-        return shape_of(self.kind)
+        """What it is asked for: of its kind, or of its own pieces."""
+        return shape_of(self.kind) if self.geometry is None else self.geometry.shape
+
+    @property
+    def is_fixed(self) -> bool:
+        """True for what the scene's file fixes in its place, and for parts of that."""
+        return self.kind in FIXED_KINDS
 
     @property
     def tag_edge(self) -> float:

@@ -7,11 +7,13 @@ from typing import Annotated, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from robosandbox.spatial import StrictModel
-from robosandbox.types.objects import SceneObject
+from robosandbox.spatial import Finite, StrictModel
+from robosandbox.types.objects import TABLE_AREA, Area, SceneObject
 
 # A scene's table top, metres, where it says nothing else; as in the seeds.
 TABLE_HEIGHT = 0.04
+# Least height of a table that is built for a scene, metres.
+_LEAST_TABLE = 0.005
 
 
 class Scene(StrictModel):
@@ -25,6 +27,11 @@ class Scene(StrictModel):
         robot_gripper: A gripper's model to mount on an arm that has none, and no sidecar.
         objects: The objects, with distinct ids.
         table_height: Height of the table top, metres.
+        world: Somebody's MJCF file: its bodies with a free joint are things, the others fixtures, their hinges and slides
+            parts. Beside it `<stem>.robosandbox.yaml` says what it does not.
+        robot_base: Where the robot's base stands in that world: x, y and z, metres, and the turn about z, radians; None takes the
+            sidecar's, or a place from which most things are in reach.
+        table_area: Least and largest x, then y, of the table's top, metres; of a world's file it is measured.
     """
 
     robot_urdf: Path | None = None
@@ -32,7 +39,22 @@ class Scene(StrictModel):
     robot_arm: str | None = None
     robot_gripper: Path | None = None
     objects: tuple[SceneObject, ...] = ()
-    table_height: Annotated[float, Field(gt=0.005, le=2.0, allow_inf_nan=False)] = TABLE_HEIGHT
+    table_height: Annotated[float, Field(ge=-1.0, le=2.0, allow_inf_nan=False)] = TABLE_HEIGHT
+    world: Path | None = None
+    robot_base: tuple[Finite, Finite, Finite, Finite] | None = None
+    table_area: Area = TABLE_AREA
+
+    @model_validator(mode="after")
+    def _a_table_of_our_own_has_a_height(self) -> Self:
+        if self.world is None and self.table_height <= _LEAST_TABLE:
+            raise ValueError(
+                f"table_height: {self.table_height:g} is too low for a table; more than {_LEAST_TABLE:g} m"
+            )
+        if self.world is None and self.robot_base is not None:
+            raise ValueError(
+                "robot_base: is of scenes from files; give scene.world, or base_pose in the robot's sidecar"
+            )
+        return self
 
     @model_validator(mode="after")
     def _a_sidecar_says_arm_and_gripper(self) -> Self:

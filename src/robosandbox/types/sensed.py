@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from robosandbox.shapes import Shape, shape_of
+from robosandbox.shapes.compound import Geometry
 from robosandbox.spatial import Array, Pose, Unsent, Vec3
-from robosandbox.types.objects import ObjectKind
+from robosandbox.types.objects import FIXED_KINDS, TABLE_AREA, Area, ObjectKind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,9 +149,11 @@ class DetectedObject:
         rgba: Its colour, channels 0..1.
         pose: The object in the world.
         confidence: 0..1.
-        opening: For a drawer: how far it is open, metres; None where it is not seen.
+        opening: For a drawer: how far it is open, metres; for a part of a scene's file the value of its joint, metres or
+            radians; None where it is not seen.
         grains: For beads: where each is, metres.
         tag: Number of the AprilTag on it; None where none was read.
+        geometry: Its convex pieces, of what a scene's file has; None where kind and size say it all.
     """
 
     id: str
@@ -163,6 +166,7 @@ class DetectedObject:
     opening: float | None = None
     grains: tuple[Vec3, ...] = ()
     tag: int | None = None
+    geometry: Geometry | None = None
 
     def __hash__(self) -> int:
         """Return a hash of what tells objects of a scene apart: geometry is kept by object, and asked for often."""
@@ -170,8 +174,13 @@ class DetectedObject:
 
     @property
     def shape(self) -> Shape:
-        """Shape of its kind."""
-        return shape_of(self.kind)
+        """What it is asked for: of its kind, or of its own pieces."""
+        return shape_of(self.kind) if self.geometry is None else self.geometry.shape
+
+    @property
+    def is_fixed(self) -> bool:
+        """True for what a scene's file fixes in its place, and for parts of that."""
+        return self.kind in FIXED_KINDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -182,6 +191,7 @@ class ObservedScene:
         time: Simulated seconds of the look.
         objects: Everything seen.
         table_height: Metres.
+        table_area: Least and largest x, then y, of the table's top, metres.
         base_xy: Where the robot stands, metres; "nearest" is measured from there.
         held: Id of the object in the gripper.
         reach: Least and largest distance from `base_xy` at which the robot works, metres.
@@ -195,6 +205,7 @@ class ObservedScene:
     held: str | None = None
     reach: tuple[float, float] = (0.22, 0.80)
     notes: tuple[str, ...] = ()
+    table_area: Area = TABLE_AREA
 
     def find(self, object_id: str) -> DetectedObject | None:
         """Return the object with this id, or None."""

@@ -10,7 +10,7 @@ import numpy as np
 from robosandbox.shapes.body import Piece, Slide
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, SphereHull
 from robosandbox.shapes.polyhedron import PolyhedronHull
-from robosandbox.spatial import Array, Pose, frozen_array, matrix_about_axis
+from robosandbox.spatial import Array, Pose, frozen_array, matrix_from_quat_xyzw
 from robosandbox.types.objects import SceneObject
 from robosandbox.types.truth import Convex
 
@@ -41,7 +41,7 @@ def solids_as_written(item: SceneObject, pose: Pose, opening: float | None = Non
 
 def _placed(piece: Piece, pose: Pose, slid: Array, part: int) -> Convex:
     points, radius = _form(piece.hull)
-    turned = points @ matrix_about_axis(_UP, piece.yaw).T + np.array(piece.centre) + slid
+    turned = points @ matrix_from_quat_xyzw(piece.quat_xyzw).T + np.array(piece.centre) + slid
     return Convex(points=frozen_array(turned @ pose.rotation.T + pose.position), radius=radius, part=part)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from robosandbox.shapes.compound import Geometry
 from robosandbox.spatial import Array, Pose, Vec3
-from robosandbox.types.objects import ObjectKind
+from robosandbox.types.objects import TABLE_AREA, Area, ObjectKind
 from robosandbox.types.sensed import DetectedObject
 
 
@@ -61,6 +62,7 @@ class ObjectTruth:
         touches: Its contacts that carry force; None where the world does not tell forces.
         weight: N; None where it is not known.
         mass_centre: In the world, metres; None where it is not known.
+        geometry: Its convex pieces in the frame of its pose, of what a scene's file has.
     """
 
     id: str
@@ -79,6 +81,7 @@ class ObjectTruth:
     touches: tuple[Touch, ...] | None = None
     weight: float | None = None
     mass_centre: Vec3 | None = None
+    geometry: Geometry | None = None
 
     def detected(self) -> DetectedObject:
         """Return it as perception would, were perception perfect; the colour is left unnamed."""
@@ -92,6 +95,7 @@ class ObjectTruth:
             opening=self.opening,
             grains=self.grains,
             tag=self.tag,
+            geometry=self.geometry,
         )
 
 
@@ -104,6 +108,7 @@ class Truth:
         q: Arm configuration, shape (n,).
         home_q: The robot's home, shape (n,).
         table_height: Metres.
+        table_area: Least and largest x, then y, of the table's top, metres.
         objects: By id.
         held: The object that both sides of the gripper touch.
     """
@@ -114,6 +119,7 @@ class Truth:
     table_height: float
     objects: Mapping[str, ObjectTruth]
     held: str | None = None
+    table_area: Area = TABLE_AREA
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,9 @@ class WorkcellOptions:
     Attributes:
         task: A task, the name of a bundled one, a YAML file, or a bare scene (whose task is to be at home); a table with
             three cubes when left out.
+        scene: Somebody's MJCF file in place of the task's scene; without a task, its prompt comes from the person.
+        robot_base: Where the robot's base stands in that scene: x, y and z, metres, and the turn about z, radians; None takes its
+            sidecar's, or a place from which most things are in reach.
         robot: A model file or a bundled robot's name, in place of the task's robot.
         sidecar: The robot's; the one beside its model, a shipped or an inferred one if left out.
         arm: Which arm, where a model has several: the rest of the sidecar is inferred.
@@ -47,6 +50,8 @@ class WorkcellOptions:
 
     task: Task | Scene | Path | str | None = None
     _: KW_ONLY
+    scene: Path | str | None = None
+    robot_base: tuple[float, float, float, float] | None = None
     robot: Path | str | None = None
     sidecar: Path | str | None = None
     arm: str | None = None

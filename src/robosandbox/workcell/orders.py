@@ -19,7 +19,7 @@ from robosandbox.agent.tools import (
     wanted,
     wrong_arguments,
 )
-from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, PlannerError, RefusedPromptError
+from robosandbox.errors import Failure, InputError, InvalidArgumentError, PlannerError, RefusedPromptError
 from robosandbox.types import MAX_PROMPT_LENGTH, Plan, Refusal, StrictModel
 from robosandbox.workcell.workcell import Workcell
 
@@ -66,7 +66,7 @@ class OrderResult:
     """
 
     data: dict[str, Any]
-    failure: ErrorRecord | None = None
+    failure: Failure | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,14 +162,14 @@ def ended(episode: Episode) -> OrderResult:
     }
     if episode.success:
         return OrderResult(data)
-    return OrderResult(data, episode.error or RefusedPromptError(episode.final_detail).record())
+    return OrderResult(data, episode.error or RefusedPromptError(episode.final_detail).failure)
 
 
 def _achieved(cell: Workcell, arguments: AchieveArguments) -> OrderResult:
     found = wanted(arguments, cell.observe(), cell.skills)
     if isinstance(found, Plan):
         return ended(cell.agent.follow(found))
-    return OrderResult({"success": False, **planned(found)}, RefusedPromptError(found.message).record())
+    return OrderResult({"success": False, **planned(found)}, RefusedPromptError(found.message).failure)
 
 
 def _judged(cell: Workcell) -> OrderResult:

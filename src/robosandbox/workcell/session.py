@@ -21,7 +21,9 @@ from robosandbox.motion.protocols import MotionPlanner
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
 from robosandbox.progress import doing
+from robosandbox.robots.locate import say
 from robosandbox.sim.objects.weight import weighed
+from robosandbox.sim.populated import left_out, populated
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.tasks.layouts import Layouts
@@ -53,7 +55,7 @@ def open_workcell(options: WorkcellOptions) -> EmbeddedWorkcell:
         task: Task | Scene | Path | str, robot: Path | str | None, wait_hook: Callable[[], None] | None
     ) -> OpenedTask:
         # What was said of the robot is so of no other.
-        other = replace(options, task=task, robot=robot, seed=0)
+        other = replace(options, task=task, scene=None, robot_base=None, robot=robot, seed=0)
         if robot is None or robot != options.robot:
             other = replace(other, sidecar=None, arm=None, gripper=None)
         return _open_task(other, wait_hook)
@@ -133,7 +135,13 @@ open_session = _front_door(WorkcellOptions)
 
 def _task_of(options: WorkcellOptions) -> Task:
     """Return the task with the robot that was asked for and the masses of its meshes."""
-    task = resolve_task(options.task)
+    task = resolve_task(options.task if options.scene is None else with_world(options.task, options.scene))
+    if options.robot_base is not None:
+        if task.scene.world is None:
+            raise InputError(
+                "--robot-base: is for scenes from files; give --scene, or base_pose in the robot's sidecar"
+            )
+        task = task.model_copy(update={"scene": task.scene.model_copy(update={"robot_base": options.robot_base})})
     scene = task.scene if options.robot is None else with_robot(task.scene, options.robot)
     files = {"sidecar": options.sidecar, "gripper": options.gripper}
     for name, file in files.items():
@@ -147,7 +155,26 @@ def _task_of(options: WorkcellOptions) -> Task:
         named = {"robot_config": config, "robot_arm": options.arm, "robot_gripper": gripper}
         scene = scene.model_copy(update=named)
     # Before masses are varied by seed.
-    return task.model_copy(update={"scene": weighed(fitted(options.driver, scene))})
+    scene = weighed(populated(fitted(options.driver, scene)))
+    if scene.world is None:
+        return task.model_copy(update={"scene": scene})
+    for line in left_out(scene):
+        say(line)
+    # What success names can be checked now that it is known what is there.
+    return Task.model_validate({**dict(task), "scene": scene})
+
+
+def with_world(task: Task | Scene | Path | str | None, world: Path | str) -> Task:
+    """Return a task in somebody's scene, whose prompt comes from the person.
+
+    Raises:
+        InputError: A task is given as well.
+    """
+    if task is not None:
+        raise InputError(
+            "--scene: a task has its own scene (scene: {world: FILE} in its file); leave out --scene or --task"
+        )
+    return resolve_task(Scene(world=Path(world)))
 
 
 def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> SafeDriver:

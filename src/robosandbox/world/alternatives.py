@@ -1,11 +1,11 @@
-"""Alternatives to a failed call, which a skill declares beside its contract, and the failure that they are told of."""
+"""Calls and plans that failed, and the alternatives that a skill declares beside its contract."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 
-from robosandbox.errors import Phase, SkillError
+from robosandbox.errors import Failure, Phase
 from robosandbox.types import ObservedScene, SkillCall
 from robosandbox.world.contracts import Contract, first_refuted, lookup
 from robosandbox.world.facts import Fact
@@ -15,8 +15,25 @@ from robosandbox.world.predicate import View
 _BEFORE_MOVING = (Phase.CHECK, Phase.PERCEIVE, Phase.PLAN)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attempt:
+    """A plan that ended early.
+
+    Attributes:
+        completed: Its calls that reached their post-conditions.
+        failed: The call that did not.
+        error: How that failed.
+        remaining: The calls after it, which were not begun.
+    """
+
+    completed: tuple[SkillCall, ...]
+    failed: SkillCall
+    error: Failure
+    remaining: tuple[SkillCall, ...] = ()
+
+
 @dataclass(frozen=True, kw_only=True)
-class Failure:
+class FailedCall:
     """A call that did not bring about what it promises.
 
     Attributes:
@@ -28,7 +45,7 @@ class Failure:
     """
 
     call: SkillCall
-    error: SkillError
+    error: Failure
     contract: Contract
     before: ObservedScene
     scene: ObservedScene

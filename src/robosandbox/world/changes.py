@@ -8,7 +8,7 @@ import numpy as np
 
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene
 from robosandbox.world import effects, pouring, relations
-from robosandbox.world.placement_sampling import TABLE_HALF_EXTENT, about_z, yaw_to_align
+from robosandbox.world.placement_sampling import about_z, margin_on_table, yaw_to_align
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate
 from robosandbox.world.relations import centre, inside
 
@@ -177,7 +177,7 @@ def slides(view: View, a: str) -> Finding:
     item = view.get(a)
     verb = "are" if item.shape.is_plural else "is"
     return Finding(
-        holds=not item.shape.is_granular and not item.shape.opens,
+        holds=not item.shape.is_granular and not item.shape.opens and not item.is_fixed,
         cause=f"{a} {verb} {item.shape.name} and cannot be pushed along",
         help="choose something that slides",
     )
@@ -200,7 +200,7 @@ def on_the_open(view: View, a: str) -> Finding:
 def way_on_table(view: View, a: str, direction: Direction, distance: float) -> Finding:
     """An object that is pushed so far is still on the table."""
     end: Array = centre(view.get(a))[:2] + distance * np.array(DIRECTION_AXES[direction])
-    margin = TABLE_HALF_EXTENT - float(np.abs(end).max())
+    margin = margin_on_table(view.scene.table_area, end)
     return Finding(
         holds=margin > 0.0,
         margin=margin,

@@ -131,7 +131,7 @@ def liftable(view: View, a: str) -> Finding:
             help="pick what they are in, and pour",
         )
     return Finding(
-        holds=not item.shape.opens,
+        holds=not item.shape.opens and not item.is_fixed,
         cause=f"{a} is {item.shape.name}, which stays where it is",
         help="choose something that can be lifted",
     )

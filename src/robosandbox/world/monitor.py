@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from robosandbox.errors import SkillError
 from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.world.alternatives import Attempt
 from robosandbox.world.contracts import Contract, find, lookup, lost
 from robosandbox.world.facts import HELD, Fact
 from robosandbox.world.predicate import View
@@ -34,21 +34,6 @@ class Effect:
     def objects(self) -> list[str]:
         """Ids of what it is about, first what was moved for it."""
         return lookup(self.fact).objects(self.fact.arguments)
-
-
-@dataclass(frozen=True, slots=True)
-class Undone:
-    """An effect that does not hold any more.
-
-    Attributes:
-        call: The call whose effect it was.
-        error: The failure that it is now.
-        to_repeat: Later calls whose effects go with it when its object is moved.
-    """
-
-    call: SkillCall
-    error: SkillError
-    to_repeat: tuple[SkillCall, ...]
 
 
 class Monitor:
@@ -96,8 +81,10 @@ class Monitor:
             elif gift.relation == "hand_empty":
                 self._held = None
 
-    def undone(self, look: Callable[[], ObservedScene], *, at_the_end: bool) -> Undone | None:
-        """Return the earliest effect that does not hold any more; it does not stand any longer.
+    def undone(self, look: Callable[[], ObservedScene], *, at_the_end: bool) -> Attempt | None:
+        """Return the failure of the earliest call whose effect does not hold any more; it does not stand any longer.
+
+        What remains after it are the later calls whose effects go with it when its object is moved.
 
         The last call's own has just been checked. While something is carried nothing is asked: it has to be put down first.
         """
@@ -115,8 +102,9 @@ class Monitor:
                 later = self._resting_on(effect)
                 self._standing = [other for other in self._standing if other not in (effect, *later)]
                 self._owed = [other for other in self._owed if other is not effect]
-                error = lost(effect.fact, finding, view, by=str(effect.call))
-                return Undone(effect.call, error, tuple(other.call for other in later))
+                error = lost(effect.fact, finding, view, by=str(effect.call)).failure
+                again = tuple(other.call for other in later)
+                return Attempt(completed=(), failed=effect.call, error=error, remaining=again)
         return None
 
     def _forget(self, moved: set[str]) -> None:

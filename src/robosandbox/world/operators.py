@@ -15,7 +15,7 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD
 
 if TYPE_CHECKING:
-    from robosandbox.world.alternatives import Alternative, Failure
+    from robosandbox.world.alternatives import Alternative, FailedCall
 
 
 class Operator(Protocol):
@@ -44,7 +44,7 @@ class Operator(Protocol):
         """Return what a call needs and brings about; one that gives nothing may change anything that it names."""
         ...
 
-    def alternatives(self, failure: Failure, *args: Any, **arguments: Any) -> Iterable[Alternative]:
+    def alternatives(self, failed: FailedCall, *args: Any, **arguments: Any) -> Iterable[Alternative]:
         """Return ways around a failed call that its contract does not tell."""
         ...
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
+from robosandbox.types.objects import Area
 from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.relations import (
     BESIDE_GAP,
@@ -23,8 +25,6 @@ from robosandbox.world.relations import (
     top,
 )
 
-# Half of the table's edge, metres: design.md, section 3.
-TABLE_HALF_EXTENT = 0.5
 # How far over its support an object is let go, metres; chosen above a descent's error: the descent ends there (halved
 # and doubled five placing tasks end alike).
 _DROP = 0.0015
@@ -57,7 +57,8 @@ _CACHED = 1024
 
 # Metres between points of the table at which room is looked for; chosen as half a small object.
 _APART = 0.04
-_GRID = np.array([(x, y) for x in np.arange(-0.44, 0.45, _APART) for y in np.arange(-0.44, 0.45, _APART)])
+# Metres from the table's edge at which that begins.
+_FROM_EDGE = 0.06
 # Space in which a hand gets down beside a thing with its fingers open, metres. Chosen: 4 cm for a finger's way, 3 for itself.
 _HAND_ROOM = 0.07
 
@@ -111,7 +112,7 @@ def tried_on_table(
     there = [(item, extent(item)) for item in scene.objects if item.id != held.id]
     others = [(item, around) for item, around in there if around.low < here.high]
     for point in points:
-        if (np.abs(point) + half > TABLE_HALF_EXTENT).any():
+        if margin_on_table(scene.table_area, point, half) < 0.0:
             continue
         spot = Placement((float(point[0]), float(point[1])), scene.table_height, headings)
         x, y = spot.xy[0] + here.x, spot.xy[1] + here.y
@@ -129,6 +130,13 @@ def tried_on_table(
         yield spot, tuple(near)
 
 
+def margin_on_table(area: Area, point: Array, half: Array | float = 0.0) -> float:
+    """Return how far a thing of these half-extents (2,) about a point (2,) is from the table's edge, metres; negative over it."""
+    (x0, x1), (y0, y1) = area
+    low, high = point[:2] - half, point[:2] + half
+    return float(min(low[0] - x0, x1 - high[0], low[1] - y0, y1 - high[1]))
+
+
 def is_easy(scene: ObservedScene, point: Sequence[float] | Array) -> bool:
     """Tell whether a point, x and y, is at a distance at which the robot works easily."""
     near, far = scene.reach
@@ -141,14 +149,22 @@ def in_easy_reach(scene: ObservedScene, item: DetectedObject) -> bool:
     return is_easy(scene, (around.x, around.y))
 
 
+@cache
+def _grid(area: Area) -> Array:
+    """Return points of a table, shape (n, 2)."""
+    xs, ys = (np.arange(low + _FROM_EDGE, high - _FROM_EDGE + 0.01, _APART) for low, high in area)
+    return np.array([(x, y) for x in xs for y in ys]).reshape(-1, 2)
+
+
 def free_placements(scene: ObservedScene, item: DetectedObject) -> Iterator[Placement]:
     """Yield free spots of the table in easy reach, the nearest to an object first.
 
     Those between whose neighbours and the object a hand gets come before those where it does not.
     """
     here = extent(item)
-    away = np.hypot(*(_GRID - (here.x, here.y)).T)
-    points = [_GRID[k] for k in np.argsort(away, kind="stable")]
+    grid = _grid(scene.table_area)
+    away = np.hypot(*(grid - (here.x, here.y)).T)
+    points = [grid[k] for k in np.argsort(away, kind="stable")]
     easy = [point for point in points if is_easy(scene, point)]
     for spacing in (_HAND_ROOM, _SPACING):
         yield from (spot for spot, names in tried_on_table(scene, item, easy, spacing) if not names)
@@ -292,12 +308,51 @@ def _span(item: DetectedObject, axes: Array, origin: Array) -> tuple[Array, Arra
     return (high + low) / 2.0, (high - low) / 2.0
 
 
-def placement_on(held: DetectedObject, base: DetectedObject) -> Placement:
-    """Return where an object stands on another: in its middle, squared with it first."""
-    point = centre(base)
-    return Placement(
-        (float(point[0]), float(point[1])), rest_height(held, base), turns(yaw_to_align(held.pose, base.pose))
+def placements_on(
+    held: DetectedObject, base: DetectedObject, others: Iterable[DetectedObject] = ()
+) -> tuple[list[Placement], tuple[str, ...]]:
+    """Return where an object may stand on another, the best first, and the ids of what occupies the rest.
+
+    On a thing it stands in the middle, squared with it first; on what a scene's file fixes, wherever its level face is free.
+
+    Args:
+        held: What is to stand there.
+        base: What it is to stand on.
+        others: What else there is.
+    """
+    headings = turns(yaw_to_align(held.pose, base.pose))
+    low, high = bounds(held)
+    half = (high - low)[:2] / 2.0
+    surface = base.shape.surface(base, float(np.min(half)))
+    if surface is None or not base.is_fixed:
+        point = centre(base)
+        return [Placement((float(point[0]), float(point[1])), rest_height(held, base), headings)], ()
+    height = base.pose.xyz[2] + surface.height
+    level = levelled(held.pose.rotation)
+    near = [item for item in others if item.id not in (held.id, base.id) and bounds(item)[1][2] > height]
+    rotation, origin = base.pose.rotation, base.pose.position
+    found, blocking = [], dict[str, None]()
+    wanted = min(float(np.hypot(*half)), surface.half_width - surface.cell)
+    step = max(1, round(_APART / 2.0 / surface.cell))
+    cells = np.flatnonzero(surface.inside >= wanted)
+    order = np.lexsort(
+        (np.linalg.norm(surface.points[cells] - surface.middle, axis=1).round(3), -_deep(surface.inside[cells]))
     )
+    tried = [surface.middle, *(surface.points[cells[k]] for k in order[:: step * step])]
+    for spot in tried:
+        x, y, _ = origin + rotation @ np.array([*spot, surface.height])
+        placement = Placement((float(x), float(y)), height, headings)
+        standing = with_pose(held, resting_pose(held, placement, level))
+        names = [item.id for item in near if gap(standing, item) < _SPACING]
+        blocking.update(dict.fromkeys(names))
+        if not names:
+            found.append(placement)
+    return found, tuple(blocking)
+
+
+def _deep(inside: Array) -> Array:
+    """Return how good distances from an edge are, in steps: beyond what is enough more is no better."""
+    return np.minimum(inside, _ENOUGH_ROOM).round(2)
 
 
 def points_beside(held: DetectedObject, neighbour: DetectedObject, side: Side) -> list[Array]:

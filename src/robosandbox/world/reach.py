@@ -15,7 +15,7 @@ from robosandbox.world.abilities import Obstruction
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.placement_sampling import (
     Placement,
-    placement_on,
+    placements_on,
     points_beside,
     table_placements,
     turning_placement,
@@ -23,6 +23,9 @@ from robosandbox.world.placement_sampling import (
 )
 from robosandbox.world.predicate import Finding, View, predicate, sentence
 from robosandbox.world.relations import bottom, centre, lies_in, stands_on, top
+
+# Places on a fixture of which it is asked whether the hand gets there, the best first, a number.
+_SPOTS = 12
 
 
 def _unreachable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
@@ -75,8 +78,19 @@ def reachable(view: View, a: str) -> Finding:
 def reachable_over(view: View, a: str, b: str) -> Finding:
     """The hand gets to where an object stands that is put on or into another."""
     item, base = view.get(a), view.get(b)
-    point = centre(base)
     half = (top(item) - bottom(item)) / 2.0
+    if base.is_fixed:
+        spots, _ = placements_on(item, base, view.scene.objects)
+        found = (
+            _at(view, np.array([*spot.xy, spot.height + half]), f"the top of {b}", item) for spot in spots[:_SPOTS]
+        )
+        first: Finding | None = None
+        for one in found:
+            first = first or one
+            if one.holds:
+                return one
+        return first or Finding(holds=True)
+    point = centre(base)
     height = point[2] if base.shape.holds_things else top(base) + half
     return _at(view, np.array([point[0], point[1], height]), f"the top of {b}", item)
 
@@ -166,7 +180,8 @@ def room_to_put_beside(view: View, a: str, b: str, side: Side) -> Finding:
 @predicate("object", "object", blame=_blocked)
 def room_to_put_on(view: View, a: str, b: str) -> Finding:
     """The hand has room to put an object on another."""
-    return _put(view, a, [placement_on(view.get(a), view.get(b))], (b,), f"on {b}")
+    spots, _ = placements_on(view.get(a), view.get(b), view.scene.objects)
+    return _put(view, a, spots, (b,), f"on {b}")
 
 
 @predicate("object", "number", blame=_blocked)

@@ -161,12 +161,22 @@ def gap(a: DetectedObject, b: DetectedObject) -> float:
 @cached_for_episode(_KEPT)
 def on_top(obj: DetectedObject, target: DetectedObject) -> MeasuredRelation:
     """Tell whether `obj` rests on `target`: its centre over the target's footprint, its bottom at the target's top."""
-    margin = footprint_margin(target, centre(obj))
-    clearance = bottom(obj) - rest_height(obj, target)
+    margin, height = _stand(obj, target)
+    clearance = bottom(obj) - height
     return MeasuredRelation(
         margin > 0.0 and abs(clearance) < REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "clearance_mm": 1e3 * clearance},
     )
+
+
+def _stand(obj: DetectedObject, target: DetectedObject) -> tuple[float, float]:
+    """Return how far within what it would stand on an object's middle is, and the height of that, metres."""
+    place = np.array([*centre(obj)[:2], bottom(obj)])
+    surface = target.shape.surface(target, 0.0, place)
+    if surface is None:
+        return footprint_margin(target, place), rest_height(obj, target)
+    local = target.pose.rotation.T @ (place - target.pose.position)
+    return surface.margin(local[:2]), float(target.pose.xyz[2] + surface.height)
 
 
 def on_table(obj: DetectedObject, table_height: float) -> MeasuredRelation:

@@ -16,11 +16,12 @@ from robosandbox.world import relations
 from robosandbox.world.effects import put, slid
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.placement_sampling import (
-    TABLE_HALF_EXTENT,
     Placement,
     about_z,
     free_placements,
     levelled,
+    margin_on_table,
+    placements_on,
     points_beside,
     resting_pose,
     table_placements,
@@ -95,7 +96,10 @@ def _put_on(scene: ObservedScene, a: str, b: str) -> ObservedScene:
         point, height = centre(item), scene.table_height
         heading = 0.0
     else:
-        point, height = centre(base), rest_height(item, base)
+        spots, _ = placements_on(item, base, scene.objects)
+        point, height = (
+            (centre(base), rest_height(item, base)) if not spots else (np.array(spots[0].xy), spots[0].height)
+        )
         heading = yaw_to_align(item.pose, base.pose)
     return _stood(scene, item, (float(point[0]), float(point[1])), height, heading)
 
@@ -265,6 +269,10 @@ def clear(view: View, a: str) -> Finding:
 def room_on(view: View, a: str, b: str) -> Finding:
     """Nothing but an object itself stands on another that it is to stand on."""
     names = tuple(item.id for item in standing_on(view, b) if item.id != a)
+    if view.get(b).is_fixed:
+        # There is room beside one another.
+        spots, names = placements_on(view.get(a), view.get(b), view.scene.objects)
+        names = () if spots else tuple(name for name in names if not view.get(name).is_fixed)
     return Finding(
         holds=not names,
         is_sure=is_clearly_seen(view.get(b)),
@@ -289,7 +297,8 @@ def has_top(view: View, b: str) -> Finding:
 def supports(view: View, b: str) -> Finding:
     """An object has a level face on top, as it lies or stands, wide enough for things to stay."""
     base = view.get(b)
-    margin = face_half_width(base) - _LEAST_FACE
+    surface = base.shape.surface(base, 0.0)
+    margin = (face_half_width(base) if surface is None else surface.half_width) - _LEAST_FACE
     return Finding(
         holds=margin > 0.0,
         margin=margin,
@@ -302,7 +311,7 @@ def supports(view: View, b: str) -> Finding:
 
 def _table_room(view: View, item: DetectedObject, points: Sequence[Array], where: str) -> Finding:
     spots, blocking = table_placements(view.scene, item, points)
-    off = all(float(np.abs(point).max()) > TABLE_HALF_EXTENT for point in points)
+    off = all(margin_on_table(view.scene.table_area, point) < 0.0 for point in points)
     why = f"occupied by {', '.join(blocking)}" if blocking else "off the table or too small"
     return Finding(
         holds=bool(spots),

@@ -6,14 +6,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from robosandbox.errors import InvalidArgumentError
-from robosandbox.suggestions import did_you_mean
+from robosandbox.errors import ErrorCode, Failure, InvalidArgumentError, Phase
 from robosandbox.types import ObservedScene, Plan, SkillCall
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import apply_effects, find, first_refuted, lookup
+from robosandbox.world.contracts import apply_effects, error_for, find, first_refuted, lookup
 from robosandbox.world.facts import HELD, Fact, fact
 from robosandbox.world.operators import BoundCall, Operator, bind
-from robosandbox.world.predicate import View
+from robosandbox.world.predicate import View, sentence
 
 # Number of calls that a plan may have; chosen because nobody asks for more in one sentence: a model that plans more has
 # run away.
@@ -49,22 +48,20 @@ class Constraints:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """Something that keeps a plan from being carried out.
+    """Failure that a plan would end in, and where.
 
     Attributes:
         step: Number of the step, from 1; 0 for the plan as a whole.
         call: That step; None for the plan as a whole.
         relation: What would have to hold.
-        cause: Why it does not.
-        help: What would make it hold.
+        error: The failure for want of it.
         is_final: Whether it lies in what objects and robot are, so that nothing done first can mend it.
     """
 
     step: int
     call: SkillCall | None
     relation: Fact
-    cause: str
-    help: str = ""
+    error: Failure
     is_final: bool = False
 
     def record(self) -> dict[str, Any]:
@@ -73,12 +70,11 @@ class Problem:
             "step": self.step,
             "call": None if self.call is None else str(self.call),
             "relation": str(self.relation),
-            "cause": self.cause,
-            "help": self.help,
+            "error": self.error.model_dump(mode="json"),
         }
 
     def __str__(self) -> str:
-        said = f"{self.cause}; {self.help}" if self.help else self.cause
+        said = self.error.message
         return f"step {self.step} {_short(self.call)}: {said}" if self.call else said
 
 
@@ -119,8 +115,7 @@ def verify(
     """
     if len(plan.steps) > MAX_STEPS:
         cause = f"the plan has {len(plan.steps)} steps; at most {MAX_STEPS} are carried out"
-        relation = fact("at_most", float(MAX_STEPS))
-        return Verification(problems=(Problem(step=0, call=None, relation=relation, cause=cause),), end=scene)
+        return Verification(problems=(_of_the_plan(fact("at_most", float(MAX_STEPS)), cause),), end=scene)
     by_name = {skill.name: skill for skill in skills}
     bound = [_bound(number, call, by_name, scene) for number, call in enumerate(plan.steps, start=1)]
     wrong = tuple(found for found in bound if isinstance(found, Problem))
@@ -148,11 +143,9 @@ class _Run:
             view = View.of(self._scene, self._robot)
             lacking = first_refuted(contract.needs, view)
             if lacking is not None:
-                need, finding = lacking
-                final = lookup(need).is_fixed
-                yield Problem(
-                    step=number, call=call, relation=need, cause=finding.cause, help=finding.help, is_final=final
-                )
+                final = lookup(lacking[0]).is_fixed
+                error = error_for(*lacking, view).failure
+                yield Problem(step=number, call=call, relation=lacking[0], error=error, is_final=final)
                 return
             forbidden = self._forbidden(number, call, contract.moves)
             if forbidden is not None:
@@ -168,54 +161,53 @@ class _Run:
         asked = self._asked
         for name in moves:
             if name in asked.never or (asked.only is not None and name not in asked.only):
-                cause = f"{name} is not to be touched"
-                return Problem(step=number, call=call, relation=fact("untouched", name), cause=cause, is_final=True)
+                error = _unasked(f"{name} is not to be touched")
+                return Problem(step=number, call=call, relation=fact("untouched", name), error=error, is_final=True)
             for first, second in asked.order:
                 if name == second and first not in self._moved:
-                    cause = f"{first} is to be moved before {second}"
-                    return Problem(step=number, call=call, relation=fact("before", first, second), cause=cause)
+                    error = _unasked(f"{first} is to be moved before {second}")
+                    return Problem(step=number, call=call, relation=fact("before", first, second), error=error)
         return None
 
     def _unkept(self) -> Iterable[Problem]:
         asked, view = self._asked, View(scene=self._scene, before=self._start, robot=self._robot)
         if asked.exactly is not None and len(self._moved) != asked.exactly:
             cause = f"the plan moves {len(self._moved)} things; {asked.exactly} were asked for"
-            yield Problem(step=0, call=None, relation=fact("exactly", float(asked.exactly)), cause=cause)
+            yield _of_the_plan(fact("exactly", float(asked.exactly)), cause)
         if len(self._moved) < asked.fewest:
             cause = f"the plan moves {len(self._moved)} things; at least {asked.fewest} were asked for"
-            yield Problem(step=0, call=None, relation=fact("at_least", float(asked.fewest)), cause=cause)
+            yield _of_the_plan(fact("at_least", float(asked.fewest)), cause)
         for name in sorted(asked.moved - self._moved.keys()):
-            yield Problem(
-                step=0, call=None, relation=fact("moved", name), cause=f"{name} was asked for and is not moved"
-            )
+            yield _of_the_plan(fact("moved", name), f"{name} was asked for and is not moved")
         spoken_of = {goal.arguments[0] for goal in asked.end if goal.arguments}
         back = [fact("as_before", name) for name in self._moved if asked.put_back and name not in spoken_of]
         for goal in (*asked.end, *back):
             finding = find(goal, view)
             if finding.is_refuted:
-                yield Problem(step=0, call=None, relation=goal, cause=f"in the end {finding.cause}", help=finding.help)
+                yield _of_the_plan(goal, f"in the end {sentence(finding)}")
 
 
 def _bound(number: int, call: SkillCall, skills: Mapping[str, Operator], scene: ObservedScene) -> BoundCall | Problem:
     """Return a call bound, or the problem that lies in the call itself."""
-    skill = skills.get(call.skill)
-    if skill is None:
-        return Problem(
-            step=number,
-            call=call,
-            relation=fact("skill", call.skill),
-            cause=f"there is no skill {call.skill[:60]!r}",
-            help=f"there is {', '.join(skills)}{did_you_mean(call.skill, skills)}",
-        )
     try:
         bound = bind(call, skills)
     except InvalidArgumentError as error:
-        return Problem(step=number, call=call, relation=fact("arguments", call.skill), cause=error.message)
-    lacking = first_refuted(_seen(bound.contract.objects), View.of(scene))
+        wrong = fact("arguments" if call.skill in skills else "skill", call.skill)
+        return Problem(step=number, call=call, relation=wrong, error=error.failure)
+    view = View.of(scene)
+    lacking = first_refuted(_seen(bound.contract.objects), view)
     if lacking is None:
         return bound
-    need, finding = lacking
-    return Problem(step=number, call=call, relation=need, cause=finding.cause, help=finding.help)
+    return Problem(step=number, call=call, relation=lacking[0], error=error_for(*lacking, view).failure)
+
+
+def _of_the_plan(relation: Fact, cause: str) -> Problem:
+    return Problem(step=0, call=None, relation=relation, error=_unasked(cause))
+
+
+def _unasked(cause: str) -> Failure:
+    """Return the failure of a plan that is not what was asked for."""
+    return Failure(code=ErrorCode.REFUSED, phase=Phase.PLAN, message=cause)
 
 
 def _seen(names: Iterable[str]) -> list[Fact]:

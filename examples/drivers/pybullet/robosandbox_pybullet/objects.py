@@ -137,7 +137,7 @@ def _forms(call: Call, item: SceneObject, link: _Link) -> tuple[int, int]:
     """Return Bullet's numbers of what collides and of what is drawn."""
     forms = _arrays(item, link.pieces)
     centres = [list(piece.centre) for piece in link.pieces]
-    turns = [list(pybullet.getQuaternionFromEuler((0.0, 0.0, piece.yaw))) for piece in link.pieces]
+    turns = [list(piece.quat_xyzw) for piece in link.pieces]
     colours = [list(piece.rgba or item.rgba) for piece in link.pieces]
     solid = call(
         "createCollisionShapeArray", **forms, collisionFramePositions=centres, collisionFrameOrientations=turns

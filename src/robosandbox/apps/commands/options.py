@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import Annotated
@@ -35,6 +36,18 @@ TaskName = Annotated[
 RobotName = Annotated[
     str | None,
     typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.", callback=checks.known_robot),
+]
+SceneFile = Annotated[
+    Path | None,
+    typer.Option("--scene", help="An MJCF file of your own scene; what is in it is found.", metavar="FILE"),
+]
+RobotBase = Annotated[
+    str | None,
+    typer.Option(
+        "--robot-base",
+        help="Where the robot stands in --scene: x,y,z,yaw in metres and radians; where it reaches most if left out.",
+        metavar="X,Y,Z,YAW",
+    ),
 ]
 SidecarFile = Annotated[
     Path | None, typer.Option("--sidecar", help="The sidecar; the one beside the model if left out.")
@@ -119,3 +132,18 @@ NoCache = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+
+
+def read_base(text: str) -> tuple[float, float, float, float]:
+    """Return the numbers of --robot-base.
+
+    Raises:
+        InputError: There are not four.
+    """
+    try:
+        x, y, z, yaw = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--robot-base: {text!r} is not x,y,z,yaw; give four numbers, as in 0.2,0,0.74,0") from None
+    if not all(map(math.isfinite, (x, y, z, yaw))):
+        raise InputError(f"--robot-base: {text!r} has a number that is none; give metres and radians")
+    return x, y, z, yaw

@@ -15,7 +15,7 @@ from robosandbox.apps.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.robots.check.finding import CheckResult
+    from robosandbox.robots.findings import CheckResult
     from robosandbox.robots.infer.sidecar import Inference
 
 app: typer.Typer = plain_group(help="Bring your own robot: infer its sidecar, check it.")

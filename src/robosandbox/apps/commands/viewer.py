@@ -25,7 +25,7 @@ from robosandbox.workcell.options import WorkcellOptions
 if TYPE_CHECKING:
     from robosandbox.apps.repl.link import Link
     from robosandbox.apps.viewer.control import Control
-    from robosandbox.apps.viewer.news import Began, Came, Complaint, News, Stopped
+    from robosandbox.apps.viewer.news import News
     from robosandbox.apps.viewer.replay import RecordedFrames
     from robosandbox.apps.viewer.source import WorldSource
     from robosandbox.workcell.recording.episode import RecordedEpisode
@@ -95,6 +95,7 @@ def viewer(
 
 def _log(news: News) -> None:
     """Write what was ordered in the browser, word for word, and what came of it to stderr."""
+    from robosandbox.apps.viewer.news import Began, Came, Complaint, Stopped
     from robosandbox.apps.viewer.outcome import STOPPED, calls, told
 
     match news:
@@ -135,7 +136,8 @@ def _embedded_source(
         from robosandbox.apps.viewer.replay import recorded_frames
 
         task = validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task")
-        cell = open_here(world, task=task, robot=None, render_size=_PICTURE_SIZE)
+        own = dict.fromkeys(("scene", "robot_base", "robot", "sidecar", "arm", "gripper"))
+        cell = open_here(world, task=task, **own, render_size=_PICTURE_SIZE)
         if episode.meta.checkpoint is not None:
             cell.restore(episode.meta.checkpoint)
         playback = recorded_frames(episode, cell)

@@ -26,7 +26,9 @@ from robosandbox.apps.commands.options import (
     NoCache,
     PerceptionName,
     PlannerName,
+    RobotBase,
     RobotName,
+    SceneFile,
     Seed,
     SensorName,
     SidecarFile,
@@ -34,6 +36,7 @@ from robosandbox.apps.commands.options import (
     TempoName,
     TimeLimit,
     WhatIf,
+    read_base,
 )
 from robosandbox.apps.commands.packages import PackagePath
 from robosandbox.errors import InputError
@@ -49,6 +52,8 @@ Result = TypeVar("Result")
 # What a sim process has of its own, so that no client says it.
 OF_THE_WORLD = (
     "task",
+    "scene",
+    "robot_base",
     "robot",
     "sidecar",
     "arm",
@@ -68,6 +73,8 @@ OF_THE_WORLD = (
 # `no_cache` are dealt with by their callbacks, the rest goes to the planner or the perception.
 _OPTIONS: dict[str, Any] = {
     "task": TaskName,
+    "scene": SceneFile,
+    "robot_base": RobotBase,
     "robot": RobotName,
     "sidecar": SidecarFile,
     "arm": ArmName,
@@ -100,6 +107,8 @@ _DEFAULTS: dict[str, Any] = {"no_cache": False, **{field.name: field.default for
 def _options(given: dict[str, Any]) -> WorkcellOptions:
     """Return the options that a command line says."""
     said = {name: value for name, value in given.items() if name in _DEFAULTS and name != "no_cache"}
+    if said.get("robot_base") is not None:
+        said["robot_base"] = read_base(said["robot_base"])
     return WorkcellOptions(
         planner_options={name: given.get(name) for name in _OF_THE_PLANNER},
         perception_options={"calibration": given.get("calibration")},
@@ -129,7 +138,7 @@ def check_remote(world: WorkcellOptions) -> None:
     for name in OF_THE_WORLD:
         if said[name]:
             raise InputError(
-                f"--{name}: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out"
+                f"--{name.replace('_', '-')}: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out"
             )
 
 

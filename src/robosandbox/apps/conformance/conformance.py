@@ -15,7 +15,7 @@ from robosandbox.errors import InputError, InvalidArgumentError, SkillError
 from robosandbox.skills.base import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.alternatives import Failure
+from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.contracts import apply_effects, first_refuted, lookup
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View
@@ -56,7 +56,9 @@ def check_skill(skill: Skill, ctx: AgentContext, arguments: dict[str, object]) -
         bound = bind(call, skills)
         said = SkillCall(skill=skill.name, arguments=dict(bound.arguments))
         contract = bound.contract.resolved(seen)
-        check_alternatives(skill, Failure(call=said, error=error, contract=contract, before=seen, scene=ctx.look()))
+        check_alternatives(
+            skill, FailedCall(call=said, error=error.failure, contract=contract, before=seen, scene=ctx.look())
+        )
         return error
     demand(isinstance(result, SkillResult), f"{skill.name}: returned {type(result).__name__}, not SkillResult")
     demand(result.skill == skill.name, f"{skill.name}: its result is signed {result.skill!r}")
@@ -87,14 +89,14 @@ def check_contract(skill: Operator, scene: ObservedScene, arguments: Mapping[str
     )
 
 
-def check_alternatives(skill: Operator, failure: Failure) -> None:
+def check_alternatives(skill: Operator, failed: FailedCall) -> None:
     """Check that the other ways that a skill declares for a failed call say why, and name relations and calls that there are.
 
     Args:
         skill: The skill.
-        failure: A call of it that failed.
+        failed: A call of it that failed.
     """
-    for way in skill.alternatives(failure, **failure.call.arguments):
+    for way in skill.alternatives(failed, **failed.call.arguments):
         demand(bool(way.why), f"{skill.name}: an alternative does not say why it may help")
         demand(bool(way.first or way.cleared or way.call), f"{skill.name}: an alternative, {way.why}, does nothing")
         for one in way.first:

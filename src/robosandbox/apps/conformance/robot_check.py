@@ -15,8 +15,8 @@ from robosandbox.apps.conformance.robot_trial import try_out
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
 from robosandbox.robots.check.compare import compare
-from robosandbox.robots.check.diagnosis import blamed_field, infer_beside
-from robosandbox.robots.check.finding import CheckResult
+from robosandbox.robots.check.diagnosis import blamed_field, examine
+from robosandbox.robots.findings import CheckResult
 from robosandbox.robots.importers.files import searching
 from robosandbox.robots.importers.imported import ImportedModel
 from robosandbox.robots.importers.importing import import_model
@@ -149,16 +149,16 @@ def _check_with(
                 config = Path(folder) / f"{path.stem}.robosandbox.yaml"
                 config.write_text(to_yaml(found), encoding="utf-8")
                 given = found.sidecar
+                with doing(f"comparing the sidecar with {path.name}"):
+                    static = compare(found, given)
             else:
                 given = load_yaml_model(config, Sidecar)
                 with doing(f"inferring the sidecar of {path.name}"):
-                    found = infer_beside(imported, given, config, paths)
+                    found, static = examine(imported, given, config, paths)
         except InputError as error:
             report.add([CheckResult("load", False, str(error), blamed_field(config, str(error)))])
             return
         report.sidecar = given.model_dump(mode="json", exclude_none=True)
-        with doing(f"comparing the sidecar with {path.name}"):
-            static = list(compare(found, given))
         try:
             robot = load_robot(path, config, paths)
         except InputError as error:

@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.driver import Driver
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
-from robosandbox.robots.check.finding import CheckResult
+from robosandbox.robots.findings import CheckResult
 from robosandbox.robots.loader import RobotModel
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.judge.checks import Displaced, Lifted

@@ -7,6 +7,7 @@ import numpy as np
 from robosandbox.shapes import Shape, Size, shapes
 from robosandbox.shapes.body import Free, Piece
 from robosandbox.sim.opening import open_mujoco
+from robosandbox.spatial import matrix_from_quat_xyzw
 from robosandbox.types import TABLE_HEIGHT, Array, DetectedObject, Pose, Scene, SceneObject
 
 # How far a piece may reach beyond the object's support function, and the support function beyond all pieces, metres;
@@ -101,9 +102,7 @@ def _check_rest(item: SceneObject, seen: DetectedObject) -> None:
 
 
 def _reach(item: SceneObject, piece: Piece, directions: Array) -> Array:
-    turn = np.array(
-        [[np.cos(piece.yaw), -np.sin(piece.yaw), 0.0], [np.sin(piece.yaw), np.cos(piece.yaw), 0.0], [0.0, 0.0, 1.0]]
-    )
+    turn = matrix_from_quat_xyzw(piece.quat_xyzw)
     reach: Array = directions @ (item.pose.position + np.array(piece.centre)) + piece.hull.support(directions @ turn)
     return reach
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import anyio
 
 from robosandbox.agent.episode import AgentEvent, Consulted, PhaseEntered, Planned, SkillFailed, Thought
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import Observation, ObservedScene, SkillResult
 from robosandbox.workcell.host import Activity, WorkcellHost
@@ -39,7 +39,7 @@ class McpRobot:
         self._host = host
         self._robot = robot
         self._timeout = timeout
-        self.last_failure: ErrorRecord | None = None
+        self.last_failure: Failure | None = None
         host.events.subscribe(self._note)
 
     @property

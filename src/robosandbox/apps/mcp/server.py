@@ -106,7 +106,7 @@ async def _perform(robot: McpRobot, ctx: Context, call: SkillCall) -> types.Call
         bound = bind(call, robot.cell.calls)
         return tools.ended(await reported(ctx, lambda tell: robot.carry_out(bound, tell)))
     except SkillError as error:
-        robot.last_failure = error.record()
+        robot.last_failure = error.failure
         return tools.skill_failed(error)
     except RoboSandboxError as error:
         return failed(error)

@@ -164,7 +164,7 @@ def own_arguments(name: str, arguments: dict[str, Any]) -> StrictModel | types.C
 
 def skill_failed(error: SkillError) -> types.CallToolResult:
     """Return a skill's failure with its evidence and repairs."""
-    return answer({"error": error_data(error.record())}, said=error.message, is_error=True)
+    return answer({"error": error_data(error.failure)}, said=error.message, is_error=True)
 
 
 def failed(code: str, message: str) -> types.CallToolResult:

@@ -96,7 +96,7 @@ def _simulate(shell: Shell, rest: str) -> Outcome:
         return plan
     tried = shell.workcell.simulate(plan)
     lines = [f"{call}: would work" for call in tried.get("would_work", ())]
-    lines += [f"{problem['cause']}" for problem in tried.get("problems", ())]
+    lines += [f"{problem['error']['message']}" for problem in tried.get("problems", ())]
     if "would_fail" in tried:
         lines.append(f"{tried['would_fail']}: would fail: {tried['error']['message']}")
     lines += [f"would touch {name}" for name in tried.get("would_touch", ())]

@@ -82,7 +82,7 @@ def _checked(data: Mapping[str, Any]) -> list[Line]:
 
 def _problems(data: Mapping[str, Any]) -> list[Line]:
     return [
-        (f"{problem['call'] or 'the plan'}: {problem['cause']}; {problem['help']}".rstrip("; "), "red")
+        (f"{problem['call'] or 'the plan'}: {problem['error']['message']}", "red")
         for problem in data.get("problems", ())
     ]
 

@@ -15,7 +15,7 @@ from robosandbox.apps.viewer.news import Began, Came, Loaded, News, Went
 from robosandbox.apps.viewer.preview import add_gripper, gripper_shape
 from robosandbox.apps.viewer.scene import body_ids
 from robosandbox.apps.viewer.source import Frame
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.evidence import (
     CollisionEvidence,
     GraspEvidence,
@@ -37,7 +37,7 @@ class FailureEvidence(Layer):
     title = "Failures"
     hint = "Red: the pose that is out of reach, or the pair that is in the way; green: the nearest reachable pose"
 
-    _error: ErrorRecord | None = None
+    _error: Failure | None = None
     _where: Mapping[str, Array] = MappingProxyType({})
 
     def hear(self, news: News) -> None:
@@ -65,7 +65,7 @@ class FailureEvidence(Layer):
         """Remember where bodies are, for labels."""
         self._where = {name: data.xpos[body].copy() for body, name in enumerate(self.blueprint.names)}
 
-    def _show(self, error: ErrorRecord) -> None:
+    def _show(self, error: Failure) -> None:
         match error.evidence:
             case UnreachableEvidence() as found:
                 self._reach(found)

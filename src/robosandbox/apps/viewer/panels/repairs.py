@@ -13,7 +13,7 @@ from robosandbox.apps.viewer.control import Control
 from robosandbox.apps.viewer.news import Began, Came, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.theme import BRAND
 from robosandbox.error_codes import ErrorCode
-from robosandbox.errors import ErrorRecord, Repair
+from robosandbox.errors import Failure, Repair
 from robosandbox.types import Plan
 from robosandbox.workcell.orders import ORDERS
 
@@ -48,7 +48,7 @@ class RepairsPanel:
         self._control = control
         self._folder = server.gui.add_folder("Failure", visible=False)
         self._made: list[viser.GuiButtonHandle | viser.GuiHtmlHandle] = []
-        self._error: ErrorRecord | None = None
+        self._error: Failure | None = None
 
     def hear(self, news: News) -> None:
         """Take news."""

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from pydantic_core import from_json
 
 from robosandbox.errors import ServiceUnavailableError
-from robosandbox.skill_errors import ErrorRecord, ForbiddenError
+from robosandbox.skill_errors import Failure, ForbiddenError
 from robosandbox.workcell.zenoh.client.source import TIMED_OUT, Source
 
 if TYPE_CHECKING:
@@ -91,6 +91,6 @@ def _error(payload: bytes, robot_id: str) -> Exception:
     if payload == TIMED_OUT:
         return ServiceUnavailableError(f"the sim of {robot_id!r} did not answer in time")
     try:
-        return ErrorRecord.model_validate(from_json(payload)).exception()
+        return Failure.model_validate(from_json(payload)).exception()
     except (ValueError, ValidationError):
         return ServiceUnavailableError(f"the sim of {robot_id!r} answered {payload[:80]!r}, which is no message")

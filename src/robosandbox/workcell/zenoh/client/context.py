@@ -12,7 +12,7 @@ from robosandbox.evidence import TimeoutEvidence
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import ObservedScene, Plan, SkillResult
 from robosandbox.workcell.zenoh.messages import SkillInfo
-from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.operators import BoundCall, Operator
 
@@ -111,9 +111,9 @@ class RemoteSkill:
         """Return the contract of a call, where this machine has the same skill; else one that promises nothing."""
         return Contract() if self._installed is None else self._installed.contract(*args, **arguments)
 
-    def alternatives(self, failure: Failure, *args: Any, **arguments: Any) -> Iterable[Alternative]:
+    def alternatives(self, failed: FailedCall, *args: Any, **arguments: Any) -> Iterable[Alternative]:
         """Return ways around a failed call, where this machine has the same skill."""
-        return () if self._installed is None else self._installed.alternatives(failure, *args, **arguments)
+        return () if self._installed is None else self._installed.alternatives(failed, *args, **arguments)
 
     @cached_property
     def _installed(self) -> Operator | None:

@@ -1,6 +1,6 @@
 """The protocol between a sim and its clients: keys, and every message as a strict model.
 
-All keys lie under `robosandbox/<robot_id>/`. Control messages are JSON; errors are `ErrorRecord`s sent as error replies.
+All keys lie under `robosandbox/<robot_id>/`. Control messages are JSON; errors are `Failure`s sent as error replies.
 Numbers are finite, SI units and radians, poses in the world frame. docs/protocol.md is written from these models.
 """
 

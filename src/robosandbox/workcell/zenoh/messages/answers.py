@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Any, Literal, Self
 
-from robosandbox.errors import ErrorRecord
+from robosandbox.errors import Failure
 from robosandbox.types import (
     Finite,
     Intent,
@@ -158,7 +158,7 @@ class Goal(Message):
     ended: Finite | None = None
     result: SkillResult | None = None
     answer: dict[str, Any] | None = None
-    error: ErrorRecord | None = None
+    error: Failure | None = None
 
     def outcome(self) -> SkillResult:
         """Return a final goal's result, or raise its error.

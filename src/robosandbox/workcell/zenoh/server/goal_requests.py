@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from robosandbox.errors import (
     CancelledError,
     ConnectionLostError,
-    ErrorRecord,
+    Failure,
     ForbiddenError,
     InternalError,
     InvalidArgumentError,
@@ -160,7 +160,7 @@ class GoalRequests:
 
     def _outcome(
         self, came: SkillResult | OrderResult | RoboSandboxError, *, abandoned: bool
-    ) -> SkillResult | OrderResult | ErrorRecord:
+    ) -> SkillResult | OrderResult | Failure:
         match came:
             case CancelledError() if abandoned:
                 # Nobody has cancelled: this is read by a client that lost its connection and came back.
@@ -168,11 +168,11 @@ class GoalRequests:
                     "the connection to the client was lost and the goal stopped; look what is done and send what is left",
                     phase=came.phase,
                     evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
-                ).record()
+                ).failure
             case SkillError():
-                return came.record()
+                return came.failure
             case RoboSandboxError():
-                return InvalidArgumentError(str(came)).record()
+                return InvalidArgumentError(str(came)).failure
             case _:
                 return came
 

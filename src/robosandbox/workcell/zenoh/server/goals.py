@@ -11,7 +11,7 @@ from typing import Any
 from robosandbox.errors import (
     CancelledError,
     ConnectionLostError,
-    ErrorRecord,
+    Failure,
     InvalidMessageError,
     UnknownGoalError,
 )
@@ -121,7 +121,7 @@ class Ledger:
             entry.goal = entry.goal.model_copy(update={"status": GoalStatus.EXECUTING, "began": time})
             return entry.goal
 
-    def ended(self, goal_id: str, time: float, outcome: SkillResult | OrderResult | ErrorRecord) -> Goal:
+    def ended(self, goal_id: str, time: float, outcome: SkillResult | OrderResult | Failure) -> Goal:
         """Return a goal as it ends, which `finish` then makes known."""
         change: dict[str, Any] = {}
         if isinstance(outcome, OrderResult):
@@ -161,7 +161,7 @@ class Ledger:
         lost = ConnectionLostError(
             "the sim stopped while this goal was open; look what is done and send what is left",
             evidence=ConnectionEvidence(robot_id=robot_id, restarted=True),
-        ).record()
+        ).failure
         for item in kept:
             goal = item.goal
             if not goal.status.final:

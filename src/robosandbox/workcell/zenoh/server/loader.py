@@ -51,8 +51,8 @@ class TaskLoader:
 
     def open(self, task: Task | str) -> EmbeddedWorkcell:
         """Open a task as written."""
-        own = replace(self._options, task=task, robot=None, sidecar=None, arm=None, gripper=None, seed=0)
-        return open_workcell(own)
+        unsaid = replace(self._options, scene=None, robot_base=None, robot=None, sidecar=None, arm=None, gripper=None)
+        return open_workcell(replace(unsaid, task=task, seed=0))
 
     def resume(self, world: SavedWorld) -> EmbeddedWorkcell:
         """Open the task of a state file as it was left.

@@ -59,7 +59,7 @@ class Request:
                 known = InvalidArgumentError(str(error))
             case _:
                 known = InternalError.log(self.key, error, _log)
-        payload = known.record().model_dump_json().encode()
+        payload = known.failure.model_dump_json().encode()
         self._send(lambda query: query.reply_err(payload, encoding=JSON))
 
     def settle(self, came: Future[MessageT]) -> None:

@@ -1,0 +1,282 @@
+"""Solids of convex pieces: what a scene's file is made of, measured and not named.
+
+A thing of a file is one of four kinds by its geometry alone: `solid`, `dish` (a shallow hollow), `vessel` (a deep one), and
+`fixture`, which stays where it is; `part` turns or slides on one. The instance carries its pieces, so that an object is asked for
+its shape and nobody looks geometry up by kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from robosandbox.shapes.body import Body, Piece, share_mass
+from robosandbox.shapes.heights import ConvexPiece, HeightGrid, LevelSurface
+from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, SphereHull
+from robosandbox.shapes.polyhedron import PolyhedronHull
+from robosandbox.shapes.room import Room
+from robosandbox.shapes.shape import Shape, Size, Solid, Written
+from robosandbox.spatial import Array, Vec3, frozen_array, matrix_from_quat_xyzw
+
+FileKind = Literal["solid", "dish", "vessel", "fixture", "part"]
+# Ratio of a hollow's depth to its half width up to which it is a dish: plates have 0.15 to 0.25, bowls 0.6 up.
+_SHALLOW = 0.4
+_UP = np.array([0.0, 0.0, 1.0])
+_TURN = np.arange(24) * 2.0 * np.pi / 24
+_CIRCLE = np.column_stack([np.cos(_TURN), np.sin(_TURN), np.zeros(24)])
+# Rings of a ball's outline, by their height as a share of the radius.
+_RINGS = np.sin(np.linspace(-np.pi / 2.0, np.pi / 2.0, 9))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PartJoint:
+    """The hinge or slide of a part.
+
+    Attributes:
+        kind: Which.
+        axis: Unit vector in the world, along which it slides or about which it turns.
+        anchor: A point of the axis in the world, metres.
+        low: Least value, metres or radians.
+        high: Greatest value; both are infinite where nothing limits it.
+        stiffness: Of its spring, N/m or N m/rad.
+    """
+
+    kind: Literal["hinge", "slide"]
+    axis: Vec3
+    anchor: Vec3
+    low: float
+    high: float
+    stiffness: float = 0.0
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Convex pieces of an object, in the frame of its pose.
+
+    Attributes:
+        pieces: What collides.
+        kind: Which of the kinds of files it is.
+        joint: How a part moves; None for what is no part.
+    """
+
+    pieces: tuple[Piece, ...]
+    kind: FileKind = "solid"
+    joint: PartJoint | None = None
+
+    @cached_property
+    def shape(self) -> Compound:
+        """What the object is asked for."""
+        return _KINDS[self.kind](self)
+
+    def __hash__(self) -> int:
+        """Return a hash that is worked out once: geometry is large, and asked for often."""
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.kind, self.pieces))
+
+    @cached_property
+    def corners(self) -> tuple[Array, ...]:
+        """Points whose hull each piece is, each (k, 3), metres; what is round as a polyhedron."""
+        return tuple(frozen_array(_placed(piece)) for piece in self.pieces)
+
+    @cached_property
+    def outer(self) -> Array:
+        """Corners of the convex hull of all, shape (k, 3), metres."""
+        from scipy.spatial import ConvexHull
+
+        points = np.vstack(self.corners)
+        return frozen_array(points[np.unique(ConvexHull(points).vertices)])
+
+    @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """Middle and half-extents of the box around it along the frame's axes, each (3,), metres."""
+        low, high = self.outer.min(axis=0), self.outer.max(axis=0)
+        return frozen_array((low + high) / 2.0), frozen_array((high - low) / 2.0)
+
+    @cached_property
+    def grid(self) -> HeightGrid:
+        """Columns of it, as seen from above."""
+        return HeightGrid([ConvexPiece.of(points) for points in self.corners])
+
+    @cached_property
+    def surfaces(self) -> tuple[LevelSurface, ...]:
+        """Level faces on which things can stand, the highest first."""
+        return self.grid.surfaces()
+
+    @cached_property
+    def hollow(self) -> Room | None:
+        """Hollow that is open to above; None without one."""
+        return self.grid.hollow()
+
+
+def kind_of(pieces: tuple[Piece, ...]) -> FileKind:
+    """Return what kind of thing pieces make."""
+    hollow = Geometry(pieces).hollow
+    if hollow is None:
+        return "solid"
+    return "dish" if hollow.rim - hollow.floor <= _SHALLOW * float(hollow.half.min()) else "vessel"
+
+
+class Compound(Shape):
+    """A thing of convex pieces; its pose is its body's frame, and its size are the half-extents of its box.
+
+    Args:
+        geometry: Its pieces; None for what is known of the kind alone.
+    """
+
+    kind = "solid"
+    size_fields = ("half_x", "half_y", "half_z")
+    nouns = ("object",)
+
+    def __init__(self, geometry: Geometry | None = None) -> None:
+        self.geometry = geometry
+
+    def _told(self) -> Geometry:
+        if self.geometry is None:
+            raise ValueError(f"{self.name} has the geometry that its file gives; an object of it carries its pieces")
+        return self.geometry
+
+    def hull(self, size: Size) -> Hull:
+        """Return its convex hull, about the middle of its box."""
+        if self.geometry is None:
+            return BoxHull((size[0], size[1], size[2]))
+        return self._hull
+
+    @cached_property
+    def _hull(self) -> PolyhedronHull:
+        told = self._told()
+        return PolyhedronHull(_tuples(told.outer - told.box[0]))
+
+    def extents(self, size: Size) -> Array:
+        """Return the full extents of its box, the smallest first, metres, shape (3,)."""
+        return np.sort(2.0 * np.array(size))
+
+    def centre(self, solid: Solid) -> Array:
+        """Return the middle of its box in the world, metres, shape (3,)."""
+        if self.geometry is None:
+            return solid.pose.position
+        middle: Array = solid.pose.position + solid.pose.rotation @ self.geometry.box[0]
+        return middle
+
+    def support(self, solid: Solid, directions: Array) -> Array:
+        """Return how far it reaches along unit vectors (n, 3) from the world's origin, metres, shape (n,)."""
+        if self.geometry is None:
+            return super().support(solid, directions)
+        local = (directions @ solid.pose.rotation) @ self.geometry.outer.T
+        reach: Array = directions @ solid.pose.position + local.max(axis=1)
+        return reach
+
+    def room(self, size: Size, opening: float | None = None) -> Room | None:
+        """Return its hollow, of a thing that has one."""
+        del size, opening
+        return self.geometry.hollow if self.geometry is not None and self.holds_things else None
+
+    def rest_height(self, target: Solid, width: float, place: Array | None = None) -> float:
+        """Return the height of the level face at a place, or of the one that a thing would be put on."""
+        found = self.surface(target, width, place)
+        if found is None:
+            return super().rest_height(target, width)
+        return target.pose.xyz[2] + found.height
+
+    def surface(self, target: Solid, width: float, place: Array | None = None) -> LevelSurface | None:
+        """Return the level face nearest below a place (3,), or the highest that is open to above and wide enough.
+
+        Args:
+            target: What it is a face of; one that does not stand upright has none here.
+            width: Half of the narrowest width of what is to stand there, metres.
+            place: World x and y of the middle and height of the lowest point of what stands there.
+        """
+        if self.geometry is None or target.pose.rotation[2, 2] < _STANDS:
+            return None
+        faces = self.geometry.surfaces
+        if place is not None:
+            x, y, z = target.pose.rotation.T @ (place - target.pose.position)
+            over = [face for face in faces if face.margin(np.array([x, y])) > 0.0]
+            return min(over, key=lambda face: abs(face.height - z), default=None)
+        wide = [face for face in faces if np.isinf(face.headroom) and face.half_width > width]
+        return max(wide, key=lambda face: (face.height, face.area), default=None)
+
+    def bodies(self, item: Written) -> tuple[Body, ...]:
+        """Return its one body."""
+        told = self._told()
+        return (Body(pieces=share_mass(told.pieces, item.mass)),)
+
+
+class Dish(Compound):
+    """A thing with a shallow hollow: things lie in it and stand on it."""
+
+    kind = "dish"
+    nouns = ("dish",)
+    holds_things = True
+
+
+class Vessel(Compound):
+    """A thing with a deep hollow."""
+
+    kind = "vessel"
+    nouns = ("vessel",)
+    holds_things = True
+    pours = True
+    flat_top = False
+
+
+class Fixture(Compound):
+    """What stays where it is."""
+
+    kind = "fixture"
+    nouns = ("fixture",)
+    stays_put = True
+
+
+class Part(Compound):
+    """What turns or slides on a fixture."""
+
+    kind = "part"
+    nouns = ("part",)
+    stays_put = True
+    flat_top = False
+
+
+_STANDS = 0.995
+_KINDS: dict[FileKind, type[Compound]] = {
+    "solid": Compound,
+    "dish": Dish,
+    "vessel": Vessel,
+    "fixture": Fixture,
+    "part": Part,
+}
+# Kinds of what comes from files, by name; nobody writes an object of one.
+FILE_KINDS: Mapping[str, Shape] = {kind: made() for kind, made in _KINDS.items()}
+
+
+def _placed(piece: Piece) -> Array:
+    turned: Array = _outline(piece.hull) @ matrix_from_quat_xyzw(piece.quat_xyzw).T + np.array(piece.centre)
+    return turned
+
+
+def _outline(hull: Hull) -> Array:
+    match hull:
+        case BoxHull(size=half):
+            return np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]) * half
+        case SphereHull(size=(radius,)):
+            return _ball(radius)
+        case CylinderHull(size=(radius, height)):
+            return np.vstack([radius * _CIRCLE - height * _UP, radius * _CIRCLE + height * _UP])
+        case CapsuleHull(size=(radius, height)):
+            return np.vstack([_ball(radius) - height * _UP, _ball(radius) + height * _UP])
+        case PolyhedronHull():
+            return hull.corners
+
+
+def _ball(radius: float) -> Array:
+    return radius * np.vstack([np.sqrt(max(0.0, 1.0 - z * z)) * _CIRCLE + z * _UP for z in _RINGS])
+
+
+def _tuples(points: Array) -> tuple[Vec3, ...]:
+    return tuple((float(x), float(y), float(z)) for x, y, z in points)

@@ -1,0 +1,237 @@
+"""Level surfaces and the hollow of a solid of convex pieces, found on a grid of columns seen from above."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.shapes.room import Room
+from robosandbox.spatial import Array, frozen_array
+
+# Columns of the grid along the longer side, a number, and the least width of one, metres: what a wall of 4 mm needs in a thing of
+# 0.2 m, and what a table of 1 m can do with.
+_COLUMNS = 96
+_LEAST_CELL = 0.0015
+# Cosine of a face's tilt up to which things stay on it, and metres within which two faces are one.
+_LEVEL = 0.995
+_SAME_HEIGHT = 0.002
+# Metres over a surface that have to be free for it to be one on which things stand.
+_HEADROOM = 0.03
+# Narrowest surface and hollow that something is put on or into, metres.
+_LEAST_WIDTH = 0.02
+# Least depth of a hollow, metres: a rim on a flat plate is less than what a depth camera resolves.
+_LEAST_DEPTH = 0.006
+# Shares of the outline that a circle or rectangle has to fill to stand for it.
+_FILLS = 0.82
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LevelSurface:
+    """A level face on which things can stand, in the frame of the solid.
+
+    Attributes:
+        height: Metres.
+        headroom: Free height over it, metres; infinite under the open sky.
+        points: Middles of its cells, shape (n, 2), metres.
+        inside: How far each lies from the edge, shape (n,), metres.
+        cell: Width of a cell, metres.
+    """
+
+    height: float
+    headroom: float
+    points: Array
+    inside: Array
+    cell: float
+
+    @property
+    def area(self) -> float:
+        """Square metres."""
+        return len(self.points) * self.cell**2
+
+    @property
+    def middle(self) -> Array:
+        """The point farthest from its edge, nearest to its centroid where several are, shape (2,)."""
+        best = np.flatnonzero(self.inside > self.inside.max() - self.cell)
+        away = np.linalg.norm(self.points[best] - self.points.mean(axis=0), axis=1)
+        middle: Array = self.points[best[int(away.argmin())]]
+        return middle
+
+    @property
+    def half_width(self) -> float:
+        """Radius of the largest circle in it, metres."""
+        return float(self.inside.max())
+
+    def margin(self, point: Array) -> float:
+        """Return how far inside a point (2,) lies, metres; negative outside."""
+        distances = np.linalg.norm(self.points - point, axis=1)
+        nearest = int(distances.argmin())
+        off = float(distances[nearest])
+        return float(self.inside[nearest]) if off <= self.cell else -off
+
+
+@dataclass(frozen=True, slots=True)
+class ConvexPiece:
+    """A convex piece as inequalities: `normals @ x <= offsets`.
+
+    Attributes:
+        points: Its corners, shape (k, 3), metres.
+        normals: Outward unit normals, shape (f, 3).
+        offsets: Metres, shape (f,).
+    """
+
+    points: Array
+    normals: Array
+    offsets: Array
+
+    @classmethod
+    def of(cls, points: Array) -> ConvexPiece:
+        """Return the convex hull of points (k, 3)."""
+        from scipy.spatial import ConvexHull
+
+        hull = ConvexHull(points, qhull_options="Qt QJ" if np.ptp(points, axis=0).min() < 1e-9 else None)
+        return cls(points, hull.equations[:, :3], -hull.equations[:, 3])
+
+    def column(self, xy: Array) -> tuple[Array, Array]:
+        """Return the lowest and highest point over each point (n, 2), metres (n,), (n,); no number beside the piece."""
+        nz = self.normals[:, 2]
+        level = self.offsets[:, None] - self.normals[:, :2] @ xy.T
+        upper, lower, sides = nz > 1e-6, nz < -1e-6, np.abs(nz) <= 1e-6
+        high = (level[upper] / nz[upper, None]).min(axis=0)
+        low = (level[lower] / nz[lower, None]).max(axis=0)
+        out = (high < low) | (level[sides] < 0.0).any(axis=0)
+        return np.where(out, np.nan, low), np.where(out, np.nan, high)
+
+
+class HeightGrid:
+    """Columns of a solid seen from above.
+
+    Args:
+        pieces: What it is made of.
+    """
+
+    def __init__(self, pieces: Sequence[ConvexPiece]) -> None:
+        points = np.vstack([piece.points for piece in pieces])
+        low, high = points.min(axis=0)[:2], points.max(axis=0)[:2]
+        self.cell: float = max(float((high - low).max()) / _COLUMNS, _LEAST_CELL)
+        # Two columns of nothing all around.
+        self._shape: tuple[int, int] = tuple(int(np.ceil(s / self.cell)) + 4 for s in high - low)  # type: ignore[assignment]
+        origin = (low + high) / 2.0 - (np.array(self._shape) - 1) / 2.0 * self.cell
+        grid = np.stack(np.meshgrid(*map(np.arange, self._shape), indexing="ij"), axis=-1)
+        self.points: Array = origin + grid * self.cell
+        flat = self.points.reshape(-1, 2)
+        spans = [piece.column(flat) for piece in pieces]
+        self._low: Array = np.array([low for low, _ in spans])
+        self._high: Array = np.array([high for _, high in spans])
+        self._pieces = pieces
+
+    def surfaces(self) -> tuple[LevelSurface, ...]:
+        """Return the level faces wide enough to stand on, the highest first."""
+        from scipy.ndimage import distance_transform_edt, label
+
+        heights = [
+            float(piece.offsets[k] / piece.normals[k, 2])
+            for piece in self._pieces
+            for k in np.flatnonzero(piece.normals[:, 2] > _LEVEL)
+        ]
+        found: list[LevelSurface] = []
+        done: list[float] = []
+        with np.errstate(invalid="ignore"):
+            for height in sorted(heights, reverse=True):
+                if any(abs(height - other) < _SAME_HEIGHT for other in done):
+                    continue
+                done.append(height)
+                here = (np.abs(self._high - height) < _SAME_HEIGHT).any(axis=0)
+                above = np.where(self._high > height + _SAME_HEIGHT, self._low, np.inf).min(axis=0, initial=np.inf)
+                above = np.where(np.isnan(above), np.inf, above)
+                free = (here & (above - height > _HEADROOM)).reshape(self._shape)
+                # Seams between pieces are no edges.
+                marked, count = label(_closed(free), np.ones((3, 3)))
+                room = above.reshape(self._shape) - height
+                for number in range(1, count + 1):
+                    mask = marked == number
+                    inside = distance_transform_edt(mask) * self.cell - self.cell / 2.0
+                    if inside.max() < _LEAST_WIDTH / 2.0:
+                        continue
+                    found.append(
+                        LevelSurface(
+                            height,
+                            float(np.median(room[mask & free])) if (mask & free).any() else np.inf,
+                            frozen_array(self.points[mask]),
+                            frozen_array(inside[mask]),
+                            self.cell,
+                        )
+                    )
+        return tuple(found)
+
+    def hollow(self) -> Room | None:
+        """Return the largest hollow that is open to above; None where water would run off everywhere."""
+        from scipy.ndimage import distance_transform_edt, grey_closing, label
+
+        with np.errstate(invalid="ignore"):
+            top = np.nanmax(np.where(np.isnan(self._high), -np.inf, self._high), axis=0).reshape(self._shape)
+        ground = np.isfinite(top)
+        bottom = float(top[ground].min()) if ground.any() else 0.0
+        top = np.where(ground, top, bottom - 1.0)
+        level = _filled(grey_closing(top, size=(3, 3)))
+        basin, count = label((level - top > _LEAST_DEPTH) & ground)
+        best: Room | None = None
+        for number in range(1, count + 1):
+            mask = basin == number
+            inside = distance_transform_edt(mask) * self.cell - self.cell / 2.0
+            if inside.max() < _LEAST_WIDTH / 2.0:
+                continue
+            found = self._room(mask, inside, top, float(np.median(level[mask])))
+            if best is None or found.half.prod() * (found.rim - found.floor) > best.half.prod() * (
+                best.rim - best.floor
+            ):
+                best = found
+        return best
+
+    def _room(self, mask: NDArray[np.bool_], inside: Array, top: Array, rim: float) -> Room:
+        """Return a hollow as a round or square room."""
+        xy = self.points[mask]
+        low, high = xy.min(axis=0) - self.cell / 2.0, xy.max(axis=0) + self.cell / 2.0
+        radius = float(inside.max())
+        core = np.flatnonzero(inside[mask] > radius - self.cell)
+        centre = xy[core].mean(axis=0)
+        floor = float(np.median(top[mask & (inside > radius / 2.0)]))
+        area = len(xy) * self.cell**2
+        half = (high - low) / 2.0
+        if area < _FILLS * 4.0 * half.prod() or (half.min() > 0.9 * half.max() and area < 0.9 * 4.0 * half.prod()):
+            return Room(middle=centre, half=np.full(2, radius), floor=floor, rim=rim, is_round=True)
+        return Room(middle=(low + high) / 2.0, half=half, floor=floor, rim=rim)
+
+
+def _closed(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    from scipy.ndimage import binary_closing
+
+    return np.asarray(binary_closing(mask, np.ones((3, 3))) | mask)
+
+
+def _filled(heights: Array) -> Array:
+    """Return up to which height water stands on each cell, shape as given.
+
+    Priority flood (Barnes, Lehman and Mulla, 2014): cells are reached from the border inwards, the lowest first.
+    """
+    level = heights.copy()
+    rows, columns = heights.shape
+    reached = np.zeros(heights.shape, dtype=bool)
+    queue: list[tuple[float, int, int]] = []
+    for i in range(rows):
+        for j in range(columns):
+            if i in (0, rows - 1) or j in (0, columns - 1):
+                queue.append((float(heights[i, j]), i, j))
+                reached[i, j] = True
+    heapq.heapify(queue)
+    while queue:
+        height, i, j = heapq.heappop(queue)
+        for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
+            if 0 <= a < rows and 0 <= b < columns and not reached[a, b]:
+                reached[a, b] = True
+                level[a, b] = max(height, heights[a, b])
+                heapq.heappush(queue, (float(level[a, b]), a, b))
+    return level

@@ -1,0 +1,306 @@
+"""Scenes from files: what an MJCF has in it, what its sidecar says, and what the robot does there."""
+
+import json
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from robosandbox.apps.commands.world import open_here
+from robosandbox.errors import InputError
+from robosandbox.shapes.body import Piece
+from robosandbox.shapes.compound import Geometry, kind_of
+from robosandbox.shapes.hull import BoxHull
+from robosandbox.shapes.registry import shape_of
+from robosandbox.sim.opening import open_mujoco
+from robosandbox.sim.populated import populated
+from robosandbox.sim.scene_check import check_scene
+from robosandbox.sim.scene_file import read_scene_file
+from robosandbox.sim.scene_report import to_yaml
+from robosandbox.sim.scene_sidecar import sidecar_path
+from robosandbox.tasks.loader import load_task
+from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.options import WorkcellOptions
+from robosandbox.workcell.session import open_workcell
+
+KITCHEN = Path(__file__).parents[1] / "examples" / "scenes" / "kitchen.xml"
+
+# A room of somebody else: his own arm, a tilted block, a stool, things that are nowhere near a table.
+ROOM = """
+<mujoco>
+  <option timestep="0.004" cone="pyramidal"/>
+  <default><geom contype="0" conaffinity="0"/><default class="solid"><geom contype="1" conaffinity="1"/></default></default>
+  <worldbody>
+    <geom class="solid" type="plane" size="3 3 0.1"/>
+    <body name="bench" pos="-1 2 0.3"><geom class="solid" type="box" size="0.5 0.3 0.02"/></body>
+    <body name="red block" pos="-1 2.1 0.345"><freejoint/><geom class="solid" type="box" size="0.02 0.02 0.025" rgba="0.9 0.1 0.1 1"/></body>
+    <body name="ghost" pos="-1 1.9 0.5"><freejoint/><geom type="sphere" size="0.02" mass="0.1"/></body>
+    <body name="their_arm" pos="-1.4 2 0.32">
+      {links}
+    </body>
+  </worldbody>
+  <actuator>{motors}</actuator>
+  <keyframe><key name="start" qpos="-1.05 2.05 0.345 1 0 0 0  -1 1.9 0.5 1 0 0 0  0 0 0 0 0"/></keyframe>
+</mujoco>
+"""
+
+
+def _room(folder: Path, sidecar: str = "") -> Path:
+    links, motors = "", ""
+    for number in range(5):
+        axis = "0 0 1" if number == 0 else "0 1 0"
+        links += (
+            f'<body name="link{number}" pos="0 0 0.1"><joint name="j{number}" axis="{axis}"/>'
+            '<geom class="solid" type="capsule" size="0.03 0.03"/>'
+        )
+        motors += f'<motor joint="j{number}"/>'
+    path = folder / "room.xml"
+    path.write_text(ROOM.format(links=links + "</body>" * 5, motors=motors))
+    if sidecar:
+        sidecar_path(path).write_text(sidecar)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "found"),
+    [
+        ("cup", (0.034, 0.09), "vessel"),
+        ("bowl", (0.06, 0.05), "vessel"),
+        ("bin", (0.08, 0.06, 0.07), "vessel"),
+        ("plate", (0.08, 0.018), "dish"),
+        ("tray", (0.10, 0.08, 0.02), "dish"),
+        ("block_l", (0.05, 0.04, 0.02, 0.03), "solid"),
+    ],
+)
+def test_pieces_alone_tell_the_hollow_of_each_kind(kind: str, size: tuple[float, ...], found: str) -> None:
+    item = SceneObject(id="it", kind=kind, size=size, pose=Pose(xyz=(0.0, 0.0, 0.1)))
+    pieces = item.shape.bodies(item)[0].pieces
+    assert kind_of(pieces) == found
+    known, measured = shape_of(kind).room(size), Geometry(pieces).hollow
+    if known is None or measured is None:
+        assert known is measured is None
+        return
+    assert measured.is_round == known.is_round
+    assert np.abs(measured.half - known.half).max() < 0.003
+    assert measured.floor == pytest.approx(known.floor, abs=1e-3)
+    assert measured.rim == pytest.approx(known.rim, abs=1e-3)
+
+
+def test_a_handle_does_not_move_the_middle_of_a_mug() -> None:
+    mug = next(item for item in read_scene_file(KITCHEN).objects if item.id == "red_mug")
+    assert mug.geometry is not None
+    hollow = mug.geometry.hollow
+    assert hollow is not None and hollow.is_round
+    assert mug.geometry.box[0][0] > 0.01
+    assert np.abs(hollow.middle).max() < 0.001
+    assert hollow.half[0] == pytest.approx(0.034, abs=0.002)
+
+
+def test_shelf_boards_are_level_faces_with_their_headroom() -> None:
+    boards = tuple(Piece(hull=BoxHull((0.2, 0.1, 0.005)), centre=(0.0, 0.0, z)) for z in (0.0, 0.15, 0.30))
+    faces = Geometry(boards, "fixture").surfaces
+    assert [round(face.height, 3) for face in faces] == [0.305, 0.155, 0.005]
+    assert np.isinf(faces[0].headroom)
+    assert faces[1].headroom == pytest.approx(0.14, abs=1e-6)
+    assert all(face.half_width == pytest.approx(0.1, abs=0.005) for face in faces)
+
+
+def test_the_kitchen_is_things_fixtures_and_parts() -> None:
+    file = read_scene_file(KITCHEN)
+    assert {item.id: item.kind for item in file.objects} == {
+        "red_mug": "vessel",
+        "box": "box",
+        "cupboard": "fixture",
+        "cupboard.door": "part",
+        "shelf": "fixture",
+        "bell": "fixture",
+        "bell.button": "part",
+    }
+    assert file.table.body == "table" and file.table.height == pytest.approx(0.74)
+    door = next(item for item in file.objects if item.id == "cupboard.door")
+    assert door.geometry is not None and door.geometry.joint is not None
+    assert door.geometry.joint.kind == "hinge" and door.geometry.joint.low == pytest.approx(np.radians(-100.0))
+
+
+def test_the_file_is_simulated_as_it_is() -> None:
+    own = mujoco.MjModel.from_xml_path(str(KITCHEN))
+    sim = open_mujoco(Scene(world=KITCHEN))
+    try:
+        model = sim.model
+        for field in ("timestep", "impratio", "cone", "integrator", "noslip_iterations", "enableflags"):
+            assert getattr(model.opt, field) == getattr(own.opt, field), field
+        for body in range(1, own.nbody):
+            name = own.body(body).name
+            assert model.body(name).mass == pytest.approx(own.body(name).mass)
+        for geom in range(own.ngeom):
+            name = own.geom(geom).name
+            if name:
+                assert np.array_equal(model.geom(name).friction, own.geom(geom).friction)
+        assert "doorway" in sim.cameras
+        assert model.nlight == own.nlight
+        # The keyframe is there, with the robot at home in it.
+        key = mujoco.MjData(model)
+        mujoco.mj_resetDataKeyframe(model, key, model.key("tidy").id)
+        mujoco.mj_kinematics(model, key)
+        assert np.allclose(key.body("red_mug").xpos, (0.62, -0.12, 0.741))
+        assert np.allclose(key.qpos[sim.robot.qpos_indices], sim.robot.home_q)
+    finally:
+        sim.close()
+
+
+def test_an_arm_in_the_file_is_left_out_for_the_scenes_robot(tmp_path: Path) -> None:
+    file = read_scene_file(_room(tmp_path))
+    assert list(file.left_out) == ["their_arm"]
+    assert "5 driven hinges" in file.left_out["their_arm"]
+    assert [item.id for item in file.objects] == ["red_block"]
+    assert any("ghost" in note for note in file.notes)
+    sim = open_mujoco(Scene(world=file.path))
+    try:
+        assert "link0" in sim.body_names and not any("their_arm" in name for name in sim.body_names)
+        assert sim.model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL.value
+        truth = sim.truth().objects["red_block"]
+        assert truth.contacts == ("table",)
+        # Commands come at a whole multiple of the file's time step.
+        assert sim.control_timestep == pytest.approx(0.008)
+        # The table is far from the world's middle: the base goes with it.
+        assert np.hypot(*(sim.spec.base_position[:2] - [-1.0, 2.0])) < 0.6
+    finally:
+        sim.close()
+
+
+def test_a_sidecar_says_what_the_file_does_not(tmp_path: Path) -> None:
+    said = """
+robot_base: [-1.4, 2.0, 0.32, 0.0]
+leave_out: [ghost]
+keyframe: start
+objects:
+  red block: {id: brick, rgba: [0.1, 0.2, 0.9, 1.0]}
+"""
+    scene = populated(Scene(world=_room(tmp_path, said)))
+    (brick,) = scene.objects
+    assert (brick.id, brick.rgba) == ("brick", (0.1, 0.2, 0.9, 1.0))
+    assert scene.robot_base == (-1.4, 2.0, 0.32, 0.0)
+    assert brick.pose.xyz[:2] == pytest.approx((-1.05, 2.05))
+
+
+@pytest.mark.parametrize(
+    ("said", "error"),
+    [
+        ("leave_out: [red_block]", "leave_out: 'red_block' is no body of room.xml; did you mean 'red block'?"),
+        ("keyframe: begin", "keyframe: 'begin' is none of room.xml, which has start"),
+        ("table: red block", "table: 'red block' has no level face"),
+    ],
+)
+def test_a_sidecar_that_does_not_fit_is_told_by_its_field(tmp_path: Path, said: str, error: str) -> None:
+    with pytest.raises(InputError, match=r"room\.robosandbox\.yaml") as told:
+        read_scene_file(_room(tmp_path, said))
+    assert error in str(told.value)
+
+
+def test_an_inferred_sidecar_changes_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen.xml"
+    path.write_bytes(KITCHEN.read_bytes())
+    before = populated(Scene(world=path))
+    assert before.robot_base is not None
+    sidecar_path(path).write_text(to_yaml(read_scene_file(path), before.robot_base, "as found"))
+    after = populated(Scene(world=path))
+    assert after.objects == before.objects
+    assert (after.table_area, after.table_height) == (before.table_area, before.table_height)
+    assert after.robot_base == pytest.approx(before.robot_base)
+
+
+def test_the_check_finds_what_was_made_wrong(tmp_path: Path) -> None:
+    text = KITCHEN.read_text()
+    text = text.replace('name="box" pos="0.56 0.24 0.771"', 'name="box" pos="0.56 0.24 0.95"')
+    text = text.replace('name="red_mug" pos="0.62 0.02 0.741"', 'name="red_mug" pos="0.62 0.02 0.735"')
+    text = text.replace('range="-100 0" damping', 'range="-0.001 0" damping')
+    text = text.replace('density="600"', 'density="60000"')
+    path = tmp_path / "wrong.xml"
+    path.write_text(text)
+    wrong = {(item.name, item.detail) for item in check_scene(Scene(world=path)) if not item.ok}
+    told = "\n".join(detail for _, detail in wrong)
+    assert "red_mug starts 5.0 mm inside table" in told
+    assert "box starts in the air: it falls by 180 mm" in told
+    assert "60000 kg/m^3" in told
+    assert "cupboard.door (hinge) does not move" in told
+
+
+def test_the_kitchen_is_sound() -> None:
+    assert [item.detail for item in check_scene(Scene(world=KITCHEN)) if not item.ok] == []
+
+
+@pytest.fixture(scope="module")
+def task_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("tasks") / "kitchen_shelf.yaml"
+    path.write_text(
+        f"""
+name: kitchen_shelf
+prompt: "put the box on the shelf"
+scene: {{world: {KITCHEN}}}
+success: {{kind: "on", object: box, target: shelf}}
+"""
+    )
+    return path
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_the_box_goes_on_the_shelf_as_the_simulated_state_says(task_file: Path, seed: int) -> None:
+    with open_workcell(WorkcellOptions(task=load_task(task_file), seed=seed)) as cell:
+        episode = cell.run("put the box on the shelf")
+        assert episode.success, episode.final_detail
+        assert cell.judge().success
+        box = cell.sim.truth().objects["box"]
+        assert box.pose.xyz[2] == pytest.approx(0.74 + 0.139 + 0.03, abs=0.002)
+        assert "shelf" in box.contacts
+
+
+def test_the_red_mug_is_picked_up_by_its_words() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        before = cell.sim.truth().objects["red_mug"].pose.xyz[2]
+        episode = cell.run("pick up the red mug")
+        assert episode.success, episode.final_detail
+        now = cell.sim.truth()
+        assert now.held == "red_mug"
+        assert now.objects["red_mug"].pose.xyz[2] - before > 0.05
+
+
+@pytest.mark.parametrize(
+    ("prompt", "error"),
+    [
+        ("pick up the shelf", "shelf is a fixture, which stays where it is"),
+        ("push the cupboard forward", "cupboard is a fixture and cannot be pushed along"),
+        ("pick up the blue mug", "no blue mug"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_cause(prompt: str, error: str) -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        episode = cell.run(prompt)
+        assert not episode.success
+        assert error in episode.final_detail
+
+
+def test_several_things_find_room_on_one_shelf() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        episode = cell.run("put everything on the shelf")
+        assert episode.success, episode.final_detail
+        now = cell.sim.truth()
+        assert all("shelf" in now.objects[name].contacts for name in ("box", "red_mug"))
+
+
+def test_a_recorded_episode_in_a_file_is_replayed(tmp_path: Path, task_file: Path) -> None:
+    from typer.testing import CliRunner
+
+    from robosandbox.apps.cli import app
+
+    runner = CliRunner()
+    done = runner.invoke(app, ["run", "--task", str(task_file), "--record", str(tmp_path / "runs"), "--json"])
+    assert json.loads(done.stdout)["judged"]["success"], done.output
+    (episode,) = (tmp_path / "runs").iterdir()
+    again = runner.invoke(app, ["replay", str(episode)])
+    assert "judged a success, recorded as a success" in again.output
+
+
+def test_a_robot_base_is_of_scenes_from_files_alone() -> None:
+    with pytest.raises(InputError, match="--robot-base: is for scenes from files"):
+        open_here(WorkcellOptions(robot_base=(0.0, 0.0, 0.0, 0.0)))
