@@ -452,15 +452,19 @@ class ViewerMouth(PythonMouth):
         # However slowly the browser clicks: the arm waits on its way until the click is heard.
         clicked = threading.Event()
         leave = _when_moving(self._sim_here, lambda: clicked.wait(PATIENCE))
-        idle, said = threading.Event(), list[News]()
-        listener = lambda told: (said.append(told), idle.set() if isinstance(told, Idle) else None)  # noqa: E731
-        self._viewer.control.listeners.append(listener)
+        idle = threading.Event()
+
+        def hear(told: News) -> None:
+            if isinstance(told, Idle):
+                idle.set()
+
+        self._viewer.control.listeners.append(hear)
         self.click("Run", sentence)
         self.click("Stop")
         clicked.set()
         self._page.get_by_text("stopped: the arm holds").wait_for(timeout=1000 * PATIENCE)
         assert idle.wait(PATIENCE)
-        self._viewer.control.listeners.remove(listener)
+        self._viewer.control.listeners.remove(hear)
         leave()
         return Said(False, "cancelled")
 
@@ -597,7 +601,8 @@ def _succeeded(data: Mapping[str, Any]) -> bool:
 
 def _in_words(data: Mapping[str, Any]) -> str:
     """Return an answer as text, its calls as they are written."""
-    answer = data.get("answer") if isinstance(data.get("answer"), dict) else data
+    inner = data.get("answer")
+    answer = inner if isinstance(inner, dict) else data
     calls = [str(SkillCall.model_validate(step)) for step in answer.get("plan") or ()]
     return "; ".join([*calls, json.dumps(data)])
 
