@@ -54,7 +54,7 @@ class Candidates:
         self._skills = skills
         self._view = View.of(failure.scene)
         about = (failure.scene.find(name) for name in failure.contract.objects)
-        self._about = [item for item in about if item is not None and item.id != failure.scene.held]
+        self._about = [item for item in about if item is not None and item.id not in failure.scene.in_hands]
         skill = skills.get(failure.call.skill)
         self._declared = () if skill is None else tuple(skill.alternatives(failure, **failure.call.arguments))
         # Of a change that has been brought about in part, the skill says what is left.
@@ -185,7 +185,7 @@ class Candidates:
 
     def _pushed_away(self, item: DetectedObject, other: DetectedObject) -> list[Fact]:
         """Return pushes of an object away from another, far enough and to where there is room, the shortest first."""
-        if item.shape.opens or item.id == self._failure.scene.held:
+        if item.shape.opens or item.id in self._failure.scene.in_hands:
             return []
         found: list[tuple[float, str]] = []
         for direction in DIRECTION_AXES:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field, replace
 from typing import Self
 
 from robosandbox.agent.goal import GoalContext
-from robosandbox.driver import Driver, Safety, made_safe
+from robosandbox.driver import Arm, Driver, Hand, Safety, made_safe
 from robosandbox.errors import CancelledError, ErrorCode, Failure, GoalTimeoutError, Phase, Repair, SkillError
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.grasp.hand import FRICTION
@@ -19,7 +19,7 @@ from robosandbox.perception.protocols import Glancing, Perception
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import Executor
 from robosandbox.skills.primitives.sliding import slides_under
-from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, SkillResult, Tempo, force_limits
+from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, SkillResult, Tempo, force_limits, the_only
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import BoundCall, meant_by
@@ -42,10 +42,14 @@ _SHAPED_BY_SIDECAR = frozenset(
 
 @dataclass(kw_only=True)
 class AgentContext(GoalContext):
-    """A sim and the parts that skills use to work in it.
+    """A driver and the parts that skills use to work with it.
+
+    Args:
+        sim: What moves the robot, with its world loaded.
+        arm_name: The arm that calls work with; needless where there is one.
 
     Attributes:
-        sim: The world, loaded.
+        driver: The same, behind its robot's limits.
         perception: What is where in it.
         grasp: Ways to hold things.
         motion: Configurations and paths.
@@ -55,11 +59,14 @@ class AgentContext(GoalContext):
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         tempo: How fast the arm goes.
         safety: Of the driver that `sim` is a view of; where it is left out, `sim` is put behind its robot's limits.
+        arm: The arm that calls work with.
+        hand: The hand that it carries; None where it carries none.
         phase: The phase that began last.
         seen: What perception saw when it last looked.
     """
 
-    sim: Driver
+    sim: InitVar[Driver]
+    arm_name: InitVar[str | None] = None
     perception: Perception
     grasp: GraspPlanner
     motion: MotionPlanner
@@ -69,6 +76,9 @@ class AgentContext(GoalContext):
     limits: Limits | None = None
     tempo: Tempo = DEFAULT_TEMPO
     safety: Safety | None = field(default=None, repr=False)
+    driver: Driver = field(init=False)
+    arm: Arm = field(init=False, repr=False)
+    hand: Hand | None = field(init=False, repr=False)
     phase: str = field(default=Phase.CHECK, init=False)
     seen: ObservedScene | None = field(default=None, init=False, repr=False)
     _safety: Safety = field(init=False, repr=False)
@@ -76,18 +86,22 @@ class AgentContext(GoalContext):
     _started: float = field(default=0.0, init=False, repr=False)
     _deadline: float | None = field(default=None, init=False, repr=False)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, sim: Driver, arm_name: str | None) -> None:
+        self.driver = sim
         if self.safety is None:
-            safe = made_safe(self.sim)
-            self.sim, self.safety = safe, safe.safety
+            safe = made_safe(sim)
+            self.driver, self.safety = safe, safe.safety
+        self.arm = the_only(self.driver.arms, "arms") if arm_name is None else self.driver.arms[arm_name]
+        carried = (hand for hand in self.driver.hands.values() if hand.arm == self.arm.name)
+        self.hand = next(carried, None)
         self._safety = self.safety
         self._safety.phase = self.phase
         if self.limits is not None:
             self._safety.limit(self.limits)
         # Who is not told what is touched cannot mean to touch it.
-        self._tells_apart = self.sim.capabilities.contact == "named"
+        self._tells_apart = self.driver.capabilities.contact == "named"
         self._safety.expect(() if self._tells_apart else None)
-        self.sim.guards.append(self._ended)
+        self.driver.guards.append(self._ended)
 
     @property
     def max_force_n(self) -> float:
@@ -96,23 +110,32 @@ class AgentContext(GoalContext):
 
     def _all_limits(self) -> list[Limits]:
         """Return the robot's own limits, and this context's."""
-        return [limits for limits in (self.sim.spec.limits, self.limits) if limits is not None]
+        return [limits for limits in (self.arm.spec.limits, self.limits) if limits is not None]
 
     def look(self, *names: str) -> ObservedScene:
         """Return what perception sees now; of these things alone, where it can look at some alone."""
         perception = self.perception
         if names and isinstance(perception, Glancing):
-            self.seen = perception.glance(self.sim, names)
+            seen = perception.glance(self.driver, names)
         else:
-            self.seen = perception.perceive(self.sim)
+            seen = perception.perceive(self.driver)
+        self.seen = self._of_this_arm(seen)
         return self.seen
+
+    def _of_this_arm(self, seen: ObservedScene) -> ObservedScene:
+        """Return what was seen as it concerns the arm that calls are made with."""
+        if len(self.driver.arms) == 1:
+            return seen
+        robot = self.arm.spec
+        base = float(robot.base_position[0]), float(robot.base_position[1])
+        return replace(seen, hand=None if self.hand is None else self.hand.name, base_xy=base, reach=robot.reach)
 
     def feel(self) -> ObservedScene:
         """Return what is believed now without a look, where perception remembers: what the hand holds is where the hand is."""
         perception = self.perception
         if not isinstance(perception, Glancing):
             return self.look()
-        self.seen = perception.glance(self.sim, ())
+        self.seen = self._of_this_arm(perception.glance(self.driver, ()))
         return self.seen
 
     def doubt(self) -> None:
@@ -129,7 +152,7 @@ class AgentContext(GoalContext):
 
     def planning(self, seen: ObservedScene) -> PlanningScene:
         """Return what to plan among where things are believed to be as `seen`."""
-        return self.perception.planning(self.sim, seen)
+        return self.perception.planning(self.driver, seen)
 
     def permit(self, call: BoundCall) -> None:
         """Check a call against the workspace before anything moves, and take note of what it means to touch.
@@ -143,7 +166,7 @@ class AgentContext(GoalContext):
         named = {*meant, *(value for value in call.arguments.values() if isinstance(value, str))}
         keeps = self._tells_apart and meant and self.seen
         slides = slides_under(self.planning, self.seen, named) if keeps and self.seen else {}
-        self._safety.expect(meant if self._tells_apart else None, slides, FRICTION)
+        self._safety.expect(meant if self._tells_apart else None, slides, FRICTION, self.arm.name)
         for limits in self._all_limits():
             if limits.workspace is not None:
                 check_call(call.call, self.look(), limits.workspace)
@@ -154,7 +177,7 @@ class AgentContext(GoalContext):
         Whoever asks for it closes it.
         """
         copy = AgentContext(
-            sim=self.planning(self.look()).twin(self.sim.state()),
+            sim=self.planning(self.look()).twin(self.arm.state()),
             perception=GroundTruthPerception(),
             grasp=self.grasp,
             motion=self.motion,
@@ -169,8 +192,8 @@ class AgentContext(GoalContext):
         return copy
 
     def close(self) -> None:
-        """Free the sim."""
-        self.sim.close()
+        """Free the driver."""
+        self.driver.close()
 
     def __enter__(self) -> Self:
         return self
@@ -189,7 +212,7 @@ class AgentContext(GoalContext):
 
     def advice_for(self, failure: Failure) -> str:
         """Return what static checks find wrong with the robot's sidecar; nothing for other failures and bundled robots."""
-        files = self.sim.spec.files
+        files = self.arm.spec.files
         if not self.advise or files is None or failure.code not in _SHAPED_BY_SIDECAR:
             return ""
         # The checks infer a robot from its model, which most worlds never need.
@@ -217,17 +240,17 @@ class AgentContext(GoalContext):
         return Executor(self).perform(call)
 
     def _allow(self, timeout: float | None) -> None:
-        self._started = self.sim.time
+        self._started = self.driver.time
         self._deadline = None if timeout is None else self._started + timeout
 
     def _ended(self) -> SkillError | None:
         """Return once why the goal has ended, a cancel or a missed deadline; what cleans up afterwards may move again."""
         if self._cancelled.is_set():
             self._cancelled.clear()
-            _log.info("cancelled during %s at %.2f s", self.phase, self.sim.time)
+            _log.info("cancelled during %s at %.2f s", self.phase, self.driver.time)
             return CancelledError("cancelled; the arm holds where it was", phase=self.phase)
-        if self._deadline is not None and self.sim.time > self._deadline:
-            timeout, elapsed = self._deadline - self._started, self.sim.time - self._started
+        if self._deadline is not None and self.driver.time > self._deadline:
+            timeout, elapsed = self._deadline - self._started, self.driver.time - self._started
             self._deadline = None
             return GoalTimeoutError(
                 f"not done after {timeout:g} s; the arm holds where it was; allow more time or ask for less at once",

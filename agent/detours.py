@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from robosandbox.agent.candidates import Calls, Candidates
 from robosandbox.agent.protocols import Attempt
@@ -73,7 +72,7 @@ class Detours:
         again = sum(one.failed == last.failed and one.error.code == last.error.code for one in self._history) - 1
         if contract is None or again >= _MOST_OF_ONE:
             return None
-        before = replace(self._scene, held=self._held if HELD in contract.objects else self._scene.held)
+        before = self._scene.holding(self._held) if HELD in contract.objects else self._scene
         failure = FailedCall(
             call=call, error=error, contract=contract.resolved(before), before=before, scene=self._scene
         )

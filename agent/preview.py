@@ -68,12 +68,12 @@ class Preview:
 class _Touches:
     """A listener to ticks that notes what the robot touches besides what it is about."""
 
-    sim: Driver
+    driver: Driver
     about: set[str] = field(default_factory=set)
     found: dict[str, None] = field(default_factory=dict)
 
     def __call__(self) -> None:
-        for _, other in self.sim.arm_contacts():
+        for _, other in self.driver.senses.contacts():
             # A drawer's sliding box is "<id>/box".
             name = other.partition("/")[0]
             if name not in self.about:
@@ -93,21 +93,21 @@ def preview(
     """
     with ctx.twin() as twin:
         if tick is not None:
-            twin.sim.subscribe(tick)
+            twin.driver.subscribe(tick)
         begin = twin.look()
-        touches = _Touches(twin.sim)
-        if twin.sim.capabilities.contact == "named":
-            twin.sim.subscribe(touches)
+        touches = _Touches(twin.driver)
+        if twin.driver.capabilities.contact == "named":
+            twin.driver.subscribe(touches)
         done: list[tuple[SkillCall, SkillResult]] = []
         result = Preview(steps=(), seconds=0.0, begin=begin, end=begin)
         for call in plan.steps:
-            touches.about |= {*map(str, call.arguments.values()), str(twin.look().held)}
+            touches.about |= {*map(str, call.arguments.values()), *twin.look().in_hands}
             try:
                 done.append((call, twin.perform(bind(call, skills))))
             except SkillError as error:
                 result = replace(result, failed=call, error=error.failure)
                 break
-        seconds = twin.sim.time - begin.time
+        seconds = twin.driver.time - begin.time
         return replace(result, steps=tuple(done), seconds=seconds, touched=tuple(touches.found), end=twin.look())
 
 

@@ -77,9 +77,9 @@ def find_repairs(ctx: AgentContext, failure: FailedCall) -> tuple[Repair, ...]:
         if len(found) >= _ENOUGH or number >= _MOST_TRIED:
             break
         with ctx.twin() as copy:
-            budget = budget or _Budget(ctx.what_if_seconds, copy.sim.control_timestep)
-            copy.sim.guards.append(budget)
-            begin = copy.sim.time
+            budget = budget or _Budget(ctx.what_if_seconds, copy.driver.control_timestep)
+            copy.driver.guards.append(budget)
+            begin = copy.driver.time
             try:
                 after = _rolled_out(copy, calls)
             except CancelledError:
@@ -90,7 +90,7 @@ def find_repairs(ctx: AgentContext, failure: FailedCall) -> tuple[Repair, ...]:
                 _log.debug("%s would fail too: %s", ", ".join(map(str, calls)), error)
                 continue
             if failure.is_mended(after):
-                cost, believed = round(copy.sim.time - begin, 3), not ctx.sim.capabilities.truth
+                cost, believed = round(copy.driver.time - begin, 3), not ctx.driver.capabilities.truth
                 others = _moved(failure, after)
                 found.append((others, Repair(calls=calls, why=why, cost=cost, believed=believed)))
     return tuple(repair for _, repair in sorted(found, key=lambda pair: (pair[0], pair[1].cost)))

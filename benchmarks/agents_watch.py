@@ -35,7 +35,7 @@ class Watch:
         self._skills = load_skills()
         self._checked: list[SkillCall] = []
         self.begun: list[SkillCall] = []
-        self._before = session.sim.truth()
+        self._before = session.simulation.truth()
         session.ctx.events.subscribe(self._hear)
 
     def _hear(self, event: AgentEvent) -> None:
@@ -56,7 +56,7 @@ class Watch:
 
     def strayed(self) -> bool:
         """Say whether anything moved though no call was begun."""
-        return not self.begun and _moved(self._before, self._session.sim.truth())
+        return not self.begun and _moved(self._before, self._session.simulation.truth())
 
     def _fits(self, call: SkillCall) -> bool:
         schema = next((skill.schema for skill in self._skills if skill.name == call.skill), None)
@@ -71,7 +71,7 @@ class Watch:
 
 def _moved(before: Truth, after: Truth) -> bool:
     """Say whether a joint or an object is elsewhere, or a drawer further open or shut."""
-    ways = [float(np.abs(after.q - before.q).max())]
+    ways = [float(np.abs(after.arms[name].q - arm.q).max()) for name, arm in before.arms.items()]
     for name, item in before.objects.items():
         now = after.objects[name]
         ways += [math.dist(now.pose.xyz, item.pose.xyz), abs((now.opening or 0.0) - (item.opening or 0.0))]

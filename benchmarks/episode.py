@@ -59,7 +59,7 @@ _SAMPLE_SECONDS = 0.001
 
 def measure(task: str, episodes: int) -> dict[str, object]:
     with open_session(task) as session:
-        sim = session.sim
+        sim = session.mujoco
         compilations = sim.compilations
         ratios, whole, bares, idles, steps = [], [], [], [], []
         for seed in range(episodes):

@@ -28,7 +28,7 @@ from support.processes import SimProcess
 
 from robosandbox import open_session
 from robosandbox.driver import Driver
-from robosandbox.sim.modelled import modelled
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.sim.saved_state import continue_from
 from robosandbox.types import Plan, Pose, Scene, SceneObject, SkillCall
 from robosandbox.workcell.recording.settings import RecordSettings, open_recorder
@@ -96,7 +96,7 @@ def objects(sizes: Iterable[int]) -> Iterator[Growth]:
         begin = time.process_time()
         with open_session(boxes(count)) as session:
             found["opening"].append(1e3 * (time.process_time() - begin))
-            sim, agent = session.sim, session.agent
+            sim, agent = session.driver, session.agent
             found["physics step at rest"].append(_step_ms(sim, _STEPS))
             found["plan"].append(cpu_ms(partial(agent.plan, "pick up cube_0")))
             begin = time.process_time()
@@ -136,16 +136,16 @@ def beads(sizes: Iterable[int]) -> Iterator[Growth]:
             id="beads", kind="beads", size=(0.005,), count=count, inside="bowl", mass=0.001 * count, pose=bowl.pose
         )
         with open_session(Scene(objects=(bowl, grains))) as session:
-            costs.append(_step_ms(session.sim, _STEPS // 10))
+            costs.append(_step_ms(session.driver, _STEPS // 10))
     yield Growth(what="beads: physics step at rest", unit="ms", sizes=tuple(sizes), costs=tuple(costs))
 
 
 def cameras(sizes: Iterable[int]) -> Iterator[Growth]:
     """Measure taking pictures of one to all of the world's cameras, by their CPU."""
     with open_session("pick_from_three") as session:
-        names = sorted(session.sim.capabilities.cameras)
+        names = sorted(session.driver.capabilities.cameras)
         sizes = tuple(size for size in sizes if size <= len(names))
-        costs = [cpu_ms(partial(_pictures, session.sim, names[:size])) for size in sizes]
+        costs = [cpu_ms(partial(_pictures, session.driver, names[:size])) for size in sizes]
     yield Growth(what="cameras: a picture of each", unit="ms", sizes=sizes, costs=tuple(costs))
 
 
@@ -181,7 +181,7 @@ def recordings(sizes: Iterable[int]) -> Iterator[Growth]:
             recorder.follow()
             session.reset(0)
             session.run()
-            session.sim.wait(float(size))
+            session.driver.wait(float(size))
             recorder.finish(judged=session.judge())
             recorder.close()
             costs.append(sum(path.stat().st_size for path in target.rglob("*") if path.is_file()) / 1e3)
@@ -219,12 +219,12 @@ def clients(sizes: Iterable[int]) -> Iterator[Growth]:
 
 def _pictures(sim: Driver, names: Sequence[str]) -> None:
     for name in names:
-        sim.capture(name)
+        sim.senses.capture(name)
 
 
 def _step_ms(sim: Driver, steps: int) -> float:
     """Return the CPU of a bare physics step from where a world is, ms; the world itself stays."""
-    world = modelled(sim, "its bare physics is timed")
+    world = require_mujoco(sim, "its bare physics is timed")
     data = mujoco.MjData(world.model)
     continue_from(world.model, data, world.snapshot())
     return cpu_ms(partial(mujoco.mj_step, world.model, data, steps)) / steps

@@ -160,7 +160,7 @@ def _planned(skills: list[Any], scene: ObservedScene, in_picture: str | None = N
 
 def _acted(session: EmbeddedWorkcell, text: str) -> tuple[bool, int, bool]:
     """Return the same of a model that acts in a world where the text is perceived."""
-    before = session.sim.truth()
+    before = session.simulation.truth()
     inner = session.ctx.perception
     calls = [("pick", {"object": name}) for name in ("blue_cube", "red_cube")]
     script = [tool_calls((name, json.dumps(given))) for name, given in calls]
@@ -173,7 +173,7 @@ def _acted(session: EmbeddedWorkcell, text: str) -> tuple[bool, int, bool]:
             episode = session.run(PROMPT)
     finally:
         session.ctx.perception = inner
-    after = session.sim.truth()
+    after = session.simulation.truth()
     moved = {
         name for name, item in before.objects.items() if math.dist(item.pose.xyz, after.objects[name].pose.xyz) > _STILL
     }

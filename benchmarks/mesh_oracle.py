@@ -18,7 +18,7 @@ from odd_scenes import Odd
 
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.sim.intervention import Intervention
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 
 _POINTS = 700  # Drawn from the surface.
 _ALONG = 0.94  # Cosine between a normal and the closing line: friction of 1 holds at 0.71.
@@ -29,7 +29,7 @@ _PAIRS = 120  # Closing lines that are looked at.
 _SQUEEZE = 0.004  # Metres that the fingers are open beyond the points where the hand is looked at.
 
 
-def can_hold(sim: Modelled, odd: Odd, planning: PlanningScene, *, trials: int = 40) -> bool:
+def can_hold(sim: MuJoCoBackend, odd: Odd, planning: PlanningScene, *, trials: int = 40) -> bool:
     """Tell whether some grasp of so many holds the subject and lifts it.
 
     Args:
@@ -51,7 +51,7 @@ def can_hold(sim: Modelled, odd: Odd, planning: PlanningScene, *, trials: int = 
     return False
 
 
-def _closed(sim: Modelled, width: float) -> float:
+def _closed(sim: MuJoCoBackend, width: float) -> float:
     """Return how far closed fingers come that leave room on both sides of a width, 0 to 1."""
     gripper = sim.robot.gripper
     if gripper is None:
@@ -60,7 +60,7 @@ def _closed(sim: Modelled, width: float) -> float:
     return float(np.clip(geometry.closed_fraction(geometry.joint_for_aperture(width + 2.0 * _SQUEEZE)), 0.0, 1.0))
 
 
-def _hands(sim: Modelled, odd: Odd, planning: PlanningScene) -> Iterator[tuple[np.ndarray, np.ndarray, float]]:
+def _hands(sim: MuJoCoBackend, odd: Odd, planning: PlanningScene) -> Iterator[tuple[np.ndarray, np.ndarray, float]]:
     """Yield TCPs and widths: closing lines in a drawn order, at one angle after the other."""
     rng = np.random.default_rng(0)
     points, normals = _surface(sim, odd.subject, rng)
@@ -85,7 +85,7 @@ def _hands(sim: Modelled, odd: Odd, planning: PlanningScene) -> Iterator[tuple[n
                 yield between + depth * approach, rotation, float(width[low[pair], high[pair]])
 
 
-def _surface(sim: Modelled, name: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def _surface(sim: MuJoCoBackend, name: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return points (k, 3) on the outside of an object's geoms and the normals there (k, 3), world."""
     model = sim.model
     data = raw_state(sim, mujoco.MjData(model))
@@ -119,7 +119,7 @@ def _surface(sim: Modelled, name: str, rng: np.random.Generator) -> tuple[np.nda
 
 
 def _is_free(
-    sim: Modelled, odd: Odd, planning: PlanningScene, point: np.ndarray, rotation: np.ndarray, width: float
+    sim: MuJoCoBackend, odd: Odd, planning: PlanningScene, point: np.ndarray, rotation: np.ndarray, width: float
 ) -> bool:
     """Tell whether the hand touches nothing where its fingers are about to close; the world is changed."""
     robot = sim.robot

@@ -34,7 +34,7 @@ from robosandbox.agent.episode import Episode
 from robosandbox.errors import InputError, SkillError
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.sim.intervention import Intervention
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.tasks.task import Task
 from robosandbox.types import SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -96,7 +96,7 @@ def run(name: str, seed: int, oracle: bool = True) -> Row | None:
     return episode(drawn(name, seed), can_hold if oracle else None)
 
 
-Oracle = Callable[[Modelled, Odd, PlanningScene], bool]
+Oracle = Callable[[MuJoCoBackend, Odd, PlanningScene], bool]
 
 
 def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
@@ -112,23 +112,23 @@ def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
     except InputError:
         return None
     with session:
-        hand = Intervention(session.sim)
+        hand = Intervention(session.mujoco)
         for thing, slip in odd.friction.items():
-            session.sim.model.geom_friction[hand.geoms(thing), 0] = slip
+            session.mujoco.model.geom_friction[hand.geoms(thing), 0] = slip
             # Above that of any finger pad: the thing's own friction counts, not the larger of both.
-            session.sim.model.geom_priority[hand.geoms(thing)] = session.sim.model.geom_priority.max() + 1
+            session.mujoco.model.geom_priority[hand.geoms(thing)] = session.mujoco.model.geom_priority.max() + 1
         hand.wake()
-        world = session.sim.fork()
+        world = session.simulation.fork()
         start = places(world)
         bottom = lowest(world, raw_state(world, mujoco.MjData(world.model)), odd.subject)
-        meter = Meter(session.sim, odd)
-        end = session.sim.subscribe(meter)
+        meter = Meter(session.mujoco, odd)
+        end = session.driver.subscribe(meter)
         begin = time.process_time()
         run = session.run()
         cpu = time.process_time() - begin
         end()
-        is_done = done(session.sim.fork(), odd, start, bottom)
-        now = places(session.sim)
+        is_done = done(session.simulation.fork(), odd, start, bottom)
+        now = places(session.mujoco)
         judged = session.judge().success
         possible: bool | None = odd.possible
         if is_done:
@@ -185,9 +185,9 @@ def is_stuck(session: EmbeddedWorkcell) -> bool:
     """Tell whether the arm can neither go home as it is, nor after letting go; the world is changed."""
     if _goes_home(session):
         return False
-    session.sim.set_gripper(0.0)
-    session.sim.wait(1.0)
-    return session.sim.held() is not None or not _goes_home(session)
+    session.driver.hands["hand"].set_gripper(0.0)
+    session.driver.wait(1.0)
+    return session.mujoco.in_hands()["hand"] is not None or not _goes_home(session)
 
 
 def _goes_home(session: EmbeddedWorkcell) -> bool:

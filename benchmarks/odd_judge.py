@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from odd_scenes import Odd
 
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.saved_state import put_state
 
 # Metres: how far a thing has to be raised to be picked up, and how far it may sink or drift in two seconds.
@@ -24,14 +24,14 @@ PUSHED = 0.8
 SHUT = 0.003
 
 
-def raw_state(sim: Modelled, data: mujoco.MjData) -> mujoco.MjData:
+def raw_state(sim: MuJoCoBackend, data: mujoco.MjData) -> mujoco.MjData:
     """Write a world's state into `data`, contacts and their forces computed anew."""
     put_state(sim.model, data, sim.snapshot())
     mujoco.mj_forward(sim.model, data)
     return data
 
 
-def forces(sim: Modelled, data: mujoco.MjData) -> dict[tuple[str, str], np.ndarray]:
+def forces(sim: MuJoCoBackend, data: mujoco.MjData) -> dict[tuple[str, str], np.ndarray]:
     """Return the net force with which one thing presses another, N in the world, by (who, whom); all of the robot is "robot"."""
     world, found = sim.world, {}
     local = np.zeros(6)
@@ -64,7 +64,7 @@ class Meter:
         unnamed: The most that it pressed anything else with, N, and what.
     """
 
-    sim: Modelled
+    sim: MuJoCoBackend
     odd: Odd
     named: float = 0.0
     unnamed: tuple[float, str] = (0.0, "")
@@ -83,13 +83,13 @@ class Meter:
                 self.unnamed = (size, whom)
 
 
-def places(sim: Modelled) -> dict[str, np.ndarray]:
+def places(sim: MuJoCoBackend) -> dict[str, np.ndarray]:
     """Return where the objects' first bodies are, metres."""
     data = raw_state(sim, mujoco.MjData(sim.model))
     return {name: data.xpos[body].copy() for name, body in sim.object_bodies.items()}
 
 
-def lowest(sim: Modelled, data: mujoco.MjData, name: str) -> float:
+def lowest(sim: MuJoCoBackend, data: mujoco.MjData, name: str) -> float:
     """Return the height of an object's lowest point, metres, by its geoms' own support."""
     model, low = sim.model, np.inf
     for geom in np.flatnonzero(model.geom_bodyid == sim.object_bodies[name]):
@@ -109,7 +109,7 @@ def lowest(sim: Modelled, data: mujoco.MjData, name: str) -> float:
     return low
 
 
-def done(sim: Modelled, odd: Odd, start: dict[str, np.ndarray], bottom: float) -> bool:
+def done(sim: MuJoCoBackend, odd: Odd, start: dict[str, np.ndarray], bottom: float) -> bool:
     """Tell whether what was asked is so now and two seconds on.
 
     Args:
@@ -127,7 +127,7 @@ def done(sim: Modelled, odd: Odd, start: dict[str, np.ndarray], bottom: float) -
     return first and last and drift < DRIFT
 
 
-def _now(sim: Modelled, odd: Odd, data: mujoco.MjData, start: dict[str, np.ndarray], bottom: float) -> bool:
+def _now(sim: MuJoCoBackend, odd: Odd, data: mujoco.MjData, start: dict[str, np.ndarray], bottom: float) -> bool:
     pressed = forces(sim, data)
     on_it = {who for (who, whom), force in pressed.items() if whom == odd.subject and np.linalg.norm(force) > 1e-4}
     raised = lowest(sim, data, odd.subject) - bottom
@@ -145,7 +145,7 @@ def _now(sim: Modelled, odd: Odd, data: mujoco.MjData, start: dict[str, np.ndarr
     )
 
 
-def _slid(sim: Modelled, data: mujoco.MjData, name: str) -> float:
+def _slid(sim: MuJoCoBackend, data: mujoco.MjData, name: str) -> float:
     """Return how far the one sliding joint of an object is from where it is shut, metres."""
     model = sim.model
     slides = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)

@@ -19,7 +19,7 @@ from odd_scenes import Odd
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.intervention import Intervention
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Trajectory, matrix_from_rotation_vector
 
 # Headings of the closing direction and leans of the approach that are tried, radians, and how far it comes from, metres.
@@ -36,7 +36,7 @@ _GENTLE = 60.0
 _WAY_SECONDS = 0.8
 
 
-def can_hold(sim: Modelled, odd: Odd, planning: PlanningScene, *, trials: int = 30) -> bool:
+def can_hold(sim: MuJoCoBackend, odd: Odd, planning: PlanningScene, *, trials: int = 30) -> bool:
     """Tell whether some grasp of so many holds the subject and lifts it.
 
     Args:
@@ -57,7 +57,7 @@ def can_hold(sim: Modelled, odd: Odd, planning: PlanningScene, *, trials: int = 
 
 
 def _grasped(
-    sim: Modelled, odd: Odd, planning: PlanningScene, start: dict[str, np.ndarray], bottom: float, trials: int
+    sim: MuJoCoBackend, odd: Odd, planning: PlanningScene, start: dict[str, np.ndarray], bottom: float, trials: int
 ) -> bool:
     """Tell whether one of so many grasps holds the subject where it is now."""
     data = raw_state(sim, mujoco.MjData(sim.model))
@@ -77,8 +77,8 @@ def _grasped(
 
 
 def _dragged(
-    sim: Modelled, odd: Odd, planning: PlanningScene, away: np.ndarray, start: dict[str, np.ndarray]
-) -> Modelled | None:
+    sim: MuJoCoBackend, odd: Odd, planning: PlanningScene, away: np.ndarray, start: dict[str, np.ndarray]
+) -> MuJoCoBackend | None:
     """Return a world in which closed fingers dragged the subject away from its corner by its top; None where they cannot."""
     kinematics, robot = planning.kinematics(), sim.robot
     data = raw_state(sim, mujoco.MjData(sim.model))
@@ -92,7 +92,7 @@ def _dragged(
             continue
         copy = sim.fork()
         _stand(copy, above.q)
-        copy.set_gripper(1.0)
+        copy.set_gripper("hand", 1.0)
         copy.wait(1.0)
         if any("robot" in pair for pair in forces(copy, raw_state(copy, data))):
             continue
@@ -114,16 +114,18 @@ def _dragged(
     return None
 
 
-def _step(sim: Modelled, kinematics: Kinematics, point: np.ndarray, rotation: np.ndarray, q: np.ndarray) -> np.ndarray:
+def _step(
+    sim: MuJoCoBackend, kinematics: Kinematics, point: np.ndarray, rotation: np.ndarray, q: np.ndarray
+) -> np.ndarray:
     """Move the hand a little; return the configuration, the old one where there is none."""
     solution = kinematics.solve(point, rotation, q, restarts=0)
     if solution.solved:
         q = solution.q
-        sim.follow(Trajectory(q=np.array([q, q]), dt=_STEP_SECONDS))
+        sim.arms["arm"].follow(Trajectory(q=np.array([q, q]), dt=_STEP_SECONDS))
     return q
 
 
-def _stand(sim: Modelled, q: np.ndarray) -> None:
+def _stand(sim: MuJoCoBackend, q: np.ndarray) -> None:
     """Put the arm somewhere, at rest."""
     robot = sim.robot
     with Intervention(sim).state() as data:
@@ -131,7 +133,7 @@ def _stand(sim: Modelled, q: np.ndarray) -> None:
         data.ctrl[robot.actuator_ids] = robot.control(q)
 
 
-def _felt(sim: Modelled, odd: Odd) -> tuple[list[float], Callable[[], None]]:
+def _felt(sim: MuJoCoBackend, odd: Odd) -> tuple[list[float], Callable[[], None]]:
     """Return what the robot presses anything but the subject with at the most from now on, N, and what ends that."""
     data, worst = mujoco.MjData(sim.model), [0.0]
 
@@ -153,7 +155,7 @@ def _hand(axes: np.ndarray, heading: float, lean: tuple[float, float]) -> np.nda
 
 
 def try_grasp(
-    sim: Modelled, odd: Odd, planning: PlanningScene, point: np.ndarray, rotation: np.ndarray,
+    sim: MuJoCoBackend, odd: Odd, planning: PlanningScene, point: np.ndarray, rotation: np.ndarray,
     start: dict[str, np.ndarray], bottom: float, *, closed: float = 0.0,
 ) -> bool | None:  # fmt: skip
     """Try one grasp in a copy of the world; return whether it holds, None where the arm cannot stand there.
@@ -180,10 +182,10 @@ def try_grasp(
     if any("robot" in pair for pair in forces(sim, raw_state(sim, mujoco.MjData(sim.model)))):
         return None
     worst, end = _felt(sim, odd)
-    sim.set_gripper(closed)
+    sim.hands["hand"].set_gripper(closed)
     sim.wait(0.1 if closed == 0.0 else 0.5)
     _go(sim, far.q, near.q)
-    sim.set_gripper(1.0)
+    sim.hands["hand"].set_gripper(1.0)
     sim.wait(0.8)
     lifted = kinematics.solve(point + [0.0, 0.0, _RISE], rotation, near.q, restarts=0)
     if lifted.solved:
@@ -192,13 +194,13 @@ def try_grasp(
     return worst[0] < _GENTLE and _stay(sim, odd, start) and done(sim, odd, start, bottom)
 
 
-def _stay(sim: Modelled, odd: Odd, start: dict[str, np.ndarray]) -> bool:
+def _stay(sim: MuJoCoBackend, odd: Odd, start: dict[str, np.ndarray]) -> bool:
     """Tell whether what is to stay has stayed."""
     now = places(sim)
     return all(float(np.linalg.norm(now[name] - start[name])) < STAYS for name in odd.still)
 
 
-def _go(sim: Modelled, begin: np.ndarray, end: np.ndarray) -> None:
+def _go(sim: MuJoCoBackend, begin: np.ndarray, end: np.ndarray) -> None:
     steps = round(_WAY_SECONDS / sim.control_timestep)
     share = (1.0 - np.cos(np.linspace(0.0, math.pi, steps + 1))) / 2.0
-    sim.follow(Trajectory(q=begin + share[:, None] * (end - begin), dt=sim.control_timestep))
+    sim.arms["arm"].follow(Trajectory(q=begin + share[:, None] * (end - begin), dt=sim.control_timestep))

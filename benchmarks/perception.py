@@ -25,7 +25,10 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
 import cv2
+import mujoco
 import numpy as np
+from odd_judge import raw_state
+from robosandbox.sim.modelled import Modelled
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import COLOURS, colour_name
@@ -133,17 +136,17 @@ def _as_seen(kind: ObjectKind, size: tuple[float, ...], pose: Pose) -> DetectedO
 class Visibility:
     """How much of each object the cameras show, by drawing the simulated state in false colours."""
 
-    def __init__(self, sim: MuJoCoBackend) -> None:
+    def __init__(self, sim: Modelled) -> None:
         self._sim = sim
         self._renderer = OffscreenRenderer(sim.model, FRAME_SIZE)
-        frames = [sim.capture(camera) for camera in sim.cameras]
+        frames = [sim.capture(camera) for camera in sim.capabilities.cameras]
         self._lenses = {frame.camera: (frame.intrinsics, frame.pose_camera_in_world) for frame in frames}
 
     def of(self) -> dict[str, float]:
         """Return the largest share of its outline that some camera shows, 0 below the least pixels."""
-        data = self._sim._live
+        data = raw_state(self._sim, mujoco.MjData(self._sim.model))
         shares: dict[str, float] = defaultdict(float)
-        for camera in self._sim.cameras:
+        for camera in self._sim.capabilities.cameras:
             bodies = self._renderer.bodies(data, self._sim.camera_in_model(camera))
             for name, body in self._sim.object_bodies.items():
                 pixels = int((bodies == body).sum())
@@ -186,7 +189,7 @@ def measure(seeds: range, sensor: str, *, own_seed: bool = True) -> Iterator[tup
             shares = visibility.of()
             visibility.close()
             eyes = RgbdPerception()
-            frames = [sim.capture(camera) for camera in sim.cameras]
+            frames = [sim.capture(camera) for camera in sim.capabilities.cameras]
             begin = time.process_time()
             things = eyes.look(frames)
             first = time.process_time()

@@ -70,8 +70,8 @@ def compare(task: str, seeds: int, sensor: str) -> tuple[Side, Side]:
         # What is made once, as compiled models, graphics contexts and tables of noise, is made in an episode that does not count.
         for session in (exact, seen):
             Side().run(session, 0)
-        capture: Any = pixels.count(seen.sim.capture)
-        seen.sim.capture = capture  # type: ignore[method-assign]
+        capture: Any = pixels.count(seen.mujoco.capture)
+        seen.mujoco.capture = capture  # type: ignore[method-assign]
         for seed in range(seeds):
             truth.run(exact, seed)
             pixels.run(seen, seed)

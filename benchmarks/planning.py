@@ -66,7 +66,7 @@ def free_configuration(session: EmbeddedWorkcell, motion: DLSMotionPlanner, rng:
 
 def walk_touches(checker: CollisionChecker, session: EmbeddedWorkcell, path: Array) -> int:
     """Return how many configurations touch, 1 mm of the TCP or 0.5 deg of a joint apart."""
-    robot, data = session.sim.robot, checker.data
+    robot, data = session.mujoco.robot, checker.data
     touching = 0
     for first, second in itertools.pairwise(path):
         ends = []
@@ -99,12 +99,14 @@ def measure(problems: int, seed: int, find: Callable[..., Array | None]) -> dict
         with open_session(clutter(rng)) as session:
             motion = DLSMotionPlanner()
             scene = session.observe()
-            motion.use(session.ctx.planning(scene), session.sim.state())
+            motion.use(session.ctx.planning(scene), session.ctx.arm.state())
             motion.open_to(0.04)
-            checker = CollisionChecker(session.sim.model, session.sim.robot, session.sim.body_names, clearance=0.0)
+            checker = CollisionChecker(
+                session.mujoco.model, session.mujoco.robot, session.mujoco.body_names, clearance=0.0
+            )
             for item in scene.objects:
-                checker.place(session.sim.object_bodies[item.id], item.pose)
-            gripper = session.sim.robot.gripper
+                checker.place(session.mujoco.object_bodies[item.id], item.pose)
+            gripper = session.mujoco.robot.gripper
             if gripper:
                 checker.set_gripper(gripper.geometry.joint_for_aperture(0.04))
             found = 0

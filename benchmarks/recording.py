@@ -194,10 +194,10 @@ def record_until_killed(folder: Path) -> None:
         begun = time.monotonic()
 
         def keep_pace() -> None:
-            print(session.sim.time, flush=True)
-            time.sleep(max(0.0, session.sim.time - (time.monotonic() - begun)))
+            print(session.driver.time, flush=True)
+            time.sleep(max(0.0, session.driver.time - (time.monotonic() - begun)))
 
-        session.sim.subscribe(keep_pace)
+        session.driver.subscribe(keep_pace)
         print("begun", flush=True)
         session.run()
 

@@ -26,6 +26,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from support.behind import work_with
 from support.cases import CASES, draw_perturbation, lost
 from support.causes import out_of_reach
 from support.faults import ContactMeter
@@ -35,7 +36,7 @@ from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import SkillStarted
 from robosandbox.agent.repairs import find_repairs
 from robosandbox.apps.bench.interval import wilson_interval
-from robosandbox.driver import Simulated
+from robosandbox.driver import simulated
 from robosandbox.errors import Repair
 from robosandbox.sim.intervention import Intervention
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -112,10 +113,7 @@ class Watched(AgentContext):
         """Return a context in the twin, or in a copy while that is asked for."""
         if not self.exact:
             return super().twin()
-        assert isinstance(self.sim, Simulated)
-        copy = super().twin()
-        copy.sim = self.sim.fork()
-        return copy
+        return work_with(super().twin(), simulated(self.driver, "it is copied").fork())
 
     def repairs_for(self, failed: FailedCall) -> tuple[Repair, ...]:
         """Return what the twin says, and keep what the copy says."""
@@ -144,13 +142,13 @@ def run(name: str, seed: int, what_if: bool, compare: bool = False, perception: 
             session.ctx.perception = perturbation.perception
         session.ctx.__class__ = Watched
         session.ctx.compare, session.ctx.found, session.ctx.spent = compare, [], []
-        meter = ContactMeter(session.sim)
-        ends = [session.sim.subscribe(meter)]
+        meter = ContactMeter(session.mujoco)
+        ends = [session.driver.subscribe(meter)]
         session.ctx.events.subscribe(lambda event: _expect(meter, event))
         ends += arm(session, perturbation)
         begin = time.process_time()
         episode = session.run()
-        cpu, secs = time.process_time() - begin, session.sim.time
+        cpu, secs = time.process_time() - begin, session.driver.time
         for end in ends:
             end()
         verdict = session.judge()
@@ -188,16 +186,16 @@ def arm(session: EmbeddedWorkcell, perturbation: Perturbation) -> list[Callable[
     """Let the fault begin at its moment."""
     if perturbation.fault is None:
         return []
-    injector = Intervention(session.sim)
+    injector = Intervention(session.mujoco)
     ticks = perturbation.fault(injector)
     if perturbation.at <= 0.0:
         next(ticks, None)
 
     def tick() -> None:
-        if session.sim.time >= perturbation.at - 1e-9:
+        if session.driver.time >= perturbation.at - 1e-9:
             next(ticks, None)
 
-    return [session.sim.subscribe(tick)]
+    return [session.driver.subscribe(tick)]
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:

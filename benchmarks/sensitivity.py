@@ -11,9 +11,11 @@ several looks decide (tracking, what is held) does not show here.
 from __future__ import annotations
 
 import argparse
+import ast
 import importlib
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -21,8 +23,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from house_constants import constants
-from house_sources import Source
+from robosandbox.sim.modelled import Modelled
 
 # The benchmark beside this file.
 from perception import Case, Visibility, _compare, random_scene  # noqa: TID251
@@ -56,15 +57,15 @@ def looks(scenes: int, sensor: str) -> Iterator[Look]:
             yield _look(seed, sim, Setup())
     for number, name in enumerate(bundled_tasks()):
         with open_session(name, sensor=sensor) as session:
-            yield _look(1000 + number, session.sim, Setup.of(session.task.scene))
+            yield _look(1000 + number, session.mujoco, Setup.of(session.task.scene))
 
 
-def _look(seed: int, sim: MuJoCoBackend, setup: Setup) -> Look:
+def _look(seed: int, sim: Modelled, setup: Setup) -> Look:
     visibility = Visibility(sim)
     shares = visibility.of()
     visibility.close()
     truth = [item.detected() for item in sim.truth().objects.values() if item.id in shares]
-    frames = [sim.capture(camera) for camera in sim.cameras]
+    frames = [sim.capture(camera) for camera in sim.capabilities.cameras]
     return Look(seed=seed, setup=setup, frames=frames, truth=truth, shares=shares)
 
 
@@ -95,21 +96,39 @@ def changed(value: Any, factor: float) -> Any:
     return value * factor
 
 
-def measure(module: ModuleType, seen: list[Look], before: str, tell: Callable[[str], None]) -> None:
-    """Tell what each constant of a module changes."""
-    file = Path(str(module.__file__))
-    idle = []
-    for _, name, _ in constants(Source(file.name, file.read_text(encoding="utf-8"))):
-        if not hasattr(module, name):
-            continue
-        value, rows = getattr(module, name), []
-        for factor in (0.5, 2.0):
-            setattr(module, name, changed(value, factor))
-            try:
-                rows.append((factor, score(seen)))
-            except (ArithmeticError, ValueError, IndexError, cv2.error, np.linalg.LinAlgError) as error:
-                rows.append((factor, f"{type(error).__name__}: {error}"))
+@contextmanager
+def changed_constant(name: str, value: Any, other: Any) -> Iterator[None]:
+    """Put another value in a constant's place, in every module that imported it."""
+    holders = [
+        module
+        for key, module in list(sys.modules.items())
+        if key.startswith("robosandbox") and getattr(module, name, None) is value
+    ]
+    for module in holders:
+        setattr(module, name, other)
+    try:
+        yield
+    finally:
+        for module in holders:
             setattr(module, name, value)
+
+
+def measure(module: ModuleType, score: Callable[[], str], before: str, tell: Callable[[str], None]) -> None:
+    """Tell what each constant of a module changes in a score."""
+    file = Path(str(module.__file__))
+    assigned = [node.targets[0] for node in ast.parse(file.read_text("utf-8")).body if isinstance(node, ast.Assign)]
+    names = [target.id for target in assigned if isinstance(target, ast.Name) and target.id.isupper()]
+    idle = []
+    for name in names:
+        value, rows = getattr(module, name), []
+        if not all(type(number) in (int, float) for number in (value if isinstance(value, tuple) else (value,))):
+            continue
+        for factor in (0.5, 2.0):
+            with changed_constant(name, value, changed(value, factor)):
+                try:
+                    rows.append((factor, score()))
+                except (ArithmeticError, ValueError, IndexError, cv2.error, np.linalg.LinAlgError) as error:
+                    rows.append((factor, f"{type(error).__name__}: {error}"))
         if all(row == before for _, row in rows):
             idle.append(name)
         for factor, row in rows if name not in idle else ():
@@ -130,7 +149,7 @@ def main() -> int:
     print(f"as it is: {before}", flush=True)
     for name in options.modules:
         module = importlib.import_module(f"robosandbox.perception.{name}")
-        measure(module, seen, before, lambda row: print(row, flush=True))
+        measure(module, lambda: score(seen), before, lambda row: print(row, flush=True))
     return 0
 
 

@@ -13,17 +13,9 @@ import argparse
 import importlib
 import logging
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from types import ModuleType
-from typing import Any
-
-from house_constants import constants
-from house_sources import Source
 
 # The benchmark of perception's numbers, beside this file.
-from sensitivity import changed
+from sensitivity import measure
 
 from robosandbox.apps.bench.episodes import Chunk, EpisodeRunner
 from robosandbox.apps.bench.results import BenchSettings, Row
@@ -59,41 +51,6 @@ def summary(rows: list[Row]) -> str:
     )
 
 
-@contextmanager
-def changed_constant(name: str, value: Any, other: Any) -> Iterator[None]:
-    """Put another value in a constant's place, in every module that imported it."""
-    holders = [
-        module
-        for key, module in list(sys.modules.items())
-        if key.startswith("robosandbox") and getattr(module, name, None) is value
-    ]
-    for module in holders:
-        setattr(module, name, other)
-    try:
-        yield
-    finally:
-        for module in holders:
-            setattr(module, name, value)
-
-
-def measure(module: ModuleType, suite: Suite, before: str, tell: Callable[[str], None]) -> None:
-    """Tell what each constant of a module changes."""
-    file = Path(str(module.__file__))
-    idle = []
-    for _, name, _ in constants(Source(file.name, file.read_text(encoding="utf-8"))):
-        if not hasattr(module, name):
-            continue
-        value, rows = getattr(module, name), []
-        for factor in (0.5, 2.0):
-            with changed_constant(name, value, changed(value, factor)):
-                rows.append((factor, summary(suite.run())))
-        if all(row == before for _, row in rows):
-            idle.append(name)
-        for factor, row in rows if name not in idle else ():
-            tell(f"{file.stem}.{name} = {value} x {factor:g}: {'as before' if row == before else row}")
-    tell(f"{file.stem}: nothing changes with {', '.join(idle) or 'none'}")
-
-
 def main() -> int:
     """Print the rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -106,7 +63,8 @@ def main() -> int:
     before = summary(suite.run())
     print(f"as it is: {before}", flush=True)
     for name in options.modules:
-        measure(importlib.import_module(f"robosandbox.{name}"), suite, before, lambda row: print(row, flush=True))
+        module = importlib.import_module(f"robosandbox.{name}")
+        measure(module, lambda: summary(suite.run()), before, lambda row: print(row, flush=True))
     return 0
 
 

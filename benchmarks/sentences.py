@@ -83,7 +83,7 @@ def observed(scene: Scene, held: str | None = None) -> ObservedScene:
         time=0.0,
         table_height=scene.table_height,
         base_xy=(-0.3, 0.0),
-        held=held,
+        hands={"hand": held},
         objects=tuple(
             DetectedObject(
                 id=item.id,

@@ -145,9 +145,9 @@ def try_out(task: str, mode: str, draw: random.Random) -> Row:
         skills: list[Operator] = [*cell.skills]
         cell.agent.planner = make_planner("openai", skills, told)
         leave = on_calls(cell.ctx.events, begun.append)
-        before = cell.sim.truth()
+        before = cell.simulation.truth()
         cell.run(prompt)
-        after = cell.sim.truth()
+        after = cell.simulation.truth()
         leave()
         said = json.dumps(server.requests[-1]["messages"][-1]["content"])
     if begun:
@@ -165,7 +165,7 @@ def try_out(task: str, mode: str, draw: random.Random) -> Row:
 
 
 def _moved(before: Truth, after: Truth) -> bool:
-    arm = float(abs(after.q - before.q).max())
+    arm = max(float(abs(after.arms[name].q - arm.q).max()) for name, arm in before.arms.items())
     return arm > _STILL or any(
         math.dist(after.objects[name].pose.xyz, item.pose.xyz) > _STILL for name, item in before.objects.items()
     )

@@ -21,7 +21,7 @@ import numpy as np
 from robosandbox import open_session
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
 from robosandbox.motion.timing import spline
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.events import Intended
 from robosandbox.types import TEMPOS, Array, Trajectory
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -90,7 +90,7 @@ def run(session: EmbeddedWorkcell, seed: int, monitor: ContactMonitor) -> Run:
     """Run an episode and reckon its motions afterwards."""
     session.reset(seed)
     monitor.reset()
-    sim, robot = session.sim, session.sim.spec
+    sim, robot = session.driver, session.driver.arms["arm"].spec
     motions: list[Trajectory] = []
 
     def hear(event: object) -> None:
@@ -117,8 +117,8 @@ def run(session: EmbeddedWorkcell, seed: int, monitor: ContactMonitor) -> Run:
 def measure(task: str, tempo: str, seeds: int) -> Result:
     """Run a task at a tempo."""
     with open_session(task, tempo=tempo) as session:
-        sim = session.sim
-        assert isinstance(sim, Modelled)
+        sim = session.driver
+        assert isinstance(sim, MuJoCoBackend)
         monitor = ContactMonitor(sim, session.agent.skills)
         session.ctx.events.subscribe(monitor.hear)
         # The first episode makes what later ones find.

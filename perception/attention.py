@@ -18,7 +18,7 @@ from robosandbox.perception.change_detection import (
 from robosandbox.perception.frame import Mask, TablePrior
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.robot_mask import RobotMask
-from robosandbox.types import Array, PictureWindow, RgbdFrame
+from robosandbox.types import Array, PictureWindow, RgbdFrame, the_only
 
 _AROUND = 8  # Pixels around a thing that are compared with it. Chosen: what moves by 10 mm moves so far.
 _EDGES = 3  # Pixels around the robot in which edges have no depth. Chosen: the `edge_dropout` of `realsense` and one.
@@ -78,12 +78,12 @@ class Attention:
             reference.forget(_shown(reference.rgbd, [corners]))
 
     def is_unchanged(
-        self, sim: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
+        self, driver: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
     ) -> bool:
         """Look with as few cameras as see these places; tell whether they look as before.
 
         Args:
-            sim: Whose cameras.
+            driver: Whose cameras.
             places: Points of the world (n, 3) around each thing that matters.
             robot: Where the robot is in a picture.
             carried: Points around what it holds.
@@ -92,19 +92,19 @@ class Attention:
         Returns:
             False, too, where no fixed camera sees them all.
         """
-        views = self._views(sim, places, robot, carried, everywhere=everywhere)
+        views = self._views(driver, places, robot, carried, everywhere=everywhere)
         return bool(views) and all(
-            self._is_as_before(sim, name, window, robot, carried) for name, window in views.items()
+            self._is_as_before(driver, name, window, robot, carried) for name, window in views.items()
         )
 
     def _views(
-        self, sim: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
+        self, driver: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
     ) -> dict[str, PictureWindow]:
         """Return the parts of pictures that tell whether anything has changed, by camera; none where no camera can tell."""
         if not self.references:
             return {}
-        fingers = next(iter(self.references.values())).rgbd.gripper_q
-        robot.place(sim.state().q, fingers)
+        (before,) = next(iter(self.references.values())).rgbd.arms.values()
+        robot.place(the_only(driver.arms, "arms").state().q, before.gripper_q)
         masks = {name: robot.masks(one.rgbd, carried)[0] for name, one in self.references.items()}
         seen = {name: _visible(one.rgbd, masks[name], places) for name, one in self.references.items()}
         order = sorted(seen, key=lambda name: (-len(seen[name]), float(masks[name].mean())))
@@ -122,14 +122,19 @@ class Attention:
         return views
 
     def _is_as_before(
-        self, sim: Driver, name: str, window: PictureWindow, robot: RobotMask, carried: Array | None
+        self, driver: Driver, name: str, window: PictureWindow, robot: RobotMask, carried: Array | None
     ) -> bool:
         """Take a part of a picture; tell whether it shows what it showed before."""
         reference = self.references[name]
-        rgbd = sim.capture(name, window) if sim.capabilities.cameras[name].windows else sim.capture(name)
+        rgbd = (
+            driver.senses.capture(name, window)
+            if driver.capabilities.cameras[name].windows
+            else driver.senses.capture(name)
+        )
         if not _is_same_view(reference.rgbd, rgbd):
             return False
-        robot.place(rgbd.q, rgbd.gripper_q)
+        posture = the_only(rgbd.arms, "arms")
+        robot.place(posture.q, posture.gripper_q)
         hidden = _widened(robot.masks(rgbd, carried)[0], rgbd)
         if changed(reference, rgbd, hidden, window):
             return False

@@ -7,7 +7,7 @@ from dataclasses import replace
 from robosandbox.driver import Driver, Simulated, simulated
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.colour import colour_name
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.world import World
 from robosandbox.types import DetectedObject, ObjectTruth, ObservedScene, Scene
 
@@ -18,24 +18,26 @@ class GroundTruthPerception:
     def __init__(self) -> None:
         self._told: Scene | None = None
         self._scenes: PlanningScenes | None = None
-        self._sim: Simulated | None = None
-        self._modelled: Modelled | None = None
+        self._driver: Driver | None = None
+        self._world: Simulated | None = None
         self._seen: tuple[int, ObservedScene] | None = None
         self._detected: dict[str, tuple[ObjectTruth, DetectedObject]] = {}
 
-    def view(self, sim: Driver) -> Driver:
-        """Return the sim as it is.
+    def view(self, driver: Driver) -> Driver:
+        """Return the driver as it is.
 
         Raises:
             UnsupportedError: It does not know the true state.
         """
-        return self._looked_at(sim)
+        self._looked_at(driver)
+        return driver
 
-    def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
+    def planning(self, driver: Driver, seen: ObservedScene) -> PlanningScene:
         """Return the robot among what was seen, in the model that is simulated: what is seen exactly is the same there."""
-        told = self._looked_at(sim).scene
-        if self._modelled is not None:
-            return PlanningScene(self._modelled.world, seen, believed=lambda seen: self._believed(told, seen))
+        told = self._looked_at(driver).scene
+        mujoco = mujoco_behind(driver)
+        if mujoco is not None:
+            return PlanningScene(mujoco.world, seen, believed=lambda seen: self._believed(told, seen))
         return PlanningScene(self._believed(told, seen), seen, believed=lambda seen: self._believed(told, seen))
 
     def _believed(self, told: Scene, seen: ObservedScene) -> World:
@@ -44,23 +46,23 @@ class GroundTruthPerception:
             self._told, self._scenes = told, PlanningScenes.exact(told)
         return self._scenes.world_of(seen)
 
-    def perceive(self, sim: Driver) -> ObservedScene:
+    def perceive(self, driver: Driver) -> ObservedScene:
         """Return all objects of the simulated state."""
-        sim = self._looked_at(sim)
-        if self._seen is not None and self._seen[0] == sim.episode and self._seen[1].time == sim.time:
+        world = self._looked_at(driver)
+        if self._seen is not None and self._seen[0] == driver.episode and self._seen[1].time == driver.time:
             # A second look at the same moment would show the same.
             return self._seen[1]
-        truth, base = sim.truth(for_judging=False), sim.spec.base_position
+        truth, robot = world.truth(for_judging=False), next(iter(driver.arms.values())).spec
         seen = ObservedScene(
             time=truth.time,
             objects=tuple(self._detect(item) for item in truth.objects.values()),
             table_height=truth.table_height,
             table_area=truth.table_area,
-            base_xy=(float(base[0]), float(base[1])),
-            held=truth.held,
-            reach=sim.spec.reach,
+            base_xy=(float(robot.base_position[0]), float(robot.base_position[1])),
+            hands=truth.hands,
+            reach=robot.reach,
         )
-        self._seen = sim.episode, seen
+        self._seen = driver.episode, seen
         return seen
 
     def _detect(self, item: ObjectTruth) -> DetectedObject:
@@ -72,10 +74,11 @@ class GroundTruthPerception:
         self._detected[item.id] = item, seen
         return seen
 
-    def _looked_at(self, sim: Driver) -> Simulated:
-        """Return the sim as a simulated world; asking an object for all members of a protocol takes as long as a look."""
-        if self._sim is None or sim is not self._sim:
-            self._sim = simulated(sim, "ground-truth perception reads it; the perception rgbd looks through cameras")
-            self._modelled = self._sim if isinstance(self._sim, Modelled) else None
-            self._seen = None
-        return self._sim
+    def _looked_at(self, driver: Driver) -> Simulated:
+        """Return the world that a driver simulates."""
+        if self._world is None or driver is not self._driver:
+            self._world = simulated(
+                driver, "ground-truth perception reads it; the perception rgbd looks through cameras"
+            )
+            self._driver, self._seen = driver, None
+        return self._world

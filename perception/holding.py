@@ -12,7 +12,7 @@ from robosandbox.perception.track import Track, carry
 from robosandbox.perception.tracker import slide_contents
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.shapes.hull import BoxHull
-from robosandbox.types import Array, GripperState, Observation, Pose
+from robosandbox.types import ArmState, Array, GripperState, Pose
 from robosandbox.types.robot import GripperGeometry
 from robosandbox.world.relations import support
 
@@ -57,7 +57,7 @@ class HoldTracker:
         self._force_limit = force_limit
         self.hold: Hold | None = None
 
-    def update(self, seen: Observation, tracks: Iterable[Track]) -> None:
+    def update(self, seen: ArmState, tracks: Iterable[Track]) -> None:
         """Take the gripper's readings; what is held moves with the TCP.
 
         Args:
@@ -83,7 +83,7 @@ class HoldTracker:
             carry(track, seen.tcp_pose @ self.hold.object_in_tcp)
             track.hidden = False
 
-    def move_drawers(self, seen: Observation, tracks: Iterable[Track]) -> None:
+    def move_drawers(self, seen: ArmState, tracks: Iterable[Track]) -> None:
         """Let drawers follow the hand: one whose grip it holds goes along, one that it would reach into is pushed shut.
 
         The hand covers what a look would need to see of them. What lies in them goes along.

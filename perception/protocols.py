@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 class Perception(Protocol):
     """Perception of the objects in a scene."""
 
-    def perceive(self, sim: Driver) -> ObservedScene: ...
-    def view(self, sim: Driver) -> Driver:
-        """Return the sim as skills may see it: without its truth, where the perception does without it."""
+    def perceive(self, driver: Driver) -> ObservedScene: ...
+    def view(self, driver: Driver) -> Driver:
+        """Return the driver as skills may see it: without its truth, where the perception does without it."""
         ...
 
-    def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
-        """Return what to plan among where things are believed to be as `seen`; changes nothing of the sim."""
+    def planning(self, driver: Driver, seen: ObservedScene) -> PlanningScene:
+        """Return what to plan among where things are believed to be as `seen`; changes nothing of the driver."""
         ...
 
 
@@ -29,7 +29,7 @@ class Perception(Protocol):
 class Glancing(Perception, Protocol):
     """A perception that need not look at everything each time."""
 
-    def glance(self, sim: Driver, names: Sequence[str]) -> ObservedScene:
+    def glance(self, driver: Driver, names: Sequence[str]) -> ObservedScene:
         """Return what is believed now, having looked at these things alone; without any, what is remembered and felt."""
         ...
 

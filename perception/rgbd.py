@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robosandbox.driver import Driver, require
-from robosandbox.errors import InputError
+from robosandbox.driver import Arm, Driver, require
+from robosandbox.errors import InputError, UnsupportedError
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
@@ -23,14 +23,14 @@ from robosandbox.perception.known_meshes import KnownMeshes
 from robosandbox.perception.occlusion import lies_in
 from robosandbox.perception.recognize import recognize
 from robosandbox.perception.robot_mask import RobotMask
-from robosandbox.perception.sensed import SensedSim
+from robosandbox.perception.sensed import SensedDriver
 from robosandbox.perception.tag_removal import tags_removed
 from robosandbox.perception.tags import Tag, find_tags, labelled, merged
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
-from robosandbox.types import ObservedScene, RgbdFrame
+from robosandbox.types import ObservedScene, RgbdFrame, the_only
 
 _log = logging.getLogger(__name__)
 
@@ -90,16 +90,16 @@ class RgbdPerception:
         """All that is remembered."""
         return list(self._tracker.tracks.values())
 
-    def view(self, sim: Driver) -> Driver:
-        """Return the sim without its truth."""
-        return SensedSim(sim)
+    def view(self, driver: Driver) -> Driver:
+        """Return the driver without its truth."""
+        return SensedDriver(driver)
 
-    def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
+    def planning(self, driver: Driver, seen: ObservedScene) -> PlanningScene:
         """Return the robot among what was seen."""
-        del sim
+        del driver
         return self._planning_scenes().of(seen)
 
-    def perceive(self, sim: Driver) -> ObservedScene:
+    def perceive(self, driver: Driver) -> ObservedScene:
         """Return what the cameras show now, put together with what they showed before.
 
         Raises:
@@ -107,55 +107,55 @@ class RgbdPerception:
             SensorError: No camera delivers a usable frame.
             RenderingError: Nothing renders here.
         """
-        if not self._begins(sim) and self._complete and self._last is not None and sim.time == self._last.time:
+        if not self._begins(driver) and self._complete and self._last is not None and driver.time == self._last.time:
             # A second look at the same moment would show the same.
             return self._last
-        self._feel(sim)
-        if not self._stands(sim, None):
-            self._look_all_over(sim)
+        self._feel(driver)
+        if not self._stands(driver, None):
+            self._look_all_over(driver)
         self._complete = True
-        self._last = self._believed(sim)
+        self._last = self._believed(driver)
         return self._last
 
-    def glance(self, sim: Driver, names: Sequence[str]) -> ObservedScene:
+    def glance(self, driver: Driver, names: Sequence[str]) -> ObservedScene:
         """Return what is believed now, having looked at these things alone; all over where one of them is not as it was.
 
         Args:
-            sim: As for `perceive`.
+            driver: As for `perceive`.
             names: Ids. What the hand holds is felt, not looked at; without any, nothing is looked at.
         """
-        if self._begins(sim) or any(name not in self._tracker.tracks for name in names):
-            return self.perceive(sim)
-        if self._complete and self._last is not None and sim.time == self._last.time:
+        if self._begins(driver) or any(name not in self._tracker.tracks for name in names):
+            return self.perceive(driver)
+        if self._complete and self._last is not None and driver.time == self._last.time:
             return self._last
-        self._feel(sim)
+        self._feel(driver)
         self._complete = False
         held = self._hands.hold.id if self._hands.hold else None
         seen = [name for name in names if name != held]
-        if seen and not self._stands(sim, seen):
-            self._look_all_over(sim)
+        if seen and not self._stands(driver, seen):
+            self._look_all_over(driver)
             self._complete = True
-        self._last = self._believed(sim)
+        self._last = self._believed(driver)
         return self._last
 
     def doubt(self) -> None:
         """Look at everything anew next time: something went otherwise than it was believed to."""
         self._stale, self._complete = True, False
 
-    def _stands(self, sim: Driver, names: Sequence[str] | None) -> bool:
+    def _stands(self, driver: Driver, names: Sequence[str] | None) -> bool:
         """Tell whether what is believed need not be looked at all over; arguments as those of `_is_unchanged`."""
-        return not self._stale and self._is_unchanged(sim, names)
+        return not self._stale and self._is_unchanged(driver, names)
 
-    def _begins(self, sim: Driver) -> bool:
+    def _begins(self, driver: Driver) -> bool:
         """Tell whether this is the first look of an episode; nothing that is remembered is true of another."""
-        if sim.episode == self._episode:
+        if driver.episode == self._episode:
             return False
         self._tracker, self._hands = Tracker(self._setup.declared), HoldTracker(None, 0.0)
         self._attention = Attention(TablePrior(self._setup.scene.table_height))
-        self._episode, self._stale = sim.episode, True
+        self._episode, self._stale = driver.episode, True
         return True
 
-    def _is_unchanged(self, sim: Driver, names: Sequence[str] | None) -> bool:
+    def _is_unchanged(self, driver: Driver, names: Sequence[str] | None) -> bool:
         """Take few pictures; tell whether they show these things, or all of the table, as they were when all was looked at."""
         tracks, hold = self._tracker.tracks, self._hands.hold
         held = hold.id if hold else None
@@ -168,23 +168,23 @@ class RgbdPerception:
             return False
         places = {name: tracks[name].thing.fit.corners() for name in about}
         carried = tracks[held].thing.fit.corners(TOLERANCES.depth) if held else None
-        return self._attention.is_unchanged(sim, places, self._robot(), carried, everywhere=names is None)
+        return self._attention.is_unchanged(driver, places, self._robot(), carried, everywhere=names is None)
 
-    def _look_all_over(self, sim: Driver) -> None:
+    def _look_all_over(self, driver: Driver) -> None:
         """Look with all cameras, and put together what they show with what is remembered."""
-        require(sim, "cameras", "perception from colour and depth looks through them")
-        specs = sim.capabilities.cameras
+        require(driver, "cameras", "perception from colour and depth looks through them")
+        specs = driver.capabilities.cameras
         cameras = self._cameras or tuple(specs)
         before = {track.id: track.thing.fit for track in self.tracks}
-        self.look([sim.capture(camera) for camera in cameras])
-        self._update(sim)
+        self.look([driver.senses.capture(camera) for camera in cameras])
+        self._update(driver)
         after = {track.id: track.thing.fit for track in self.tracks}
         left = [
             fit.corners()
             for name, fit in before.items()
             if name not in after or float(np.abs(after[name].centre - fit.centre).max()) > TOLERANCES.position
         ]
-        fixed = [camera for camera in cameras if camera in specs and not specs[camera].on_hand]
+        fixed = [camera for camera in cameras if camera in specs and specs[camera].arm is None]
         self._attention.remember(self.frames, fixed, [fit.corners() for fit in self._open_to_view()], left)
         self._stale = False
 
@@ -234,7 +234,8 @@ class RgbdPerception:
             if problem is not None:
                 notes.append(problem)
                 continue
-            silhouette.place(rgbd.q, rgbd.gripper_q)
+            posture = the_only(rgbd.arms, "arms")
+            silhouette.place(posture.q, posture.gripper_q)
             robot, near = silhouette.masks(rgbd, carried)
             sound[rgbd.camera], masks[rgbd.camera] = make_frame(rgbd, table, robot), (robot, near)
         self.tags = []
@@ -250,13 +251,13 @@ class RgbdPerception:
         self.notes = tuple(notes)
         return FrameSet(by_camera, table)
 
-    def _feel(self, sim: Driver) -> None:
+    def _feel(self, driver: Driver) -> None:
         """Find out from the gripper's readings what it holds, and move that along with it."""
-        robot = sim.spec
+        robot = _only_arm(driver).spec
         if robot.gripper is not None and self._hands.hold is None:
             limit = float(robot.gripper.force_limits.sum())
             self._hands = HoldTracker(robot.gripper.geometry, limit)
-        seen, before = sim.state(), self._hands.hold
+        seen, before = _only_arm(driver).state(), self._hands.hold
         places = {track.id: track.thing.fit.corners() for track in self.tracks}
         openings = {track.id: track.thing.opening or 0.0 for track in self.tracks}
         self._hands.update(seen, self._tracker.tracks.values())
@@ -269,9 +270,9 @@ class RgbdPerception:
         if hold is not None and hold is not before:
             self._attention.vacate(places[hold.id])
 
-    def _update(self, sim: Driver) -> None:
+    def _update(self, driver: Driver) -> None:
         """Put together what the last look shows with what is remembered."""
-        seen = sim.state()
+        seen = _only_arm(driver).state()
         held = self._hands.hold.id if self._hands.hold else None
         in_hand = self._tracker.tracks[held] if held else None
         self._tracker.update(self._loose(held), self.frames, held, seen.tcp_pose.position)
@@ -282,19 +283,19 @@ class RgbdPerception:
         self._hands.move_drawers(seen, self.tracks)
         self.assign_ids()
 
-    def _believed(self, sim: Driver) -> ObservedScene:
+    def _believed(self, driver: Driver) -> ObservedScene:
         """Return what is remembered as skills and planners are told of it."""
-        robot = sim.spec
+        robot = _only_arm(driver).spec
         held = self._hands.hold.id if self._hands.hold else None
         base = robot.base_position
         clear = [track for track in self.tracks if track.confidence >= TOLERANCES.acted_on or track.id == held]
         unclear = [_unclear(track) for track in self.tracks if track not in clear]
         return ObservedScene(
-            time=sim.time,
+            time=driver.time,
             objects=tuple(track.detected() for track in clear),
             table_height=self._setup.scene.table_height,
             base_xy=(float(base[0]), float(base[1])),
-            held=held,
+            hands=dict.fromkeys(driver.hands, held),
             reach=robot.reach,
             notes=(*self.notes, *unclear),
         )
@@ -316,6 +317,20 @@ class RgbdPerception:
         if self._silhouette is None:
             self._silhouette = RobotMask(self._planning_scenes().robot_shapes())
         return self._silhouette
+
+
+def _only_arm(driver: Driver) -> Arm:
+    """Return the arm that is left out of the pictures.
+
+    Raises:
+        UnsupportedError: There are several.
+    """
+    if len(driver.arms) != 1:
+        raise UnsupportedError(
+            f"arms: this perception leaves one robot out of its pictures, and there are {', '.join(driver.arms)}; "
+            "use the perception ground_truth"
+        )
+    return the_only(driver.arms, "arms")
 
 
 def _unclear(track: Track) -> str:

@@ -161,7 +161,11 @@ class Tracker:
         """Take a thing that nobody has described for a lost one that looks like it, else give it a name of its own."""
         lost = [track for track in self.lost.values() if track.id not in self.tracks]
         turned_up = self.numbers.assign(lost, [thing])
-        name = turned_up[0][0].id if turned_up else new_id(colour_name(tuple(thing.rgb)), thing.kind, self.tracks, thing.tag)
+        name = (
+            turned_up[0][0].id
+            if turned_up
+            else new_id(colour_name(tuple(thing.rgb)), thing.kind, self.tracks, thing.tag)
+        )
         self.tracks[name] = Track(name, thing, confidence=thing.confidence)
         if not turned_up:
             self.strangers[name] = set()

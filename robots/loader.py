@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -26,11 +26,13 @@ from robosandbox.robots.infer.placement import TableWorkspace
 from robosandbox.robots.limits import joint_limits, motion_limits
 from robosandbox.robots.locate import attached_model, find_sidecar, is_bundled, known_sidecar, resolve_robot, say
 from robosandbox.robots.measurements import home_by_address, measurements
+from robosandbox.robots.outline import outline_of
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar, SuctionRoles
 from robosandbox.suggestions import did_you_mean_file
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, Scene, frozen_array
+from robosandbox.types.outline import Outline
 from robosandbox.types.robot import RobotFiles
 from robosandbox.validation import load_yaml_model
 
@@ -72,6 +74,8 @@ class RobotModel:
     notes: tuple[str, ...] = ()
     options: mujoco.MjSpec | None = None
     files: RobotFiles | None = None
+    # Worked out when the robot is first bound; a robot on another base has another.
+    _outline: list[Outline | None] = field(default_factory=list[Outline | None], init=False, compare=False, repr=False)
 
     @property
     def base_pose(self) -> Pose:
@@ -85,7 +89,10 @@ class RobotModel:
         actuator_ids = [model.actuator(prefix + name).id for name in arm.actuators]
         lower, upper = joint_limits(model, joint_ids)
         maps = [_arm_servo_map(model, actuator) for actuator in actuator_ids]
-        base = next(b for b in range(1, model.nbody) if model.body(b).name.startswith(prefix))
+        bodies = frozenset(b for b in range(1, model.nbody) if model.body(b).name.startswith(prefix))
+        gripper = self._bind_gripper(model, prefix)
+        if not self._outline:
+            self._outline.append(outline_of(model, joint_ids, bodies, gripper, prefix))
         return Robot(
             name=self.name,
             joints=arm.joints,
@@ -101,13 +108,14 @@ class RobotModel:
             home_q=frozen_array(arm.home_qpos),
             tcp_site=model.site(prefix + self.tcp_site).id,
             R_site_tcp=self.R_site_tcp,
-            bodies=frozenset(b for b in range(1, model.nbody) if model.body(b).name.startswith(prefix)),
-            base_position=frozen_array(model.body_pos[base]),
+            bodies=bodies,
+            base_position=frozen_array(model.body_pos[min(bodies)]),
             reach=(self.workspace.near, self.workspace.far),
             tool_bounds=self.tool_bounds,
-            gripper=self._bind_gripper(model, prefix),
+            gripper=gripper,
             limits=self.sidecar.limits,
             files=self.files,
+            outline=self._outline[0],
         )
 
     def _bind_gripper(self, model: mujoco.MjModel, prefix: str) -> Gripper | None:

@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.sim.suction import is_sucking, pulls, seal
-from robosandbox.sim.world import World
+from robosandbox.sim.world import World, hand_of
 from robosandbox.types import Touch
 
 
@@ -28,30 +29,30 @@ class Contacts:
         self._only = only
         self._pulls = pulls(world, data)
 
-    def by_object(self) -> tuple[dict[str, set[str]], str | None]:
-        """Return what each object touches, and which object both sides of the gripper touch, or a cup has sucked on to.
+    def by_object(self) -> tuple[dict[str, set[str]], dict[str, str | None]]:
+        """Return what each object touches, and by hand which object both its sides touch, or its cup has sucked on to.
 
         The sides are looked for on the object's own body: a drawer whose grip is held is not held itself.
         """
-        world = self._world
-        robot = world.robot
+        world, pairs = self._world, self._pairs()
+        held = {hand_of(name): self._held(robot, pairs) for name, robot in world.robots.items() if robot.gripper}
+        return self.touching(), held
+
+    def _held(self, robot: Robot, pairs: set[tuple[int, int]]) -> str | None:
+        gripper = robot.gripper
+        assert gripper is not None
         sides: dict[int, set[int]] = {}
-        fingers = robot.gripper.finger_bodies if robot.gripper else ()
-        for first, second in self._pairs():
+        for first, second in pairs:
             for body, other in ((first, second), (second, first)):
-                for side, bodies in enumerate(fingers):
+                for side, bodies in enumerate(gripper.finger_bodies):
                     if other in bodies:
                         sides.setdefault(body, set()).add(side)
         needed = 2
-        if robot.gripper is not None and robot.gripper.geometry.cup is not None:
-            sealed = (seal(world, self._data) or 0.0) >= robot.gripper.geometry.seal
-            needed = 1 if sealed and is_sucking(robot.gripper, self._data) else 2
-        held = [
-            item
-            for item, body in world.object_bodies.items()
-            if item not in world.fixed and len(sides.get(body, ())) == needed
-        ]
-        return self.touching(), held[0] if held else None
+        if gripper.geometry.cup is not None:
+            sealed = (seal(self._world, robot, self._data) or 0.0) >= gripper.geometry.seal
+            needed = 1 if sealed and is_sucking(gripper, self._data) else 2
+        held = (item for item, body in self._world.object_bodies.items() if len(sides.get(body, ())) == needed)
+        return next((item for item in held if item not in self._world.fixed), None)
 
     def touching(self) -> dict[str, set[str]]:
         """Return what each object touches."""
@@ -90,24 +91,27 @@ class Contacts:
 
     def _word(self, body: int) -> str:
         world = self._world
-        return "robot" if body in world.robot.bodies else world.owners.get(body, world.names[body])
+        return "robot" if body in world.robot_bodies else world.owners.get(body, world.names[body])
 
-    def of_arm(self) -> tuple[tuple[str, str], ...]:
-        """Return the pairs (robot body, other body) that touch, without the robot's own."""
+    def of_arm(self, arm: str | None) -> tuple[tuple[str, str], ...]:
+        """Return the pairs (body of an arm, other body) that touch, without the arm's own; of any arm where none is named."""
         world = self._world
         pairs = set()
         for first, second in self._pairs():
-            if (first in world.robot.bodies) != (second in world.robot.bodies):
-                inner, outer = (first, second) if first in world.robot.bodies else (second, first)
-                pairs.add((world.names[inner], world.names[outer]))
+            owners = world.arm_of_body(first), world.arm_of_body(second)
+            if owners[0] == owners[1] or (arm is not None and arm not in owners):
+                continue
+            ours = owners[0] is not None if arm is None else owners[0] == arm
+            inner, outer = (first, second) if ours else (second, first)
+            pairs.add((world.names[inner], world.names[outer]))
         return tuple(sorted(pairs))
 
-    def strongest(self) -> tuple[float, str, str]:
-        """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
+    def strongest(self, arm: str | None) -> tuple[float, str, str]:
+        """Return the largest normal force between an arm and anything else, N, and the two bodies; 0 without one."""
         world, data = self._world, self._data
         strongest = (0.0, "", "")
         force = np.zeros(6)
-        for index, inner, outer in self._with_robot():
+        for index, inner, outer in self._with_robot(arm):
             mujoco.mj_contactForce(world.model, data, index, force)
             pressed = float(force[0]) - self._pull(index)
             if pressed > strongest[0]:
@@ -120,7 +124,7 @@ class Contacts:
 
     def of_robot(self) -> list[tuple[float, int, int]]:
         """Return normal force, N, and body ids of every contact of the robot, those with itself included."""
-        model, data, bodies = self._world.model, self._data, self._world.robot.bodies
+        model, data, bodies = self._world.model, self._data, self._world.robot_bodies
         found, force = [], np.zeros(6)
         for index in range(data.ncon):
             first, second = (int(model.geom_bodyid[geom]) for geom in data.contact.geom[index])
@@ -134,15 +138,12 @@ class Contacts:
         owner = self._world.owners.get(body)
         return owner is not None if name is None else owner == name
 
-    def grip_on(self, name: str | None) -> float:
-        """Return with how much force each side of the gripper presses on an object, or on any, N: half the sum of both."""
+    def grip_on(self, gripper: Gripper, name: str | None) -> float:
+        """Return with how much force each side of a gripper presses on an object, or on any, N: half the sum of both."""
         world, data = self._world, self._data
-        gripper = world.robot.gripper
-        if gripper is None:
-            return 0.0
         fingers = gripper.finger_bodies[0] | gripper.finger_bodies[1]
         total, local = 0.0, np.zeros(6)
-        for index, inner, outer in self._with_robot():
+        for index, inner, outer in self._with_robot(None):
             if inner in fingers and self._is(outer, name):
                 mujoco.mj_contactForce(world.model, data, index, local)
                 total += float(local[0])
@@ -162,7 +163,7 @@ class Contacts:
             return []
         names = set(carried)
         ours = np.zeros(world.model.nbody, dtype=bool)
-        ours[list(world.robot.bodies)] = True
+        ours[list(world.robot_bodies)] = True
         ours[[body for body, name in world.owners.items() if name in names]] = True
         bodies = world.model.geom_bodyid[data.contact.geom]
         mine = ours[bodies]
@@ -180,19 +181,20 @@ class Contacts:
             )
         return found
 
-    def _with_robot(self) -> list[tuple[int, int, int]]:
-        """Return (index, robot body, other body) of the contacts between the robot and anything else."""
+    def _with_robot(self, arm: str | None) -> list[tuple[int, int, int]]:
+        """Return (index, body of the arm, other body) of the contacts between an arm, or any, and anything else."""
         world, data = self._world, self._data
         if not data.ncon:
             return []
         geoms = data.contact.geom
-        first, second = world.robot_geoms[geoms].T
+        owners = world.arm_of_geom if arm is None else world.geoms_of(arm).astype(np.int8) - 1
+        first, second = owners[geoms].T
         # Asked at every tick of a guarded motion, and most contacts are of things that stand on the table.
         (indices,) = (first != second).nonzero()
         bodies = world.model.geom_bodyid[geoms[indices]].tolist()
         return [
-            (index, a, b) if ours else (index, b, a)
-            for index, ours, (a, b) in zip(indices.tolist(), first[indices].tolist(), bodies, strict=True)
+            (index, a, b) if owner >= 0 else (index, b, a)
+            for index, owner, (a, b) in zip(indices.tolist(), first[indices].tolist(), bodies, strict=True)
         ]
 
     def _pairs(self) -> set[tuple[int, int]]:

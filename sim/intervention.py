@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.saved_state import continue_from, integrated_size, take_state
 from robosandbox.sim.sleep_timer import moving_count
 from robosandbox.types import Array, Pose
@@ -22,7 +22,7 @@ class Intervention:
         sim: The world.
     """
 
-    def __init__(self, sim: Modelled) -> None:
+    def __init__(self, sim: MuJoCoBackend) -> None:
         self.sim = sim
         self._data = mujoco.MjData(sim.model)
 

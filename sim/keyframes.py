@@ -51,22 +51,21 @@ def _sizes(model: mujoco.MjModel, joint: int) -> tuple[int, int, int, int]:
 
 
 def put_keyframes(
-    spec: mujoco.MjSpec, keys: Iterable[Keyframe], model: mujoco.MjModel, prefix: str, home: Mapping[str, float]
+    spec: mujoco.MjSpec, keys: Iterable[Keyframe], model: mujoco.MjModel, home: Mapping[str, float]
 ) -> None:
-    """Put keyframes into a spec that has none, the robot at home in each; joints that are gone are left out.
+    """Put keyframes into a spec that has none, the robots at home in each; joints that are gone are left out.
 
     Args:
         spec: Where they go.
         keys: The keyframes.
         model: The spec, compiled.
-        prefix: Before the names of the robot's joints.
-        home: Where they are at home, by joint.
+        home: Where the robots' joints are at home, by their names in the model.
     """
     there = {str(model.joint(j).name) for j in range(model.njnt)}
     for key in keys:
         qpos, qvel = model.qpos0.copy(), np.zeros(model.nv)
         for name, value in home.items():
-            qpos[model.jnt_qposadr[model.joint(prefix + name).id]] = value
+            qpos[model.jnt_qposadr[model.joint(name).id]] = value
         for name in key.qpos.keys() & there:
             q, nq, v, nv = _sizes(model, model.joint(name).id)
             qpos[q : q + nq], qvel[v : v + nv] = key.qpos[name], key.qvel[name]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Self
 
 import mujoco
 
-from robosandbox.driver import Capabilities
+from robosandbox.driver import Capabilities, Mode, Simulated, robot_name
 from robosandbox.robots.loader import robot_of
+from robosandbox.sim.arms import SimulatedArm, SimulatedHand, SimulatedSenses
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.objects import can_rewrite, place, rewrite
 from robosandbox.sim.objects.weight import weighed
@@ -17,11 +19,11 @@ from robosandbox.sim.sensing import SensedSimulation
 from robosandbox.sim.sensors import SENSORS, Sensor
 from robosandbox.sim.state_check import check_state
 from robosandbox.sim.world import build_world, check_start
-from robosandbox.types import Array, Scene
+from robosandbox.types import Array, Scene, Truth
 
 
 class MuJoCoBackend(SensedSimulation):
-    """A robot and its objects in MuJoCo.
+    """A cell in MuJoCo: the driver, and the simulated world that it drives.
 
     Args:
         render_size: (height, width) of camera pictures, pixels.
@@ -46,7 +48,7 @@ class MuJoCoBackend(SensedSimulation):
         self.compilations: int = 0
         self._as_written = Scene()
 
-    def load(self, scene: Scene, q: Array | None = None) -> None:
+    def load(self, scene: Scene, q: Array | Mapping[str, Array] | None = None) -> None:
         """Build the scene, put the robot at `q` (n,), at home when left out, and let the objects settle.
 
         Raises:
@@ -58,12 +60,12 @@ class MuJoCoBackend(SensedSimulation):
         self._compile(scene)
         self.reset(q=q)
 
-    def reset(self, scene: Scene | None = None, q: Array | None = None) -> None:
+    def reset(self, scene: Scene | None = None, q: Array | Mapping[str, Array] | None = None) -> None:
         """Start over, without a new model where numbers alone differ.
 
         Args:
             scene: A scene with the loaded one's robot, ids and kinds, other poses, sizes, masses or colours.
-            q: Start configuration of the arm, shape (n,); home when left out.
+            q: Start configuration of the arm, shape (n,), or of each by name; home when left out.
 
         Raises:
             InputError: Objects start inside something.
@@ -91,6 +93,45 @@ class MuJoCoBackend(SensedSimulation):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    @property
+    def arms(self) -> Mapping[str, SimulatedArm]:
+        """The arms by name."""
+        return {name: SimulatedArm(self, name) for name in self.robots}
+
+    @property
+    def hands(self) -> Mapping[str, SimulatedHand]:
+        """The hands by name."""
+        carrying = [SimulatedHand(self, name) for name, robot in self.robots.items() if robot.gripper is not None]
+        return {hand.name: hand for hand in carrying}
+
+    @property
+    def senses(self) -> SimulatedSenses:
+        """Cameras and contacts."""
+        return SimulatedSenses(self)
+
+    @property
+    def mode(self) -> Mode:
+        """Always ready: what moves and stops is seen by who watches it."""
+        return "ready"
+
+    @property
+    def fault(self) -> str:
+        """None: a simulated servo has no fault."""
+        return ""
+
+    def recover(self) -> None:
+        """End a fault; there is none."""
+
+    @property
+    def simulation(self) -> Simulated:
+        """This world."""
+        return self
+
+    @property
+    def referee(self) -> Callable[[], Truth] | None:
+        """None: its judge is its truth."""
+        return None
 
     @property
     def capabilities(self) -> Capabilities:
@@ -121,7 +162,7 @@ class MuJoCoBackend(SensedSimulation):
         """
         if scene != self.scene:
             self._adopt(scene)
-        check_state(self.model, state, robot=self.robot.name)
+        check_state(self.model, state, robot=robot_name(self))
         self.restore(state)
         self.physics_steps = physics_steps
 
@@ -129,10 +170,10 @@ class MuJoCoBackend(SensedSimulation):
         """Return a copy of the world that shares the model and nothing else: for trying things out."""
         other = MuJoCoBackend(self.render_size, self.control_timestep, sensor=self.sensor)
         other.adopt(self._loaded)
-        other._trim = self._trim.copy()
+        other._trims = dict(self._trims)
         other._felt = dict(self._felt)
         other.restore(self.snapshot())
-        other._grip = self._grip
+        other._grips = dict(self._grips)
         return other
 
     def _compile(self, scene: Scene) -> None:

@@ -59,8 +59,10 @@ class ObjectStates:
         """Read all anew: the world was put into another state."""
         self._told = {}
 
-    def read(self, felt: Mapping[str, float], *, for_judging: bool) -> tuple[dict[str, ObjectTruth], str | None]:
-        """Return each object's state, and the object that the robot holds.
+    def read(
+        self, felt: Mapping[str, float], *, for_judging: bool
+    ) -> tuple[dict[str, ObjectTruth], dict[str, str | None]]:
+        """Return each object's state, and the object that each hand holds.
 
         Args:
             felt: As `ObjectTruth` has it, by id; 0 of those that are left out.

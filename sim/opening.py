@@ -1,11 +1,12 @@
-"""Opening of a MuJoCo world as a driver: on a scene by name and options, or on a world that is compiled already."""
+"""MuJoCo worlds as drivers: opened on a scene or on a world that is compiled already, and found behind a driver."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from robosandbox.driver import Driver, SafeDriver, robot_name
+from robosandbox.errors import UnsupportedError
 from robosandbox.sim.calibration_board import CalibrationBoard
-from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import find_sensor
 from robosandbox.sim.world import World
@@ -48,7 +49,7 @@ def open_mujoco(
     return sim
 
 
-def open_with_board(scene: Scene, board: CalibrationBoard, sensor: str) -> Modelled:
+def open_with_board(scene: Scene, board: CalibrationBoard, sensor: str) -> MuJoCoBackend:
     """Return a scene with a board of tags on its table, to calibrate cameras with.
 
     Args:
@@ -64,9 +65,37 @@ def open_with_board(scene: Scene, board: CalibrationBoard, sensor: str) -> Model
     return sim
 
 
-def simulate(world: World, state: Array) -> Modelled:
+def simulate(world: World, state: Array) -> MuJoCoBackend:
     """Return a simulation of a world that is compiled already, in a state as `snapshot` returns it."""
     sim = MuJoCoBackend()
     sim.adopt(world)
     sim.restore(state)
     return sim
+
+
+def mujoco_behind(driver: Driver) -> MuJoCoBackend | None:
+    """Return the MuJoCo world behind a driver, to be drawn, recorded and exported; None where it is another's.
+
+    It is commanded through the driver. Behind one that hides the truth nothing is found.
+    """
+    if isinstance(driver, SafeDriver):
+        driver = driver.behind
+    return driver if isinstance(driver, MuJoCoBackend) else None
+
+
+def require_mujoco(driver: Driver, purpose: str) -> MuJoCoBackend:
+    """Return the MuJoCo world behind a driver.
+
+    Args:
+        driver: Whose model.
+        purpose: What it is needed for, as "the viewer draws it".
+
+    Raises:
+        UnsupportedError: There is none.
+    """
+    world = mujoco_behind(driver)
+    if world is None:
+        raise UnsupportedError(
+            f"model: the driver of {robot_name(driver)} has no simulated model, and {purpose}; use --driver mujoco"
+        )
+    return world

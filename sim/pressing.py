@@ -41,23 +41,25 @@ class _Layout:
 
 
 class Pressing:
-    """The forces of a robot on what it touches.
+    """The forces of arms on what they touch.
 
     Args:
         world: The scene.
         data: Its state, as stepped.
+        arm: Name of the arm; all of them where it is left out.
     """
 
-    def __init__(self, world: World, data: mujoco.MjData) -> None:
+    def __init__(self, world: World, data: mujoco.MjData, arm: str | None = None) -> None:
         self._world = world
         self._data = data
-        dofs = world.robot.dof_indices
+        self._ours = world.geoms_of(arm)
+        robots = [robot for name, robot in world.robots.items() if arm in (None, name)]
+        dofs = np.concatenate([robot.dof_indices for robot in robots])
         # A view, of more joints where others are numbered between the arm's: making it anew costs as much as looking at it.
         self._loads = data.qfrc_constraint[int(dofs.min()) : int(dofs.max()) + 1]
         self._unloaded = bytes(self._loads.nbytes)
         self._layout: _Layout | None = None
-        gripper = world.robot.gripper
-        self._sucks = gripper is not None and gripper.geometry.cup is not None
+        self._sucks = any(robot.gripper is not None and robot.gripper.geometry.cup is not None for robot in robots)
 
     def forces(self) -> Mapping[str, Array]:
         """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,).
@@ -92,7 +94,7 @@ class Pressing:
     def _lay_out(self, geoms: bytes, addresses: bytes) -> _Layout:
         world, contact = self._world, self._data.contact
         pairs = contact.geom
-        ours = world.robot_geoms[pairs].reshape(-1, 2)
+        ours = self._ours[pairs].reshape(-1, 2)
         bodies = world.model.geom_bodyid[pairs]
         touched: dict[int, str] = {}
         for index in np.flatnonzero(ours[:, 0] != ours[:, 1]).tolist():

@@ -12,6 +12,7 @@ import numpy as np
 
 from robosandbox.driver import CameraSpec, Guard
 from robosandbox.errors import InputError
+from robosandbox.robots.robot import Robot
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.control import ControlledSimulation
 from robosandbox.sim.object_states import ObjectStates
@@ -20,14 +21,25 @@ from robosandbox.sim.sensors import FRAME_SIZE, Sensor, perfect_intrinsics
 from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.sim.suction import seal
 from robosandbox.sim.world import World
-from robosandbox.types import Array, Observation, PictureWindow, Pose, RgbdFrame, Truth, frozen_array
+from robosandbox.types import (
+    ArmState,
+    ArmTruth,
+    Array,
+    Observation,
+    PictureWindow,
+    Pose,
+    Posture,
+    RgbdFrame,
+    Truth,
+    frozen_array,
+)
 
 # MuJoCo's cameras look along -z with y up.
 _OPTICAL = np.diag([1.0, -1.0, -1.0])
 
 
 class SensedSimulation(ControlledSimulation):
-    """A simulation whose robot takes commands, with all that it and its cameras measure.
+    """A simulation whose arms and hands take commands, with all that they and the cameras measure.
 
     Args:
         control_timestep: Seconds between commands to the servos.
@@ -49,7 +61,8 @@ class SensedSimulation(ControlledSimulation):
         self._exposure: tuple[mujoco.MjModel, mujoco.MjData] | None = None
         self._specs: dict[str, CameraSpec] | None = None
         self._objects: ObjectStates | None = None
-        self._observed: tuple[int, Observation] | None = None
+        self._seen_at = -1
+        self._seen: dict[str, ArmState] = {}
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -89,26 +102,33 @@ class SensedSimulation(ControlledSimulation):
             InputError: No such camera.
             RenderingError: No OpenGL on this machine.
         """
-        if not cameras and self._observed is not None and self._observed[0] == self._moment:
-            return self._observed[1]
-        world, data = self._loaded, self._live
-        robot = world.robot
-        mujoco.mj_kinematics(world.model, data)
-        images = {name: self._render(name) for name in cameras}
-        gripper = robot.gripper.state(data) if robot.gripper else None
-        if gripper is not None and (sealed := seal(world, data)) is not None:
-            gripper = replace(gripper, seal=sealed)
-        observed = Observation(
-            time=float(data.time),
-            q=frozen_array(data.qpos[robot.qpos_indices]),
-            qd=frozen_array(data.qvel[robot.dof_indices]),
-            tcp_pose=Pose.from_matrix(*robot.tcp(data)),
-            gripper=gripper,
-            images=images,
+        if cameras:
+            mujoco.mj_kinematics(self.model, self._live)
+        return Observation(
+            time=self.time,
+            arms={name: self.arm_state(name) for name in self.robots},
+            images={name: self._render(name) for name in cameras},
         )
-        if not cameras:
-            self._observed = (self._moment, observed)
-        return observed
+
+    def arm_state(self, name: str) -> ArmState:
+        """Return an arm's proprioception, and its gripper's; what is asked twice in one moment is worked out once."""
+        world, data = self._loaded, self._live
+        if self._seen_at != self._moment:
+            mujoco.mj_kinematics(world.model, data)
+            self._seen_at, self._seen = self._moment, {}
+        if name not in self._seen:
+            robot = world.robots[name]
+            gripper = robot.gripper.state(data) if robot.gripper else None
+            if gripper is not None and (sealed := seal(world, robot, data)) is not None:
+                gripper = replace(gripper, seal=sealed)
+            self._seen[name] = ArmState(
+                time=float(data.time),
+                q=frozen_array(data.qpos[robot.qpos_indices]),
+                qd=frozen_array(data.qvel[robot.dof_indices]),
+                tcp_pose=Pose.from_matrix(*robot.tcp(data)),
+                gripper=gripper,
+            )
+        return self._seen[name]
 
     def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
         """Return what the sensor delivers of a camera now: colour, depth, and how robot and camera stood.
@@ -122,13 +142,12 @@ class SensedSimulation(ControlledSimulation):
             RenderingError: No OpenGL on this machine.
         """
         name = self.camera_in_model(camera)
-        model, robot, data = self.model, self.robot, self._exposed()
+        model, data = self.model, self._exposed()
         lens = self.camera_specs()[camera].intrinsics
         drawn = None if window is None else self.sensor.needs(lens, window)
         rgb, depth = self._renderer(FRAME_SIZE).rgbd(data, name, drawn)
         number = model.camera(name).id
         pose = Pose.from_matrix(data.cam_xpos[number], data.cam_xmat[number].reshape(3, 3) @ _OPTICAL)
-        fingers = data.qpos[robot.gripper.joint_indices] if robot.gripper else np.zeros(0)
         frame = RgbdFrame(
             camera=camera,
             time=float(data.time),
@@ -136,8 +155,7 @@ class SensedSimulation(ControlledSimulation):
             depth=depth,
             intrinsics=lens,
             pose_camera_in_world=pose,
-            q=frozen_array(data.qpos[robot.qpos_indices]),
-            gripper_q=frozen_array(fingers),
+            arms={name: _posture(robot, data) for name, robot in self.robots.items()},
         )
         return self.sensor.sense(frame, window)
 
@@ -152,24 +170,26 @@ class SensedSimulation(ControlledSimulation):
         mujoco.mj_kinematics(world.model, data)
         if self._objects is None or self._objects.world is not world:
             self._objects = ObjectStates(world, data, self.sleepers, self._mesh_sizes)
-        objects, held = self._objects.read(self._felt, for_judging=for_judging)
+        objects, hands = self._objects.read(self._felt, for_judging=for_judging)
         return Truth(
             time=float(data.time),
-            q=frozen_array(data.qpos[world.robot.qpos_indices]),
-            home_q=world.robot.home_q,
+            arms={
+                name: ArmTruth(q=frozen_array(data.qpos[robot.qpos_indices]), home_q=robot.home_q)
+                for name, robot in world.robots.items()
+            },
             table_height=world.scene.table_height,
             table_area=world.scene.table_area,
             objects=objects,
-            held=held,
+            hands=hands,
         )
 
-    def held(self) -> str | None:
-        """Return the object that both sides of the gripper touch."""
+    def in_hands(self) -> dict[str, str | None]:
+        """Return by hand the object that both its sides touch, or its cup has sucked on to."""
         return Contacts(self._loaded, self._live).by_object()[1]
 
-    def servo_force(self, joint: int) -> tuple[float, float]:
+    def servo_force(self, arm: str, joint: int) -> tuple[float, float]:
         """Return what an arm joint's servo gives now and the most that it can, N m or N; infinite without a limit."""
-        actuator = int(self.robot.actuator_ids[joint])
+        actuator = int(self.robots[arm].actuator_ids[joint])
         limited = bool(self.model.actuator_forcelimited[actuator])
         limit = float(np.abs(self.model.actuator_forcerange[actuator]).max()) if limited else np.inf
         return abs(float(self._live.actuator_force[actuator])), limit
@@ -178,18 +198,21 @@ class SensedSimulation(ControlledSimulation):
         """Return normal force, N, and body ids of every contact of the robot, those with itself included."""
         return Contacts(self._loaded, self._live).of_robot()
 
-    def strongest_contact(self) -> tuple[float, str, str]:
-        """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
+    def strongest_contact(self, arm: str | None = None) -> tuple[float, str, str]:
+        """Return the largest normal force between an arm, or any, and anything else, N, and the two bodies; 0 without one."""
         # Asked at every tick of a guarded motion, and mostly nothing is touched.
-        return Contacts(self._loaded, self._live).strongest() if self.forces() else (0.0, "", "")
+        alone = len(self.robots) == 1
+        if alone and not self.forces():
+            return 0.0, "", ""
+        return Contacts(self._loaded, self._live).strongest(None if alone else arm)
 
-    def grip_on(self, object_id: str | None) -> float:
-        """Return with how much force each side of the gripper presses on an object, N; None is whatever is there."""
-        return Contacts(self._loaded, self._live).grip_on(object_id)
+    def grip_on(self, hand: str, object_id: str | None) -> float:
+        """Return with how much force each side of a hand presses on an object, N; None is whatever is there."""
+        return Contacts(self._loaded, self._live).grip_on(self.world.grippers[hand], object_id)
 
-    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
-        """Return the pairs (robot body, other body) that touch now, without the robot's own."""
-        return Contacts(self._loaded, self._live).of_arm()
+    def contacts(self, arm: str | None = None) -> tuple[tuple[str, str], ...]:
+        """Return the pairs (body of an arm, other body) that touch now, without the arm's own; of all where none is named."""
+        return Contacts(self._loaded, self._live).of_arm(arm)
 
     def contacts_around(self, carried: Iterable[str] = ()) -> list[tuple[str, str, float]]:
         """Return (link or carried object, what it touches, N) of the robot and of these objects, its grip on them left out."""
@@ -218,7 +241,7 @@ class SensedSimulation(ControlledSimulation):
         self._exposure = None
         self._specs = None
         self._objects = None
-        self._observed = None
+        self._seen_at, self._seen = -1, {}
         super()._unload()
 
     def _render(self, camera: str) -> np.ndarray:
@@ -253,15 +276,20 @@ class SensedSimulation(ControlledSimulation):
         return data
 
 
+def _posture(robot: Robot, data: mujoco.MjData) -> Posture:
+    fingers = data.qpos[robot.gripper.joint_indices] if robot.gripper else np.zeros(0)
+    return Posture(q=frozen_array(data.qpos[robot.qpos_indices]), gripper_q=frozen_array(fingers))
+
+
 def _camera_spec(world: World, data: mujoco.MjData, name: str) -> CameraSpec:
     """Return a camera as it is built in, of a model whose kinematics are computed."""
     model = world.model
     number = model.camera(name).id
     pose = Pose.from_matrix(data.cam_xpos[number], data.cam_xmat[number].reshape(3, 3) @ _OPTICAL)
-    on_hand = int(model.cam_bodyid[number]) in world.robot.bodies
+    arm = world.arm_of_body(int(model.cam_bodyid[number]))
     return CameraSpec(
         intrinsics=perfect_intrinsics(FRAME_SIZE, float(np.radians(model.cam_fovy[number]))),
-        pose=Pose.from_matrix(*world.robot.tcp(data)).inverse() @ pose if on_hand else pose,
-        on_hand=on_hand,
+        pose=pose if arm is None else Pose.from_matrix(*world.robots[arm].tcp(data)).inverse() @ pose,
+        arm=arm,
         windows=True,
     )

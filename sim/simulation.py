@@ -11,7 +11,6 @@ import numpy as np
 from robosandbox.driver import ControlLoop, Guard
 from robosandbox.errors import InputError
 from robosandbox.robots.robot import Robot
-from robosandbox.robots.sidecar import Sidecar
 from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.sim.pressing import Pressing
 from robosandbox.sim.saved_state import continue_from, take_state
@@ -30,6 +29,7 @@ _CALM_CHUNKS = 5
 # Speed of rest, m/s or rad/s: twenty times what contacts leave of a cube that stands still, measured at 0.0002 m/s.
 _REST_SPEED = 0.005
 _NOTHING = frozen_array(np.zeros(3))
+_UNTOUCHED: Mapping[str, Array] = {}
 # What a program is told that reads or moves a world which is not there.
 _NO_SCENE = "no scene is loaded: call load(scene) first; what was closed stays closed, so open another session"
 
@@ -59,17 +59,18 @@ class Simulation:
         self.episode: int = 0
         self._world: World | None = None
         self._data: mujoco.MjData | None = None
-        self._spec: RobotSpec | None = None
+        self._arm_specs: dict[str, RobotSpec] = {}
         self._substeps = 1
         self._strides = [1]
         self._mesh_sizes: dict[str, tuple[float, ...]] = {}
         self._felt: dict[str, float] = {}
-        self._pressing: Pressing | None = None
+        # By arm, and None for all of them.
+        self._pressing: dict[str | None, Pressing] = {}
         self._sleepers: Sleepers | None = None
         self._timer: SleepTimer | None = None
         # Counts the states that the world was in, so that what is read of one twice is computed once.
         self._moment = 0
-        self._pressed: tuple[int, Mapping[str, Array]] = (-1, {})
+        self._pressed: dict[str | None, tuple[int, Mapping[str, Array]]] = {}
 
     @property
     def world(self) -> World:
@@ -82,26 +83,25 @@ class Simulation:
         return self._loaded.model
 
     @property
-    def robot(self) -> Robot:
-        """The robot's indices and measured figures."""
-        return self._loaded.robot
+    def robots(self) -> Mapping[str, Robot]:
+        """Indices and measured figures of each robot, by the name of its arm."""
+        return self._loaded.robots
 
     @property
-    def spec(self) -> RobotSpec:
-        """Specification of the robot."""
-        if self._spec is None:
-            self._spec = self.robot.spec
-        return self._spec
+    def robot(self) -> Robot:
+        """Those of the only robot; a ValueError where there are several."""
+        return self._loaded.robot
+
+    def spec_of(self, arm: str) -> RobotSpec:
+        """Return the specification of an arm."""
+        if arm not in self._arm_specs:
+            self._arm_specs[arm] = self.robots[arm].spec
+        return self._arm_specs[arm]
 
     @property
     def scene(self) -> Scene:
         """The scene as loaded or last reset to."""
         return self._loaded.scene
-
-    @property
-    def sidecar(self) -> Sidecar:
-        """The robot's roles, as written or inferred."""
-        return self._loaded.sidecar
 
     @property
     def object_bodies(self) -> Mapping[str, int]:
@@ -123,25 +123,35 @@ class Simulation:
         return self._loop.subscribe(listener)
 
     def stop(self) -> None:
-        """Command the arm to stay where it is."""
-        robot = self.robot
+        """Command every arm to stay where it is."""
+        for name in self.robots:
+            self.stop_arm(name)
+
+    def stop_arm(self, name: str) -> None:
+        """Command an arm to stay where it is."""
+        robot = self.robots[name]
         q = self._live.qpos[robot.qpos_indices]
         self._live.ctrl[robot.actuator_ids] = robot.control(np.clip(q, robot.lower, robot.upper))
 
-    def forces(self) -> Mapping[str, Array]:
-        """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,)."""
+    def forces(self, arm: str | None = None) -> Mapping[str, Array]:
+        """Return the sum of what an arm presses and pulls each thing with that it touches, N in the world, shape (3,).
+
+        Of all arms where none is named.
+        """
+        if len(self.robots) == 1:
+            arm = None
         # Guards, meters and skills ask for it in one control tick.
-        moment, forces = self._pressed
+        moment, forces = self._pressed.get(arm, (-1, _UNTOUCHED))
         if moment != self._moment:
-            if self._pressing is None:
-                self._pressing = Pressing(self._loaded, self._live)
-            forces = self._pressing.forces()
-            self._pressed = (self._moment, forces)
+            if arm not in self._pressing:
+                self._pressing[arm] = Pressing(self._loaded, self._live, arm)
+            forces = self._pressing[arm].forces()
+            self._pressed[arm] = (self._moment, forces)
         return forces
 
-    def force_on(self, object_id: str | None) -> Array:
-        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all of them."""
-        forces = self.forces()
+    def force_on(self, object_id: str | None, arm: str | None = None) -> Array:
+        """Return the sum of what an arm presses and pulls an object with, N in the world, shape (3,); None is all of them."""
+        forces = self.forces(arm)
         if object_id is not None:
             return forces.get(object_id, _NOTHING)
         of_objects = [force for name, force in forces.items() if name in self._loaded.parts]
@@ -184,10 +194,10 @@ class Simulation:
     def _unload(self) -> None:
         """Free the model, the state, and all that is read of them."""
         self._world = None
-        self._spec = None
+        self._arm_specs = {}
         self._data = None
-        self._pressing = None
-        self._pressed = (-1, {})
+        self._pressing = {}
+        self._pressed = {}
         self._sleepers = None
         self._timer = None
 
@@ -211,9 +221,10 @@ class Simulation:
     def adopt(self, world: World) -> None:
         """Simulate a compiled world, everything where the model has it."""
         self._world = world
-        self._spec = None
+        self._arm_specs = {}
         self._data = mujoco.MjData(world.model)
-        self._pressing = None
+        self._pressing = {}
+        self._pressed = {}
         self._sleepers = None
         self._timer = None
         self._moment += 1

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.saved_state import put_state
 from robosandbox.types import Array, Intrinsics, Pose
@@ -24,12 +24,12 @@ class StateRenderer:
         sim: Whose model and picture size.
     """
 
-    def __init__(self, sim: Modelled) -> None:
+    def __init__(self, sim: MuJoCoBackend) -> None:
         self._model = sim.model
         self._data = mujoco.MjData(sim.model)
         self._renderer = OffscreenRenderer(sim.model, sim.render_size)
 
-    def draws(self, sim: Modelled) -> bool:
+    def draws(self, sim: MuJoCoBackend) -> bool:
         """Return whether it is of this sim's model as it is compiled now."""
         return self._model is sim.model
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from robosandbox.robots.robot import Gripper
+from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.sim.world import World
 from robosandbox.types import Array
 
@@ -16,13 +16,12 @@ _BEHIND = 0.003  # Metres behind the lip from which is looked along the approach
 _GAP = 0.001  # Metres between the lip and a thing that it lies on. Chosen: what a soft lip bridges.
 
 
-def seal(world: World, data: mujoco.MjData) -> float | None:
-    """Return the radius about the cup's axis within which it lies on something, metres; None for fingers.
+def seal(world: World, robot: Robot, data: mujoco.MjData) -> float | None:
+    """Return the radius about the axis of a robot's cup within which it lies on something, metres; None for fingers.
 
     It is that of the largest circle about the axis inside the points of the lip that lie on something; 0 where the axis is
     outside of them, as over an edge.
     """
-    robot = world.robot
     gripper = robot.gripper
     if gripper is None or gripper.geometry.cup is None:
         return None
@@ -57,18 +56,19 @@ def is_sucking(gripper: Gripper, data: mujoco.MjData) -> bool:
 
 
 def pulls(world: World, data: mujoco.MjData) -> Array | None:
-    """Return how hard the cup pulls along the normal of each contact, N, shape (contacts,); None where it does not.
+    """Return how hard cups pull along the normal of each contact, N, shape (contacts,); None where none does.
 
     MuJoCo applies adhesion as a force of the actuator, spread evenly over the contacts of its body; what a contact is said
     to press with holds it as well.
     """
-    gripper = world.robot.gripper
-    if gripper is None or gripper.geometry.cup is None or not data.ncon:
-        return None
-    force = float(data.actuator_force[gripper.actuator_ids].sum())
-    (body,) = gripper.finger_bodies[0]
-    mine = (world.model.geom_bodyid[data.contact.geom] == body).any(axis=1)
-    if force <= 0.0 or not mine.any():
-        return None
-    spread: Array = np.where(mine, force / int(mine.sum()), 0.0)
+    spread: Array | None = None
+    for gripper in world.grippers.values():
+        if gripper.geometry.cup is None or not data.ncon:
+            continue
+        force = float(data.actuator_force[gripper.actuator_ids].sum())
+        (body,) = gripper.finger_bodies[0]
+        mine = (world.model.geom_bodyid[data.contact.geom] == body).any(axis=1)
+        if force > 0.0 and mine.any():
+            pulled: Array = np.where(mine, force / int(mine.sum()), 0.0)
+            spread = pulled if spread is None else spread + pulled
     return spread

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.driver import ARM, HAND
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.imported import copy_options, copy_physics
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel, robot_of
-from robosandbox.robots.robot import Robot
+from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.keyframes import put_keyframes
 from robosandbox.sim.objects import PREFIX, add_objects, body_names
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
-from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
+from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array, the_only
 
 ROBOT_PREFIX = "robot/"
 TABLE, FLOOR = "table", "floor"
@@ -33,21 +36,21 @@ _PENETRATION = 0.001
 _SLEEP_TOLERANCE = 0.001
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class World:
     """A compiled scene.
 
     Attributes:
         scene: What it was built from.
         model: The MuJoCo model.
-        robot: Its robot.
-        sidecar: The robot's roles.
+        robots: Its robots by the name of their arm.
+        sidecars: Roles in each, likewise.
         names: For every body what people call it: "table", "floor", an object's id, "<id>/box" for a drawer's sliding
             part, or a link's name.
         object_bodies: Body id of every object that has one body to itself or to its cabinet; beads have none.
         parts: Ids of all bodies of every object, shape (k,).
         owners: Body id -> id of the object that it belongs to.
-        robot_geoms: Which geoms are the robot's, shape (geoms,).
+        arm_of_geom: Number of the arm that each geom belongs to, in the order of `robots`; -1 of others, shape (geoms,).
         mass_share: What every body has of its object's mass as compiled, shape (bodies,).
         inertia_per_mass: Every body's principal inertia over its mass as compiled, m^2, shape (bodies, 3).
         cameras: Camera names as people use them -> names in the model.
@@ -57,83 +60,135 @@ class World:
 
     scene: Scene
     model: mujoco.MjModel
-    robot: Robot
-    sidecar: Sidecar
+    robots: Mapping[str, Robot]
+    sidecars: Mapping[str, Sidecar]
     names: tuple[str, ...]
     object_bodies: dict[str, int]
     parts: dict[str, NDArray[np.intp]]
     owners: dict[int, str]
-    robot_geoms: NDArray[np.bool_]
+    arm_of_geom: NDArray[np.int8]
     mass_share: Array
     inertia_per_mass: Array
     cameras: dict[str, str]
     revision: int = 0
     fixed: frozenset[str] = frozenset()
 
+    @property
+    def robot(self) -> Robot:
+        """The robot of a world with one, as what is planned in; a ValueError where there are several."""
+        return the_only(self.robots, "arms")
 
-def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoard | None = None) -> World:
+    @cached_property
+    def grippers(self) -> Mapping[str, Gripper]:
+        """The grippers by the name of their hand."""
+        return {hand_of(name): robot.gripper for name, robot in self.robots.items() if robot.gripper is not None}
+
+    @cached_property
+    def robot_bodies(self) -> frozenset[int]:
+        """Ids of the bodies of all robots."""
+        return frozenset().union(*(robot.bodies for robot in self.robots.values()))
+
+    @cached_property
+    def robot_geoms(self) -> NDArray[np.bool_]:
+        """Whether each geom is a robot's, shape (geoms,)."""
+        return self.arm_of_geom >= 0
+
+    def arm_of_body(self, body: int) -> str | None:
+        """Return the name of the arm that a body belongs to; None of others."""
+        return next((name for name, robot in self.robots.items() if body in robot.bodies), None)
+
+    def geoms_of(self, arm: str | None) -> NDArray[np.bool_]:
+        """Return whether each geom is an arm's, or any arm's where none is named, shape (geoms,)."""
+        return self.robot_geoms if arm is None else self.arm_of_geom == [*self.robots].index(arm)
+
+
+def hand_of(arm: str) -> str:
+    """Return the name of an arm's hand: of the only one "hand", of several that of the arm."""
+    return HAND if arm == ARM else arm
+
+
+def build_world(
+    scene: Scene, robots: RobotModel | Mapping[str, RobotModel], *, board: CalibrationBoard | None = None
+) -> World:
     """Compile a scene.
 
     Args:
         scene: What is in it.
-        robot_model: Its robot.
+        robots: Its robot; of several each by the name of its arm.
         board: Laid on the table, to calibrate cameras with.
 
     Raises:
         InputError: An object cannot be made, or the scene does not compile.
     """
+    models = {ARM: robots} if isinstance(robots, RobotModel) else robots
     file = None if scene.world is None else read_scene_file(scene.world)
-    spec = _own_room(scene, robot_model) if file is None else _room_of(file, scene)
+    spec = _own_room(scene, models.values()) if file is None else _room_of(file, scene)
     if board is not None:
         board.lay(spec, scene.table_height)
-    base = robot_model.base_pose
-    x, y, z, w = base.quat_xyzw
-    frame = spec.worldbody.add_frame(pos=base.xyz, quat=[w, x, y, z])
-    robot = robot_model.spec.copy()
-    copy_options(robot, spec)
-    spec.attach(robot, prefix=ROBOT_PREFIX, frame=frame)
+    for name, robot_model in models.items():
+        base = robot_model.base_pose
+        x, y, z, w = base.quat_xyzw
+        frame = spec.worldbody.add_frame(pos=base.xyz, quat=[w, x, y, z])
+        robot = robot_model.spec.copy()
+        copy_options(robot, spec)
+        spec.attach(robot, prefix=_prefix(name), frame=frame)
     add_objects(spec, scene)
-    model = _compiled(spec, robot_model)
+    model = _compiled(spec, models.values())
     if file is not None and file.keyframes:
-        arm = robot_model.sidecar.arm
-        home = dict(zip(arm.joints, arm.home_qpos, strict=True))
-        put_keyframes(spec, file.keyframes, model, ROBOT_PREFIX, home)
-        model = _compiled(spec, robot_model)
+        homes = {
+            _prefix(name) + joint: value
+            for name, robot_model in models.items()
+            for joint, value in zip(robot_model.sidecar.arm.joints, robot_model.sidecar.arm.home_qpos, strict=True)
+        }
+        put_keyframes(spec, file.keyframes, model, homes)
+        model = _compiled(spec, models.values())
     parts = {item.id: _bodies_of(model, item, file) for item in scene.objects}
     mass_share = np.zeros(model.nbody)
     for item in scene.objects:
         if item.body is None:
             _check_mass(model, parts[item.id], item)
         mass_share[parts[item.id]] = model.body_mass[parts[item.id]] / item.mass
-    robot = robot_model.bind(model, ROBOT_PREFIX)
-    # The robot never sleeps: guards read it at every tick.
-    trees = model.body_treeid[sorted(robot.bodies)]
-    model.tree_sleep_policy[trees[trees >= 0]] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER.value
+    bound = {name: robot_model.bind(model, _prefix(name)) for name, robot_model in models.items()}
+    arm_of_geom = np.full(model.ngeom, -1, dtype=np.int8)
+    for number, arm in enumerate(bound.values()):
+        # The robot never sleeps: guards read it at every tick.
+        trees = model.body_treeid[sorted(arm.bodies)]
+        model.tree_sleep_policy[trees[trees >= 0]] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER.value
+        arm_of_geom[np.isin(model.geom_bodyid, list(arm.bodies))] = number
     return World(
         scene=scene,
         model=model,
-        robot=robot,
-        sidecar=robot_model.sidecar,
+        robots=bound,
+        sidecars={name: robot_model.sidecar for name, robot_model in models.items()},
         names=_names(model, file),
         object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if not item.shape.is_granular},
         parts=parts,
         owners={int(body): name for name, bodies in parts.items() for body in bodies},
-        robot_geoms=np.isin(model.geom_bodyid, list(robot.bodies)),
+        arm_of_geom=arm_of_geom,
         mass_share=frozen_array(mass_share),
         inertia_per_mass=frozen_array(model.body_inertia / np.maximum(model.body_mass, 1e-12)[:, None]),
-        cameras={**_cameras(model), "wrist": ROBOT_PREFIX + WRIST_CAMERA},
+        cameras={
+            **_cameras(model, tuple(map(_prefix, models))),
+            **{"wrist" if name == ARM else f"{name}_wrist": _prefix(name) + WRIST_CAMERA for name in models},
+        },
         fixed=frozenset(item.id for item in scene.objects if item.is_fixed),
     )
 
 
-def _own_room(scene: Scene, robot_model: RobotModel) -> mujoco.MjSpec:
+def _prefix(arm: str) -> str:
+    """Return what the names of an arm's elements begin with in a world's model."""
+    return ROBOT_PREFIX if arm == ARM else f"{arm}/"
+
+
+def _own_room(scene: Scene, robots: Iterable[RobotModel]) -> mujoco.MjSpec:
     """Return a room with a floor, a table, lights and cameras, under settings of our own."""
     spec = mujoco.MjSpec()
     spec.modelname = "robosandbox"
     _set_options(spec)
-    if robot_model.options is not None:
-        copy_physics(spec, robot_model.options)
-        spec.option.timestep = PHYSICS_TIMESTEP
+    for robot_model in robots:
+        if robot_model.options is not None:
+            copy_physics(spec, robot_model.options)
+            spec.option.timestep = PHYSICS_TIMESTEP
     _add_room(spec, scene.table_height)
     return spec
 
@@ -154,19 +209,18 @@ def _room_of(file: SceneFile, scene: Scene) -> mujoco.MjSpec:
     return spec
 
 
-def _compiled(spec: mujoco.MjSpec, robot_model: RobotModel) -> mujoco.MjModel:
+def _compiled(spec: mujoco.MjSpec, robots: Iterable[RobotModel]) -> mujoco.MjModel:
     try:
         return spec.compile()
     except ValueError as error:
-        raise InputError(
-            f"{robot_model.path.name}: the scene does not compile: {' '.join(str(error).split())}"
-        ) from None
+        files = ", ".join(robot_model.path.name for robot_model in robots)
+        raise InputError(f"{files}: the scene does not compile: {' '.join(str(error).split())}") from None
 
 
-def _cameras(model: mujoco.MjModel) -> dict[str, str]:
-    """Return the cameras that are none of the robot's, those of the house first."""
+def _cameras(model: mujoco.MjModel, robots: tuple[str, ...]) -> dict[str, str]:
+    """Return the cameras that are none of the robots', whose names begin so, those of the house first."""
     names = [str(model.camera(k).name) for k in range(model.ncam)]
-    found = [name for name in names if name and not name.startswith(ROBOT_PREFIX)]
+    found = [name for name in names if name and not name.startswith(robots)]
     return {name: name for name in sorted(found, key=lambda name: name not in ("scene", "top"))}
 
 
@@ -319,8 +373,8 @@ def check_start(world: World, data: mujoco.MjData) -> None:
         if {first, second} & by_body.keys():
             inside, other = (first, second) if first in by_body else (second, first)
             raise InputError(f"objects[{by_body[inside]}].pose: starts {depth} {world.names[other]!r}; move it apart")
-        if (first in world.robot.bodies) != (second in world.robot.bodies):
-            inside, other = (first, second) if first in world.robot.bodies else (second, first)
+        if world.arm_of_body(first) != world.arm_of_body(second):
+            inside, other = (first, second) if first in world.robot_bodies else (second, first)
             raise InputError(
                 f"the robot's {world.names[inside]!r} starts {depth} {world.names[other]!r}; "
                 "raise base_pose.xyz or bend home_qpos"

@@ -114,10 +114,10 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
     failures: list[SkillError] = []
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
-    gripper = arm.sim.spec.gripper
+    gripper = arm.spec.gripper
     if gripper is not None:
         arm.motion.open_to(gripper.geometry.min_aperture)
-    q, hand = arm.q, arm.sim.state().tcp_pose.rotation
+    q, hand = arm.q, arm.state.tcp_pose.rotation
     inwards = -outwards(drawer)
     for rotation in (*hand_rotations(drawer, hand, _PITCHES), *_turned(drawer, hand)):
         start = _start(arm, drawer, rotation)
@@ -146,7 +146,7 @@ def _step_back(arm: Manipulator, drawer: DetectedObject) -> None:
     """Take the hand off the grip the way that it came, if it can: one that rises while it presses pulls the drawer up."""
     arm.use(arm.look())
     arm.motion.allow(box_of(drawer))
-    state = arm.sim.state()
+    state = arm.state
     goal = moved_by(state.tcp_pose, _STAND_OFF * outwards(drawer))
     try:
         back = arm.motion.plan_line(state.q, goal, speed=SLIDE_SPEED)
@@ -164,14 +164,14 @@ def _turned(drawer: DetectedObject, hand: Array) -> list[Array]:
 
 def _start(arm: Manipulator, drawer: DetectedObject, rotation: Array) -> Pose:
     """Return the TCP pose before the grip, from which it is pushed."""
-    gripper, shape = arm.sim.spec.gripper, DrawerParts.of(drawer.size)
+    gripper, shape = arm.spec.gripper, DrawerParts.of(drawer.size)
     point = grip_point(drawer)
     if gripper is not None:
         along = abs(float(rotation[:, 1] @ outwards(drawer))) > 0.5
         depth = gripper.geometry.finger_thickness if along else gripper.geometry.finger_width / 2.0
     else:
         # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
-        depth = flange_depth(arm.sim.spec.tool_bounds, -(rotation.T @ outwards(drawer)))
+        depth = flange_depth(arm.spec.tool_bounds, -(rotation.T @ outwards(drawer)))
         point[2] -= shape.grip[2]
     distance = depth + float(shape.grip[0]) + _STAND_OFF
     return Pose.from_matrix(point + distance * outwards(drawer), rotation)

@@ -67,7 +67,7 @@ class Executor:
         broken = first_refuted(contract.gives, seen)
         if broken is not None:
             raise lost(*broken, seen, by=call.skill.name)
-        moved = disturbed(before, after, *contract.moves, *([before.held] if before.held else []))
+        moved = disturbed(before, after, *contract.moves, *before.in_hands)
         return result.model_copy(update={"side_effects": (*result.side_effects, *moved)})
 
 

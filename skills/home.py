@@ -32,7 +32,7 @@ class Home(Skill):
         """
         arm = Manipulator(ctx)
         held = arm.start.held
-        home = arm.sim.spec.home_q
+        home = arm.spec.home_q
         arm.use(arm.start, held=held)
         speed = arm.tempo.free
         if held:

@@ -48,7 +48,7 @@ class MoveTo(Skill):
             arm.motion.allow(*carried_along(arm.find(held), arm.start))
         trajectory = arm.motion.plan_joints(arm.q, _standing_at(arm, (x, y, z), heading), speed=speed)
         arm.follow(trajectory, Phase.APPROACH)
-        there = arm.sim.state().tcp_pose
+        there = arm.state.tcp_pose
         off = float(np.linalg.norm(there.position - np.array([x, y, z])))
         return SkillResult(
             skill=self.name, detail={"x": there.xyz[0], "y": there.xyz[1], "z": there.xyz[2], "off_mm": 1e3 * off}
@@ -100,7 +100,7 @@ def _standing_at(arm: Manipulator, point: tuple[float, float, float], heading: f
         UnreachableError: There is none.
         CollisionError: Each touches something.
     """
-    closing = arm.sim.state().tcp_pose.rotation[:, 1]
+    closing = arm.state.tcp_pose.rotation[:, 1]
     present = float(np.arctan2(closing[1], closing[0]))
     failure: UnreachableError | CollisionError | None = None
     for angle in [heading] if heading is not None else [present + turn for turn in _TURNS]:

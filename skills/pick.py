@@ -196,10 +196,10 @@ def _descend(arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> None:
         MetError: Fingers pressed on something.
         TrackingError: The arm did not arrive.
     """
-    if arm.geometry.cup is None or arm.sim.capabilities.contact is None:
+    if arm.geometry.cup is None or arm.driver.capabilities.contact is None:
         follow_free(arm, plan.descent, Phase.DESCEND)
     else:
-        follow_until(arm, plan.descent, Phase.DESCEND, lambda: target.id in arm.sim.forces())
+        follow_until(arm, plan.descent, Phase.DESCEND, lambda: target.id in arm.forces())
 
 
 def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
@@ -230,8 +230,8 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
     # Going up, it leaves whatever it stands on, in or against.
     others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
     arm.motion.allow("table", *(item.id for item in others if nearer(target, item, _BESIDE)))
-    load, grip = LoadMeter(arm.sim, target.id), Grip(arm, target, firm=firm)
-    end = arm.sim.subscribe(load)
+    load, grip = LoadMeter(arm, target.id), Grip(arm, target, firm=firm)
+    end = arm.driver.subscribe(load)
     try:
         try:
             rise = rise_with(arm, target, scene, width, grip)

@@ -172,7 +172,7 @@ def _find_way(arm: Manipulator, held: DetectedObject, vessel: DetectedObject) ->
     scene = arm.look()
     arm.use(scene, held=held.id)
     arm.motion.allow()
-    observation = arm.sim.state()
+    observation = arm.state
     held = arm.find(held.id, scene)
     tcp_in_object = held.pose.inverse() @ observation.tcp_pose
     level = _levelled(held.pose)
@@ -236,7 +236,7 @@ def _directions(arm: Manipulator, held: DetectedObject, level: Pose) -> Iterator
 
     Ways that lead over a finger come last, those that turn the hand the least come first.
     """
-    tcp = arm.sim.state().tcp_pose
+    tcp = arm.state.tcp_pose
     closing = tcp.rotation[:, 1]
     pads = [tcp.position + sign * closing * arm.gripper.width / 2.0 for sign in (1.0, -1.0)]
     angles = np.arctan2(closing[1], closing[0]) + np.arange(8) * np.pi / 4.0
@@ -291,12 +291,12 @@ def _opening(vessel: DetectedObject) -> tuple[Array, float, float]:
 
 def _drain(arm: Manipulator, name: str) -> None:
     """Wait until nothing more leaves the container."""
-    deadline = arm.sim.time + _DRAIN_SECONDS
+    deadline = arm.driver.time + _DRAIN_SECONDS
     scene = arm.look()
     left = contents(scene.objects, arm.find(name, scene))
     still = 0
-    while left and still < 5 and arm.sim.time < deadline:
-        arm.sim.wait(0.1)
+    while left and still < 5 and arm.driver.time < deadline:
+        arm.driver.wait(0.1)
         scene = arm.look()
         now = contents(scene.objects, arm.find(name, scene))
         still, left = (still + 1 if len(now) == len(left) else 0), now

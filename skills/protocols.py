@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
-    from robosandbox.driver import Driver
+    from robosandbox.driver import Arm, Driver, Hand
     from robosandbox.errors import Failure, Repair
     from robosandbox.grasp.protocols import GraspPlanner
     from robosandbox.motion.planning_scene import PlanningScene
@@ -21,7 +21,20 @@ class SkillContext(Protocol):
     """All that a skill may use."""
 
     @property
-    def sim(self) -> Driver: ...
+    def driver(self) -> Driver:
+        """Driver of the cell."""
+        ...
+
+    @property
+    def arm(self) -> Arm:
+        """The arm that the call works with; of a cell with one, that one."""
+        ...
+
+    @property
+    def hand(self) -> Hand | None:
+        """The hand that this arm carries; None where it carries none."""
+        ...
+
     @property
     def perception(self) -> Perception: ...
     @property

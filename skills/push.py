@@ -174,7 +174,7 @@ def _why(evidence: PushEvidence, direction: Direction, most: float) -> str:
 
 def _ahead(scene: ObservedScene, target: DetectedObject, axis: Array) -> tuple[str, ...]:
     """Return what the object stands against on the side that it is pushed to."""
-    others = (item for item in scene.objects if item.id not in (target.id, scene.held))
+    others = (item for item in scene.objects if item.id not in {target.id, *scene.in_hands})
     return tuple(
         item.id
         for item in others
@@ -184,7 +184,7 @@ def _ahead(scene: ObservedScene, target: DetectedObject, axis: Array) -> tuple[s
 
 def _room_above(arm: Manipulator, target: DetectedObject) -> float:
     """Return how far the hand may rise from where it is and still have an object's side before it, metres."""
-    gripper, height = arm.sim.spec.gripper, float(arm.state.tcp_pose.xyz[2])
+    gripper, height = arm.spec.gripper, float(arm.state.tcp_pose.xyz[2])
     tip = height if gripper is None else height - gripper.geometry.tip_depth
     return max(0.0, _PASSES * (top(target) - tip))
 
@@ -194,7 +194,7 @@ def _stroke(
 ) -> Pressed:
     """Put the fingers behind the object and push it once."""
     stroke = plan_stroke(arm, target, scene, axis, distance, missed)
-    if arm.sim.spec.gripper is not None:
+    if arm.spec.gripper is not None:
         arm.open_for(stroke.approach, 0.0)
     follow_free(arm, stroke.approach, Phase.APPROACH)
     follow_free(arm, stroke.descent, Phase.DESCEND)

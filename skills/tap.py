@@ -82,10 +82,10 @@ class Tap(Skill):
             TapError: Nothing was felt there, or the object was moved.
         """
         # Before the hand moves.
-        require(ctx.sim, "wrist_wrench", "a tap ends where the object is felt")
+        require(ctx.driver, "wrist_wrench", "a tap ends where the object is felt")
         arm = Manipulator(ctx)
         before = arm.find(object)
-        if arm.sim.spec.gripper is not None:
+        if arm.spec.gripper is not None:
             arm.open(0.0)
         force = _touch(arm, before)
         after = arm.find(object, arm.settle(object))
@@ -112,7 +112,7 @@ def _touch(arm: Manipulator, target: DetectedObject) -> float:
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
     failures: list[SkillError] = []
-    q, hand = arm.q, arm.sim.state().tcp_pose.rotation
+    q, hand = arm.q, arm.state.tcp_pose.rotation
     for tcp in _poses(arm, target, hand):
         try:
             arm.motion.allow()
@@ -151,7 +151,7 @@ def _feel(arm: Manipulator, target: DetectedObject, touch: Trajectory) -> float:
 
     def felt() -> bool:
         nonlocal most
-        most = max(most, float(np.linalg.norm(arm.sim.force_on(target.id))))
+        most = max(most, float(np.linalg.norm(arm.force_on(target.id))))
         return most >= FELT
 
     follow_until(arm, touch, Phase.TOUCH, felt)
@@ -163,7 +163,7 @@ def _feel(arm: Manipulator, target: DetectedObject, touch: Trajectory) -> float:
 
 def _poses(arm: Manipulator, target: DetectedObject, hand: Array) -> Iterator[Pose]:
     """Yield TCP poses with the fingertips at the top of the object: straight down first, the least turned first."""
-    robot = arm.sim.spec
+    robot = arm.spec
     tip = robot.gripper.geometry.tip_depth if robot.gripper else 0.0
     down = np.array([0.0, 0.0, -1.0])
     angles = target.pose.yaw + 2.0 * np.pi * np.arange(_YAWS) / _YAWS

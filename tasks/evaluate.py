@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robosandbox.driver import Driver, Refereed, Simulated, simulated
+from robosandbox.driver import Driver, simulated
 from robosandbox.tasks.judge.checks import Check
 from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.rest import any_moved, rests_for_good
@@ -80,9 +80,10 @@ def true_state(driver: Driver) -> Callable[[], Truth] | None:
     """Return how to ask for the state to judge on: a simulated world's truth, a referee's measurements; None without both."""
     if driver.capabilities.truth:
         return simulated(driver, "a verdict is made of it").truth
-    return driver.referee if isinstance(driver, Refereed) else None
+    return driver.referee
 
 
 def aside(driver: Driver) -> Driver:
     """Return a copy of the world to look ahead in, so that judging moves nothing; the driver itself where it makes none."""
-    return driver.fork() if isinstance(driver, Simulated) and driver.capabilities.fork else driver
+    world = driver.simulation
+    return driver if world is None or not driver.capabilities.fork else world.fork()

@@ -101,9 +101,9 @@ def test_looking_checking_and_trying_out_move_nothing(world: EmbeddedWorkcell) -
     ]
     with ScriptedServer(NO_SCHEMA, *script) as server:
         world.reset()
-        before = world.sim.truth()
+        before = world.simulation.truth()
         episode = act(world, server)
-        after = world.sim.truth()
+        after = world.simulation.truth()
     assert episode.final_reason is FinalReason.REFUSED and not episode.steps
     assert all(after.objects[name].pose == item.pose for name, item in before.objects.items())
     looked, wrong, left = results(server.requests[2])

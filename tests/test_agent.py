@@ -34,21 +34,40 @@ from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.monitor import Monitor
 
 
+class ClockArm:
+    """An arm that stands still."""
+
+    name = "arm"
+    one = np.ones(1)
+    spec = SimpleNamespace(
+        limits=None, name="nothing", files=None, lower=-one, upper=one, velocity_limits=one, acceleration_limits=one
+    )
+
+    def __init__(self, cell: "Clock") -> None:
+        self.cell = cell
+
+    def state(self) -> SimpleNamespace:
+        return SimpleNamespace(time=self.cell.time, q=np.zeros(1), qd=np.zeros(1))
+
+    def stop(self) -> None:
+        pass
+
+
 class Clock:
-    """The part of a sim that the context needs: time that passes in ticks."""
+    """The part of a driver that the context needs: time that passes in ticks."""
+
+    simulation = None
+    senses = None
+    fault = ""
 
     def __init__(self) -> None:
         self.time = 0.0
         self.loop = ControlLoop()
         self.guards = self.loop.guards
         self.subscribe = self.loop.subscribe
-        one = np.ones(1)
-        bounds = {"lower": -one, "upper": one, "velocity_limits": one, "acceleration_limits": one}
-        self.spec = SimpleNamespace(limits=None, name="nothing", files=None, **bounds)
         self.capabilities = Capabilities(clock="simulated")
-
-    def state(self) -> SimpleNamespace:
-        return SimpleNamespace(time=self.time, q=np.zeros(1), qd=np.zeros(1))
+        self.arms = {"arm": ClockArm(self)}
+        self.hands: dict[str, object] = {}
 
     def stop(self) -> None:
         pass
@@ -77,7 +96,7 @@ class Act(Skill):
     def run(self, ctx: SkillContext) -> SkillResult:
         """Act."""
         ctx.enter("approach")
-        ctx.sim.wait(1.0)
+        ctx.driver.wait(1.0)
         outcome = self.outcomes.pop(0) if self.outcomes else None
         if outcome:
             raise outcome
@@ -211,7 +230,7 @@ def test_unknown_skill_in_a_plan_is_an_invalid_argument() -> None:
 
 def test_cancel_from_another_thread_stops_between_ticks_and_is_not_replanned() -> None:
     agent, ctx, _ = make(Script(calls("pick")), Act("pick"))
-    sim = cast(Clock, ctx.sim)
+    sim = cast(Clock, ctx.driver)
 
     def cancel_at_half_time() -> None:
         if abs(sim.time - 0.5) < 1e-6:
@@ -240,7 +259,7 @@ def test_deadline_stops_a_skill_with_the_time_it_took() -> None:
     assert ep.final_reason is FinalReason.TIMED_OUT and len(ep.steps) == 1
     error = ep.attempts[0].error
     assert isinstance(error.exception(), GoalTimeoutError) and error.evidence
-    ctx.sim.wait(5.0)
+    ctx.driver.wait(5.0)
 
 
 def test_cancel_before_a_goal_does_not_reach_it() -> None:

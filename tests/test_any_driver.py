@@ -65,7 +65,7 @@ def test_hardware_is_served_and_an_agent_in_another_process_does_the_task(sim: S
     with connect(sim.endpoint) as client:
         robot = client.robot()
         # What the fingers hold is what perception believed when it last looked.
-        assert robot.state().held == "red_cube"
+        assert robot.state().hands == {"hand": "red_cube"}
         assert robot.state().physics_steps is None
         assert robot.observe().held == "red_cube"
         cell = RemoteWorkcell(robot)
@@ -109,7 +109,7 @@ def test_what_hardware_lacks_is_answered_in_one_line(sim: SimProcess, ask: str, 
 def test_a_picture_of_a_driver_without_cameras_is_refused_by_name() -> None:
     loader = TaskLoader(WorkcellOptions(task=_TASK, driver="hardware", perception="rgbd"))
     host = loader.first()
-    host.sim._inner._capabilities = replace(host.sim.capabilities, cameras={})  # type: ignore[attr-defined]
+    host.driver._inner._capabilities = replace(host.driver.capabilities, cameras={})  # type: ignore[attr-defined]
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     session, _ = open_listener(endpoint)
     with session, SimServer(host, session, robot_id="arm-1", load=loader.load), connect(endpoint) as client:
@@ -222,7 +222,7 @@ def test_an_episode_on_hardware_is_recorded_and_drawn_as_believed(tmp_path: Path
         recorder = open_recorder(settings, session)
         recorder.follow()
         assert session.run().success
-        truly = session.sim.referee().objects["red_cube"].pose.position  # type: ignore[attr-defined]
+        truly = session.driver.referee().objects["red_cube"].pose.position  # type: ignore[attr-defined]
         folder = recorder.finish()
         recorder.close()
         assert folder is not None

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.behind import backend
 
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.change_detection import Reference, changed, disparity_of, table_disparity
 from robosandbox.perception.frame import TablePrior
 from robosandbox.sim.sensors import SENSORS, perfect_intrinsics
-from robosandbox.types import PictureWindow, Pose, RgbdFrame
+from robosandbox.types import PictureWindow, Pose, Posture, RgbdFrame
 from robosandbox.workcell.session import open_session
 
 SIZE = (480, 640)
@@ -30,8 +29,7 @@ def wall(time=0.0, metres=1.2, block=None, grey=120):
         depth=depth,
         intrinsics=perfect_intrinsics(SIZE, 0.8),
         pose_camera_in_world=Pose(xyz=(0.0, 0.0, 1.0)),
-        q=np.zeros(7),
-        gripper_q=np.zeros(2),
+        arms={"arm": Posture(q=np.zeros(7), gripper_q=np.zeros(2))},
     )
 
 
@@ -131,13 +129,13 @@ class Counted:
 
     def __init__(self, session):
         self.taken = []
-        capture = session.sim.capture
+        capture = session.mujoco.capture
 
         def counted(camera, window=None):
             self.taken.append((camera, window))
             return capture(camera, window)
 
-        session.sim.capture = counted
+        session.mujoco.capture = counted
 
 
 @pytest.mark.gl
@@ -154,10 +152,10 @@ def test_a_pick_takes_five_pictures_and_one_of_them_small():
 @pytest.mark.gl
 def test_a_rendered_window_is_the_same_as_that_part_of_the_whole_picture():
     with open_session("put_in_bin", sensor="ideal") as session:
-        for camera in session.sim.cameras:
-            whole = session.sim.capture(camera)
+        for camera in session.mujoco.cameras:
+            whole = session.mujoco.capture(camera)
             window = PictureWindow(left=213, top=147, right=402, bottom=333)
-            part = session.sim.capture(camera, window)
+            part = session.mujoco.capture(camera, window)
             inside = np.s_[window.rows, window.columns]
             assert np.abs(part.rgb[inside].astype(int) - whole.rgb[inside]).max() <= 1
             assert np.abs(part.depth[inside] - whole.depth[inside]).max() < 1e-5
@@ -167,7 +165,7 @@ def test_a_rendered_window_is_the_same_as_that_part_of_the_whole_picture():
 @pytest.mark.gl
 def test_what_is_nudged_between_two_looks_is_seen_where_it_is():
     with open_session("pick_from_three", perception="rgbd", sensor="realsense") as session:
-        sim, ctx = session.sim, session.ctx
+        sim, ctx = session.mujoco, session.ctx
         before = {item.id: item.pose for item in ctx.look().objects}
         sim.wait(0.1)
         pictures = Counted(session)
@@ -176,7 +174,7 @@ def test_what_is_nudged_between_two_looks_is_seen_where_it_is():
         address = sim.model.joint(
             next(n for n in map(lambda k: sim.model.joint(k).name, range(sim.model.njnt)) if cube in n)
         )
-        backend(sim)._live.qpos[address.qposadr[0]] += 0.02
+        sim._live.qpos[address.qposadr[0]] += 0.02
         sim.wait(0.1)
         moved = ctx.look(cube).find(cube).pose
         truth = sim.truth().objects[cube].pose
@@ -190,7 +188,7 @@ def test_what_is_put_beside_is_noticed_by_a_look_at_all_and_what_is_felt_takes_n
         assert session.run().success
         ctx = session.ctx
         held = ctx.look().held
-        session.sim.wait(0.1)
+        session.driver.wait(0.1)
         pictures = Counted(session)
         assert held is not None and ctx.look(held).held == held and ctx.feel().held == held
         assert not pictures.taken

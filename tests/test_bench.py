@@ -98,7 +98,7 @@ def test_rows_are_the_same_twice_in_a_row_and_on_two_processes(rows: list[Row]) 
 def test_a_seed_does_not_depend_on_the_seeds_before_it(rows: list[Row]) -> None:
     with open_session("pick_cube_scrambled", seed=3) as session:
         session.run()
-        assert (session.sim.time, session.sim.physics_steps) == (
+        assert (session.driver.time, session.simulation.physics_steps) == (
             pytest.approx(rows[3].sim_secs, abs=1e-6),
             rows[3].physics_steps,
         )
@@ -125,7 +125,7 @@ def test_seeds_of_a_task_share_one_compiled_model() -> None:
     with open_session("stack_two") as session:
         for seed in range(5):
             session.reset(seed)
-        assert session.sim.compilations == 1
+        assert session.mujoco.compilations == 1
 
 
 def test_a_fault_in_an_episode_is_a_failed_row_and_the_bench_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:

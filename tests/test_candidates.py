@@ -30,7 +30,7 @@ def box(
 
 
 def scene(*items: DetectedObject, held: str | None = None) -> ObservedScene:
-    return ObservedScene(time=0.0, table_height=0.04, base_xy=(-0.3, 0.0), objects=items, held=held)
+    return ObservedScene(time=0.0, table_height=0.04, base_xy=(-0.3, 0.0), objects=items, hands={"hand": held})
 
 
 def failed(call: SkillCall, error: SkillError, before: ObservedScene, now: ObservedScene | None = None) -> FailedCall:

@@ -35,10 +35,10 @@ def bounded(**bounds: tuple[float, float]) -> Task:
 
 def test_preview_says_what_happens_and_leaves_the_world_alone() -> None:
     with open_session("pick_cube_franka") as session:
-        before = session.sim.snapshot()
+        before = session.simulation.snapshot()
         tried = preview(session.ctx, plan("pick", object="red_cube"), session.agent.skills)
         assert tried.success and float(tried.steps[0][1].detail["dz_mm"]) > 50.0 and tried.seconds > 1.0
-        np.testing.assert_array_equal(session.sim.snapshot(), before)
+        np.testing.assert_array_equal(session.simulation.snapshot(), before)
         assert session.run().success
 
 
@@ -84,10 +84,10 @@ def test_confirm_with_the_prompt_from_stdin_is_refused(capsys: pytest.CaptureFix
 
 def still(session: EmbeddedWorkcell, call: SkillCall) -> LimitError:
     """Return the error of a call, having checked that nothing has moved."""
-    before = session.sim.snapshot()
+    before = session.simulation.snapshot()
     with pytest.raises(LimitError) as caught:
         session.agent.perform(call)
-    np.testing.assert_array_equal(session.sim.snapshot(), before)
+    np.testing.assert_array_equal(session.simulation.snapshot(), before)
     return caught.value
 
 
@@ -108,19 +108,19 @@ def test_a_call_that_leads_outside_the_workspace_moves_nothing(call: SkillCall) 
 
 def test_a_limit_holds_whoever_calls_the_skill() -> None:
     with open_session(bounded(y=(-0.3, 0.1))) as session:
-        before = session.sim.snapshot()
+        before = session.simulation.snapshot()
         with pytest.raises(LimitError):
             session.agent.perform(SkillCall(skill="pick", arguments={"object": "grey_bin"}))
-        np.testing.assert_array_equal(session.sim.snapshot(), before)
+        np.testing.assert_array_equal(session.simulation.snapshot(), before)
 
 
 def test_the_arm_stops_at_the_border_whatever_is_planned() -> None:
     """The bin's place is allowed, but the way there is over the ceiling of the workspace."""
     with open_session(bounded(z=(0.0, 0.3))) as session:
-        height = session.sim.state().tcp_pose.xyz[2]
+        height = session.driver.state().tcp_pose.xyz[2]
         assert height > 0.31, "home is above the ceiling, where the arm may only go down"
         heights: list[float] = []
-        session.sim.subscribe(lambda: heights.append(session.sim.state().tcp_pose.xyz[2]))
+        session.driver.subscribe(lambda: heights.append(session.driver.state().tcp_pose.xyz[2]))
         assert session.run("pick up the red cube").success
         rising = session.run("go home")
         assert rising.error is not None and rising.error.code == ErrorCode.LIMIT

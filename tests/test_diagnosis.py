@@ -71,7 +71,7 @@ def test_sound_sidecar_is_not_blamed_for_what_has_another_cause(name, tmp_path):
         task = fits.model_copy(update={"scene": fits.scene.model_copy(update={"objects": (changed,)})})
         with open_session(task, what_if=False, max_replans=0) as session:
             episode = session.run()
-            assert session.sim.robot.files is not None
+            assert session.mujoco.robot.files is not None
         assert not episode.success, cause
         assert "robosandbox.yaml" not in episode.final_detail, (cause, episode.final_detail)
 
@@ -89,6 +89,6 @@ def test_static_checks_are_made_once_and_not_for_a_bundled_or_inferred_robot(tmp
     for robot in (None, model):
         before = _static_checks.cache_info().misses
         with open_session(Scene(robot_urdf=robot, objects=(far,)), what_if=False, max_replans=0) as session:
-            assert session.sim.robot.files is None
+            assert session.mujoco.robot.files is None
             session.run("pick up the red cube")
         assert _static_checks.cache_info().misses == before

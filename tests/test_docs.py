@@ -21,6 +21,7 @@ from support.processes import SimProcess
 
 from robosandbox.apps.conformance.openai_server import ScriptedServer, refuse
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.sim.scene_sidecar import SceneSidecar
 from robosandbox.tasks.task import Task
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -178,7 +179,7 @@ def test_conversations_are_as_shown(block: Block, folder: Path) -> None:
 def test_yaml_is_a_task_a_sidecar_or_a_part_of_one(block: Block) -> None:
     data = yaml.safe_load(block.text)
     problems = []
-    for model in (Task, Sidecar):
+    for model in (Task, Sidecar, SceneSidecar):
         try:
             model.model_validate(data)
             return

@@ -52,7 +52,7 @@ def closed() -> Iterator[EmbeddedWorkcell]:
 
 
 def opening(ctx: AgentContext) -> float:
-    found = ctx.sim.truth().objects["drawer"].opening
+    found = ctx.driver.simulation.truth().objects["drawer"].opening
     assert found is not None
     return found
 
@@ -66,7 +66,7 @@ def test_a_drawer_opens_takes_a_cube_and_shuts(closed: EmbeddedWorkcell) -> None
     perform(ctx, PlaceIn(), {"container": "drawer"})
     result = perform(ctx, CloseDrawer(), {"drawer": "drawer"})
     assert opening(ctx) < CLOSED_WITHIN and not result.side_effects
-    objects = ctx.sim.truth().objects
+    objects = ctx.driver.simulation.truth().objects
     assert inside(objects["cube"].detected(), objects["drawer"].detected())
     assert perform(ctx, OpenDrawer(), {"drawer": "drawer"}).detail["opening_mm"] > 1e3 * OPEN
 
@@ -87,7 +87,7 @@ def test_a_locked_drawer_is_named_as_the_cause_and_nothing_is_dragged_along(star
         evidence = failure.value.evidence
         assert isinstance(evidence, DrawerEvidence) and evidence.reason == "locked"
         assert evidence.force > 10.0 and evidence.opening == pytest.approx(start, abs=0.002)
-        before, after = session.start.objects["drawer"].pose, session.sim.truth().objects["drawer"].pose
+        before, after = session.start.objects["drawer"].pose, session.simulation.truth().objects["drawer"].pose
         assert np.linalg.norm(before.position - after.position) < 0.005
 
 
@@ -104,10 +104,10 @@ def test_a_drawer_is_pushed_shut_by_closed_fingers_beside_a_can_that_open_ones_w
     can = SceneObject(id="can", kind="cylinder", size=(0.03, 0.05), pose=Pose(xyz=(-0.02, 0.227, 0.09)), mass=0.1)
     pose = Pose(xyz=(0.246, 0.115, 0.04), quat_xyzw=(0.0, 0.0, -0.0662, 0.9978))
     with session_of(drawer(pose=pose, open=0.1), can) as session:
-        session.ctx.sim.set_gripper(0.0)
+        session.ctx.driver.hands["hand"].set_gripper(0.0)
         perform(session.ctx, CloseDrawer(), {"drawer": "drawer"})
         assert opening(session.ctx) < CLOSED_WITHIN
-        after = session.sim.truth().objects["can"].pose
+        after = session.simulation.truth().objects["can"].pose
         assert np.linalg.norm(session.start.objects["can"].pose.position - after.position) < 0.001
 
 
@@ -115,8 +115,8 @@ def test_a_hand_that_has_pushed_a_drawer_shut_steps_back_before_it_rises() -> No
     # Risen while it pressed, the hand pulled the drawer up by friction, and pressed ever harder for it: with 100 N.
     with open_session("close_drawer", seed=0) as session:
         pressed: list[float] = []
-        end = session.sim.subscribe(
-            lambda: pressed.append(float(np.linalg.norm(session.sim.forces().get("drawer", np.zeros(3)))))
+        end = session.driver.subscribe(
+            lambda: pressed.append(float(np.linalg.norm(session.driver.senses.forces().get("drawer", np.zeros(3)))))
         )
         assert session.run().success
         end()

@@ -16,7 +16,7 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance import check_driver
-from robosandbox.driver import Capabilities, Guard, driver_factory, load_driver
+from robosandbox.driver import BareSenses, Capabilities, Guard, driver_factory, load_driver
 from robosandbox.driver.force import ForceGuard
 from robosandbox.drivers.hardware import Hardware
 from robosandbox.errors import ErrorCode, InputError, UnsupportedError
@@ -25,12 +25,12 @@ from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.perception.sensed import SensedSim
-from robosandbox.sim.modelled import modelled
+from robosandbox.perception.sensed import SensedDriver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.loader import find_task
-from robosandbox.types import Array, Limits, RgbdFrame, Scene
+from robosandbox.types import Array, Limits, PictureWindow, RgbdFrame, Scene
 from robosandbox.workcell.session import open_session
 
 
@@ -58,7 +58,7 @@ def hardware() -> Iterator[Hardware]:
 
 def test_drivers_are_installed_by_name_and_opened_on_a_scene_with_options() -> None:
     with load_driver("mujoco:control_timestep=0.02", Scene(), supplied={"render_size": (48, 64)}) as sim:
-        world = modelled(sim, "it is of the size that was asked for")
+        world = require_mujoco(sim, "it is of the size that was asked for")
         assert (world.control_timestep, world.render_size) == (0.02, (48, 64))
 
 
@@ -97,18 +97,18 @@ def test_a_session_on_hardware_is_judged_by_its_referee_and_says_what_needs_a_si
 
 def test_what_draws_or_records_a_model_says_so_to_a_driver_without_one(hardware: Hardware) -> None:
     with pytest.raises(UnsupportedError, match=r"model: the driver of panda has no simulated model, and the viewer"):
-        modelled(hardware, "the viewer draws it")
+        require_mujoco(hardware, "the viewer draws it")
 
 
 def test_what_a_driver_does_not_have_is_no_zero(hardware: Hardware) -> None:
     gripper = hardware.state().gripper
     assert gripper is not None and gripper.force is None and gripper.commanded == 0.0
     for ask in (
-        lambda: hardware.force_on(None),
-        lambda: hardware.grip_on(None),
-        lambda: hardware.servo_force(0),
-        hardware.arm_contacts,
-        hardware.strongest_contact,
+        lambda: hardware.senses.force_on(None),
+        lambda: hardware.hands["hand"].grip_on(None),
+        lambda: hardware.arms["arm"].servo_force(0),
+        hardware.senses.contacts,
+        hardware.senses.strongest_contact,
     ):
         with pytest.raises(UnsupportedError) as failure:
             ask()
@@ -127,9 +127,9 @@ def test_one_camera_of_any_name_is_enough_to_see_with() -> None:
             whole = super().capabilities
             return replace(whole, cameras={"left_of_bench": whole.cameras["scene"]})
 
-        def capture(self, camera: str) -> RgbdFrame:
+        def next_frame(self, camera: str, window: PictureWindow | None) -> RgbdFrame:
             assert camera == "left_of_bench"
-            return replace(super().capture("scene"), camera=camera)
+            return replace(super().next_frame("scene", window), camera=camera)
 
     driver = OneEye(scene)
     try:
@@ -170,7 +170,7 @@ def test_without_a_sense_of_force_it_is_said_once_that_no_limit_is_kept(
 
 
 def test_commands_take_effect_after_the_latency(hardware: Hardware) -> None:
-    hardware.set_gripper(1.0)
+    hardware.hands["hand"].set_gripper(1.0)
     before = hardware._plant.controls.copy()
     moved = []
     for _ in range(5):
@@ -219,22 +219,28 @@ def test_the_mujoco_driver_passes_the_check_exact_and_as_cameras_leave_it() -> N
     with MuJoCoBackend() as sim:
         sim.load(Scene())
         check_driver(sim)
-        check_driver(SensedSim(sim))
+        check_driver(SensedDriver(sim))
 
 
 class Boastful(Hardware):
     """Answers 0 where it measures nothing."""
 
-    def force_on(self, object_id: str | None) -> Array:
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.senses = Zeros(self)
+
+
+class Zeros(BareSenses):
+    def force_on(self, object_id: str | None, arm: str | None = None) -> Array:
         return np.zeros(3)
 
 
 class Deaf(Hardware):
     """Goes on whatever a guard says."""
 
-    def _tick(self, guards: Sequence[Guard]) -> None:
+    def tick(self, guards: Sequence[Guard]) -> None:
         with contextlib.suppress(Exception):
-            super()._tick(guards)
+            super().tick(guards)
 
 
 @pytest.mark.parametrize(
@@ -280,13 +286,13 @@ def test_a_grip_is_as_hard_as_it_is_told_to_be() -> None:
     with open_session("pick_cube_franka") as cell:
         assert cell.run().success
         for force in (30.0, 10.0):
-            cell.sim.set_gripper(1.0, force)
-            cell.sim.wait(1.0)
-            gripper = cell.sim.state().gripper
+            cell.driver.hands["hand"].set_gripper(1.0, force)
+            cell.driver.wait(1.0)
+            gripper = cell.driver.state().gripper
             assert gripper is not None and gripper.force == pytest.approx(force, rel=0.02)
-            assert cell.sim.grip_on("red_cube") == pytest.approx(force / 2.0, rel=0.05)
+            assert cell.driver.hands["hand"].grip_on("red_cube") == pytest.approx(force / 2.0, rel=0.05)
 
 
 def test_a_force_is_refused_by_a_gripper_that_takes_none(hardware: Hardware) -> None:
     with pytest.raises(UnsupportedError, match="grip_limit: the driver of panda takes no limit of its gripper's force"):
-        hardware.set_gripper(1.0, 10.0)
+        hardware.hands["hand"].set_gripper(1.0, 10.0)

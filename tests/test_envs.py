@@ -49,7 +49,7 @@ def test_every_task_passes_the_checker(task: str) -> None:
 def test_another_arm_passes_too() -> None:
     toys = Path(__file__).parent / "toys"
     env = ManipulationEnv("pick_cube_franka", robot=toys / "toy_jaw.xml", action="joint")
-    robot = env.session.sim.robot
+    robot = env.session.mujoco.robot
     assert robot.name == "toy_jaw" and env.action_space.shape == (robot.n + 1,)
     checked(env)
 
@@ -105,7 +105,7 @@ def test_ee_actions_move_the_tcp_by_what_they_say() -> None:
 def test_joint_actions_lead_to_the_joints_that_they_name() -> None:
     env = ManipulationEnv("home", action="joint")
     env.reset(options={"layout": 0})
-    robot = env.session.sim.robot
+    robot = env.session.mujoco.robot
     goal = robot.home_q + np.array([0.3, -0.2, 0.1, 0.2, -0.1, 0.2, 0.3])
     for _ in range(40):
         seen, *_ = env.step(env.controller.joint_action(goal, closed=1.0))
@@ -159,7 +159,7 @@ def test_observations_are_flat_and_named_as_lerobot_names_them(task: str) -> Non
     with ManipulationEnv(task) as env:
         found = env.observation_space
         assert isinstance(found, gymnasium.spaces.Dict)
-        count, objects = env.session.sim.robot.n, len(env.session.task.scene.objects)
+        count, objects = env.session.mujoco.robot.n, len(env.session.task.scene.objects)
         shapes = {"agent_pos": (count + 1,), "agent_vel": (count,), "tcp_pose": (7,)}
         wanted = shapes | ({"environment_state": (7 * objects,)} if objects else {})
         assert {name: space.shape for name, space in found.items()} == wanted
@@ -203,7 +203,7 @@ def test_dense_rewards_add_up_to_what_was_gained_and_lead_to_the_task() -> None:
     policy = module.grasp(env)
     seen, _ = env.reset(options={"layout": 2})
     tcp = seen["tcp_pose"][:3].astype(float)
-    begun = potential(env.session.task.success, env.session.start, env.session.sim.truth(), tcp)
+    begun = potential(env.session.task.success, env.session.start, env.session.simulation.truth(), tcp)
     rewards = []
     for _ in range(200):
         seen, reward, ended, *_ = env.step(policy(seen))
@@ -220,13 +220,13 @@ def test_dense_rewards_add_up_to_what_was_gained_and_lead_to_the_task() -> None:
 def test_tasks_have_a_distance_that_is_measured_and_goes_to_nothing(task: str) -> None:
     with open_session(task) as session:
         start, criterion = session.start, session.task.success
-        if not criterion.evaluate(start, session.sim.truth()).holds:
-            assert distance(criterion, start, session.sim.truth()) > 0.0
+        if not criterion.evaluate(start, session.simulation.truth()).holds:
+            assert distance(criterion, start, session.simulation.truth()) > 0.0
         session.run()
         assert session.judge().success
-        tcp = session.sim.state().tcp_pose.position
-        assert distance(criterion, start, session.sim.truth()) == 0.0
-        assert potential(criterion, start, session.sim.truth(), tcp) == 0.0
+        tcp = session.driver.state().tcp_pose.position
+        assert distance(criterion, start, session.simulation.truth()) == 0.0
+        assert potential(criterion, start, session.simulation.truth(), tcp) == 0.0
 
 
 def test_wrong_kinds_are_told() -> None:

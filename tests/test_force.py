@@ -13,7 +13,7 @@ from robosandbox.driver import Capabilities
 from robosandbox.driver.force import ForceGuard
 from robosandbox.errors import LimitError, Phase, PushError
 from robosandbox.evidence import LimitEvidence, PushEvidence
-from robosandbox.perception.sensed import SensedSim
+from robosandbox.perception.sensed import SensedDriver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
@@ -66,9 +66,9 @@ def scene(mass: float, *, beside: tuple[SceneObject, ...] = ()) -> Scene:
 
 def way_down(session: EmbeddedWorkcell, above: float, depth: float) -> Trajectory:
     """Return a way of the closed hand straight down, from `above` to `depth` metres inside the table with its tips."""
-    sim, ctx = session.sim, session.ctx
+    sim, ctx = session.driver, session.ctx
     seen = ctx.look()
-    start, gripper = sim.state().tcp_pose, sim.spec.gripper
+    start, gripper = sim.state().tcp_pose, sim.arms["arm"].spec.gripper
     assert gripper is not None
     surface = seen.table_height + gripper.geometry.tip_depth
     kinematics, q, rows = ctx.planning(seen).kinematics(), sim.state().q, []
@@ -90,9 +90,9 @@ def worlds() -> Iterator[EmbeddedWorkcell]:
 def lowered(worlds: EmbeddedWorkcell) -> tuple[EmbeddedWorkcell, Trajectory]:
     """Return a robot whose closed hand is a millimetre above the table, and the way on into it."""
     worlds.reset()
-    worlds.sim.set_gripper(1.0)
+    worlds.driver.hands["hand"].set_gripper(1.0)
     way = way_down(worlds, 0.001, 0.01)
-    worlds.sim.reset(q=way.q[0])
+    worlds.simulation.reset(q=way.q[0])
     worlds.ctx.permit(bound(SKILLS["home"], {}))
     return worlds, way
 
@@ -101,7 +101,7 @@ def lowered(worlds: EmbeddedWorkcell) -> tuple[EmbeddedWorkcell, Trajectory]:
 @pytest.mark.parametrize("task", ["put_in_bin", "pick_can"])
 def test_forces_are_those_of_the_contacts_at_every_moment(task: str) -> None:
     with open_session(task, what_if=False) as session:
-        sim, read, pressing = session.sim, 0, []
+        sim, read, pressing = session.mujoco, 0, []
 
         def compare() -> None:
             nonlocal read
@@ -113,7 +113,7 @@ def test_forces_are_those_of_the_contacts_at_every_moment(task: str) -> None:
 
         sim.subscribe(compare)
         assert session.run().success and read > 50
-        assert bool(sim.forces()) is (sim.held() is not None)
+        assert bool(sim.forces()) is (sim.in_hands()["hand"] is not None)
         sim.reset()
         sim.restore(pressing[0])
         assert sim.forces(), "what was read before a jump is not told after it"
@@ -126,10 +126,10 @@ def test_the_arm_stops_before_it_presses_harder_than_allowed(
     session, way = lowered
     session.ctx.permit(bound(SKILLS["tap"], {"object": next(iter(meant), "nothing")}))
     session.ctx.enter(Phase.DESCEND)
-    peak = Peak(session.sim, "table")
+    peak = Peak(session.mujoco, "table")
     with pytest.raises(LimitError, match=f"the robot presses on table .* allows {limit:g}") as caught:
-        session.sim.follow(way)
-    session.sim.wait(0.3)
+        session.driver.arms["arm"].follow(way)
+    session.driver.wait(0.3)
     peak.end()
     assert 0.5 * limit < peak.force < 1.1 * limit
     assert caught.value.evidence is not None and caught.value.evidence.met() == ("table",)
@@ -140,11 +140,11 @@ def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(
     lowered: tuple[EmbeddedWorkcell, Trajectory],
 ) -> None:
     session, way = lowered
-    peak = Peak(session.sim, "table")
+    peak = Peak(session.mujoco, "table")
     for _ in range(2):
         with pytest.raises(LimitError):
-            session.sim.follow(way)
-        session.sim.follow(Trajectory(q=np.array([session.sim.state().q, way.q[0]]), dt=0.3))
+            session.driver.arms["arm"].follow(way)
+        session.driver.arms["arm"].follow(Trajectory(q=np.array([session.driver.state().q, way.q[0]]), dt=0.3))
     peak.end()
     assert peak.force < 1.1 * 40.0
 
@@ -152,15 +152,15 @@ def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(
 def test_a_force_that_was_told_of_is_told_of_again_where_it_grows(lowered: tuple[EmbeddedWorkcell, Trajectory]) -> None:
     session, way = lowered
     session.ctx.permit(bound(SKILLS["tap"], {"object": "table"}))
-    guard, told = ForceGuard(session.sim, 60.0, 30.0), list[float]()
+    guard, told = ForceGuard(session.driver, "arm", 60.0, 30.0), list[float]()
 
     def ask() -> None:
         if (error := guard()) is not None and isinstance(error.evidence, LimitEvidence):
             told.append(error.evidence.value)
 
-    end = session.sim.subscribe(ask)
+    end = session.driver.subscribe(ask)
     with pytest.raises(LimitError, match="allows 60"):
-        session.sim.follow(way)
+        session.driver.arms["arm"].follow(way)
     end()
     assert len(told) >= 2 and told == sorted(told)
 
@@ -169,14 +169,14 @@ def test_the_hand_that_goes_on_into_what_it_pressed_on_is_stopped_again(
     lowered: tuple[EmbeddedWorkcell, Trajectory],
 ) -> None:
     session, way = lowered
-    peak = Peak(session.sim, "table")
+    peak = Peak(session.mujoco, "table")
     with pytest.raises(LimitError):
-        session.sim.follow(way)
+        session.driver.arms["arm"].follow(way)
     with pytest.raises(LimitError, match="the robot presses on table"):
-        session.sim.follow(Trajectory(q=np.array([session.sim.state().q, way.q[-1]]), dt=2.0))
+        session.driver.arms["arm"].follow(Trajectory(q=np.array([session.driver.state().q, way.q[-1]]), dt=2.0))
     peak.end()
     assert peak.force < 1.2 * 40.0
-    assert raw_force(session.sim, "table")[2] < -10.0, "down, on the table"
+    assert raw_force(session.mujoco, "table")[2] < -10.0, "down, on the table"
 
 
 def test_limits_add_up_to_the_least() -> None:
@@ -194,7 +194,7 @@ def push(session: EmbeddedWorkcell, direction: str) -> None:
 @pytest.mark.parametrize("direction", ["forward", "left"])
 def test_a_heavy_thing_that_slides_is_pushed_within_the_limit(direction: str) -> None:
     with open_session(scene(1.0), what_if=False) as session:
-        peak = Peak(session.sim, "cube")
+        peak = Peak(session.mujoco, "cube")
         push(session, direction)
         assert 9.0 < peak.force < 60.0
 
@@ -202,7 +202,7 @@ def test_a_heavy_thing_that_slides_is_pushed_within_the_limit(direction: str) ->
 def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
     wall = SceneObject(id="wall", kind="box", size=(0.03, 0.08, 0.01), pose=Pose(xyz=(0.23, 0.0, 0.051)), mass=200.0)
     with open_session(scene(0.1, beside=(wall,)), what_if=False) as session:
-        peak, began = Peak(session.sim, "cube"), session.sim.time
+        peak, began = Peak(session.mujoco, "cube"), session.driver.time
         with pytest.raises(
             PushError, match=r"it resists .* N, and limits.max_force_n allows 60; wall is in its way"
         ) as caught:
@@ -211,20 +211,22 @@ def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
         assert isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and evidence.blocking == ("wall",)
         assert evidence.force is not None and 0.7 * 60.0 < evidence.force <= peak.force + 0.01
         assert peak.force < 1.1 * 60.0
-        assert session.sim.time - began < 18.0, "not until the time of the whole way, 300 s for each metre, has passed"
+        assert session.driver.time - began < 18.0, (
+            "not until the time of the whole way, 300 s for each metre, has passed"
+        )
         session.agent.perform(SkillCall(skill="home", arguments={}))
 
 
 def test_a_robots_own_limit_is_kept_in_a_push() -> None:
     task = find_task("push_left").model_copy(update={"limits": Limits(max_force_n=20.0), "scene": scene(3.0)})
     with open_session(task, what_if=False) as session:
-        peak = Peak(session.sim, "cube")
+        peak = Peak(session.mujoco, "cube")
         with pytest.raises(PushError, match=r"limits\.max_force_n allows 20"):
             push(session, "left")
         assert 5.0 < peak.force < 1.1 * 20.0
 
 
-class WristOnly(SensedSim):
+class WristOnly(SensedDriver):
     """A world whose robot feels at its wrist alone."""
 
     @property
@@ -235,7 +237,7 @@ class WristOnly(SensedSim):
 def test_a_wrench_at_the_wrist_keeps_the_limit_on_what_is_to_be_moved() -> None:
     with open_session("pick_cube_franka", what_if=False) as session:
         # The cube weighs 0.49 N.
-        light, heavy = (ForceGuard(WristOnly(session.sim), limit, 0.1) for limit in (0.6, 0.4))
+        light, heavy = (ForceGuard(WristOnly(session.driver), "arm", limit, 0.1) for limit in (0.6, 0.4))
         assert light() is None and heavy() is None
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "red_cube"}))
         assert [light() for _ in range(3)] == [None] * 3
@@ -287,17 +289,17 @@ def test_what_is_to_stay_slides_under_its_weight_times_friction_and_what_is_name
 
 def test_a_shove_of_what_is_to_stay_stops_the_arm_before_it_slides() -> None:
     with open_session(bin_beside(1.0), what_if=False) as session:
-        sim, motion = session.sim, session.ctx.motion
-        motion.use(session.ctx.planning(session.observe()), sim.state())
+        sim, motion = session.driver, session.ctx.motion
+        motion.use(session.ctx.planning(session.observe()), sim.arms["arm"].state())
         motion.allow("bin")
         down = np.diag([1.0, -1.0, -1.0])
         begin, end = (Pose.from_matrix(np.array([0.15, y, 0.08]), down) for y in (-0.12, -0.04))
-        sim.set_gripper(1.0)
-        sim.follow(motion.plan_joints(sim.state().q, motion.ik(begin), speed=0.3))
+        sim.hands["hand"].set_gripper(1.0)
+        sim.arms["arm"].follow(motion.plan_joints(sim.state().q, motion.ik(begin), speed=0.3))
         at = np.array(session.observe().find("bin").pose.xyz)  # type: ignore[union-attr]
         session.ctx.permit(bound(SKILLS["pick"], {"object": "cube"}))
         with pytest.raises(LimitError, match=r"slides under 4\.9"):
-            sim.follow(motion.plan_line(sim.state().q, end, speed=0.05))
+            sim.arms["arm"].follow(motion.plan_line(sim.state().q, end, speed=0.05))
         sim.wait(0.5)
         assert np.linalg.norm(np.array(session.observe().find("bin").pose.xyz) - at) < 0.002  # type: ignore[union-attr]
         session.ctx.permit(bound(SKILLS["home"], {}))

@@ -92,13 +92,13 @@ def test_everything_of_a_size_is_held_and_lifted(item: SceneObject) -> None:
     with world(item) as session:
         do(session, "pick", object="it")
         now = seen(session, "it")
-        assert now.pose.xyz[2] - item.pose.xyz[2] > 0.1 and session.sim.truth().held == "it"
+        assert now.pose.xyz[2] - item.pose.xyz[2] > 0.1 and session.simulation.truth().held == "it"
 
 
 def test_a_mesh_is_held_across_its_faces(wedge: Path) -> None:
     with world(thing("it", "mesh", (), (0.15, 0.0, 0.071), mesh=wedge)) as session:
         do(session, "pick", object="it")
-        assert session.sim.truth().held == "it"
+        assert session.simulation.truth().held == "it"
 
 
 def test_fingers_choose_the_side_that_neighbours_leave_free() -> None:
@@ -125,7 +125,7 @@ def test_what_has_no_room_is_refused_with_the_neighbour_named() -> None:
 
 def test_candidates_come_lazily_and_the_plain_ones_first() -> None:
     with world(thing("it", "box", (0.02, 0.03, 0.02), (0.15, 0.0, 0.061))) as session:
-        scene, robot = session.observe(), session.sim.robot
+        scene, robot = session.observe(), session.mujoco.robot
         first = list(islice(AnalyticTopDown().candidates(seen(session, "it"), scene, robot), 4))
         assert {grasp.how for grasp in first} == {"top-down"}
         every = {grasp.how for grasp in AnalyticTopDown().candidates(seen(session, "it"), scene, robot)}
@@ -138,7 +138,7 @@ def test_the_grip_is_as_firm_as_the_load_asks_for() -> None:
         with world(thing("it", "cylinder", (0.025, 0.035), (0.15, 0.0, 0.077), mass=mass)) as session:
             do(session, "pick", object="it")
             arm = Manipulator(session.ctx)
-            force = session.sim.grip_on("it")
+            force = session.driver.hands["hand"].grip_on("it")
             assert force > 0.8 * needed_force(arm, seen(session, "it"), mass)
             forces.append(force)
     assert forces[1] > 1.5 * forces[0]
@@ -146,7 +146,7 @@ def test_the_grip_is_as_firm_as_the_load_asks_for() -> None:
 
 def test_no_hand_leans_so_far_that_its_pads_slide_off_the_faces() -> None:
     with world(thing("it", "box", (0.02, 0.011, 0.016), (0.055, 0.125, 0.057))) as session:
-        robot, scene = session.sim.spec, session.observe()
+        robot, scene = session.driver.arms["arm"].spec, session.observe()
         found = list(AnalyticTopDown().candidates(seen(session, "it"), scene, robot))
     # The box stands along the world's axes: the largest component of a closing line is the cosine to a face's normal.
     askew = [math.acos(min(1.0, float(np.abs(grasp.tcp_pose.rotation[:, 1]).max()))) for grasp in found]
@@ -161,10 +161,10 @@ def test_what_is_held_hard_comes_down_slower_in_proportion() -> None:
         do(session, "pick", object="it")
         arm, lower = Manipulator(session.ctx), session.ctx.tempo.lower
         assert isinstance(lower, Timing)
-        assert 2.0 * session.sim.grip_on("it") < session.ctx.max_force_n
+        assert 2.0 * session.driver.hands["hand"].grip_on("it") < session.ctx.max_force_n
         assert landing(arm, seen(session, "it"), lower) == lower
         arm.close()
-        passed_on = 2.0 * session.sim.grip_on("it")
+        passed_on = 2.0 * session.driver.hands["hand"].grip_on("it")
         assert passed_on > session.ctx.max_force_n
         slower = landing(arm, seen(session, "it"), lower)
         assert slower.arrival == pytest.approx(lower.arrival * session.ctx.max_force_n / passed_on)
@@ -190,7 +190,7 @@ def test_a_cup_with_something_in_it_is_carried_level() -> None:
     with world(cup, ball, block) as session:
         do(session, "pick", object="cup")
         leans: list[float] = []
-        session.sim.subscribe(
+        session.driver.subscribe(
             lambda: leans.append(float(np.arccos(np.clip(seen(session, "cup").pose.rotation[2, 2], -1.0, 1.0))))
         )
         do(session, "place_on", target="block")
@@ -252,7 +252,7 @@ def test_a_hand_around_a_thing_and_a_wall_does_not_hold_the_thing() -> None:
         way = arm.motion.plan_joints(arm.q, arm.motion.ik(above), speed=0.5)
         arm.follow(way, Phase.APPROACH)
         arm.follow(arm.motion.plan_line(arm.q, there, speed=0.3), Phase.DESCEND)
-        arm.sim.set_gripper(1.0, 20.0)
+        arm.hand.set_gripper(1.0, 20.0)
         arm.wait_for_fingers()
         target = arm.find("cube")
         with pytest.raises(GraspError) as wedged:
@@ -270,7 +270,7 @@ def test_what_lies_at_the_walls_of_a_bin_is_dragged_off_them_by_its_top_and_pick
     with world(bin_, ball) as session:
         before = seen(session, "bin").pose.position
         pressed: list[float] = []
-        session.sim.subscribe(lambda: pressed.append(float(np.linalg.norm(session.sim.force_on("bin")))))
+        session.driver.subscribe(lambda: pressed.append(float(np.linalg.norm(session.driver.senses.force_on("bin")))))
         phases: list[str] = []
         on_phases(session.ctx.events, phases.append)
         do(session, "pick", object="red_ball")

@@ -171,9 +171,9 @@ def test_hand_of_three_fingers_on_an_arm_picks_and_lets_go_as_inferred(hand, tmp
             episode = session.run()
             assert session.judge().success, (seed, episode.final_detail)
             # What opens lets go, and what has closed on nothing opens again.
-            sim = session.ctx.sim
+            sim = session.ctx.driver
             for closed in (0.0, 1.0, 0.0):
-                sim.set_gripper(closed)
+                sim.hands["hand"].set_gripper(closed)
                 sim.wait(2.0)
             state = sim.state().gripper
             assert state is not None and state.width > 0.9 * robot.gripper.geometry.max_aperture

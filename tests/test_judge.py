@@ -76,7 +76,7 @@ def leaning(beyond: float) -> Pose:
 def test_a_can_that_topples_slowly_is_not_on_the_pillar(pillar: EmbeddedWorkcell, speed: float, success: bool) -> None:
     """Ten milliradians before its balance it falls back from rest, and over the edge from 0.7 degrees in 0.1 s."""
     pillar.reset(0)
-    hand = Intervention(pillar.sim)
+    hand = Intervention(pillar.mujoco)
     hand.set_pose("can", leaning(-0.01))
     lever = math.hypot(RADIUS, HALF)
     hand.set_velocity("can", np.array([speed * lever, 0.0, 0.0]), np.array([0.0, speed, 0.0]))
@@ -90,9 +90,9 @@ def test_a_can_that_topples_slowly_is_not_on_the_pillar(pillar: EmbeddedWorkcell
 
 def test_judging_moves_nothing(pillar: EmbeddedWorkcell) -> None:
     pillar.reset(0)
-    before = pillar.sim.snapshot()
+    before = pillar.simulation.snapshot()
     assert pillar.judge().success
-    assert np.array_equal(pillar.sim.snapshot(), before)
+    assert np.array_equal(pillar.simulation.snapshot(), before)
 
 
 def finding(session: EmbeddedWorkcell, **fields: str) -> bool:
@@ -102,7 +102,7 @@ def finding(session: EmbeddedWorkcell, **fields: str) -> bool:
 
 def test_what_leans_on_a_thing_is_not_on_it_nor_what_another_carries(pillar: EmbeddedWorkcell) -> None:
     pillar.reset(0)
-    hand = Intervention(pillar.sim)
+    hand = Intervention(pillar.mujoco)
     # Lying on the tray's rim and on the table: neither in the tray nor on it.
     tilt = math.radians(60.0)
     lies = Pose(xyz=(0.15, -0.16, 0.072), quat_xyzw=(math.sin(tilt / 2.0), 0.0, 0.0, math.cos(tilt / 2.0)))

@@ -41,7 +41,7 @@ def thing(name: str, x: float, y: float, *, kind: str = "box", colour: str = "re
 
 
 def scene(*items: DetectedObject, held: str | None = None) -> ObservedScene:
-    return ObservedScene(time=0.0, objects=items, table_height=0.04, base_xy=(-0.3, 0.0), held=held)
+    return ObservedScene(time=0.0, objects=items, table_height=0.04, base_xy=(-0.3, 0.0), hands={"hand": held})
 
 
 TABLE = scene(
@@ -397,7 +397,7 @@ def test_an_answer_completes_an_ambiguous_command() -> None:
 def test_a_correction_replaces_the_object_and_puts_the_wrong_one_down() -> None:
     stub = planner(dialogue=True)
     assert calls(stub.plan("pick up the red cube", TABLE)) == ["pick(object=red_cube)"]
-    plan = calls(stub.plan("no, the green one", replace(TABLE, held="red_cube")))
+    plan = calls(stub.plan("no, the green one", TABLE.holding("red_cube")))
     assert plan[0].startswith("place_at(") and plan[1:] == ["pick(object=green_cube)"]
 
 

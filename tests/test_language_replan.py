@@ -183,7 +183,7 @@ def test_free_side_gives_another_side() -> None:
     talk = Talk("put the green block next to the bin")
     assert isinstance(talk.answer, Plan)
     side = talk.answer.steps[1].arguments["side"]
-    held = replace(SCENE, held="green")
+    held = SCENE.holding("green")
     answer = talk.fail(UnreachableError("there"), step=1, scene=held)
     assert isinstance(answer, list) and len(answer) == 1 and f"side={side}" not in answer[0]
 
@@ -191,7 +191,7 @@ def test_free_side_gives_another_side() -> None:
 def test_occupied_target_is_cleared_once() -> None:
     talk = Talk("put the green block on the left side of the table")
     evidence = PlacementEvidence(object="green", target="table", reason="occupied", blocking=("red_2",))
-    held = replace(SCENE, held="green")
+    held = SCENE.holding("green")
     answers = [talk.fail(PlacementError("occupied", evidence=evidence), step=1, scene=held)]
     assert isinstance(answers[0], list) and answers[0][0].startswith("place_at(")
 
@@ -201,7 +201,7 @@ def test_cancelled_stops() -> None:
 
 
 def test_object_that_vanished_is_named() -> None:
-    gone = replace(SCENE, objects=tuple(item for item in SCENE.objects if item.id != "bin_a"), held="green")
+    gone = replace(SCENE, objects=tuple(item for item in SCENE.objects if item.id != "bin_a"), hands={"hand": "green"})
     answer = Talk("put the green block in the bin").fail(PlacementError("missed"), step=1, scene=gone)
     assert isinstance(answer, Refusal) and answer.code == "object_not_found" and "bin_a" in answer.message
 

@@ -6,6 +6,7 @@ import pytest
 from robosandbox.errors import GraspError, SkillError
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.loads import LoadMeter, held_back
+from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import DetectedObject, ObservedScene, Pose, Scene, SceneObject, SkillCall
 from robosandbox.workcell.session import open_session
 
@@ -65,10 +66,10 @@ def test_a_load_that_stays_is_a_weight_and_one_that_grows_is_none() -> None:
             (20.0 + 0.8 * np.sin(rising * 400.0), 20.0),
             (np.where(np.arange(60) == 30, 40.0, 1.0), 1.0),
         ):
-            meter = LoadMeter(session.sim, "it")
+            meter = LoadMeter(Manipulator(session.ctx), "it")
             meter.readings.extend(zip(rising.tolist(), forces.tolist(), strict=True))
             assert meter.weight == (None if weight is None else pytest.approx(weight, rel=0.1))
-        standing = LoadMeter(session.sim, "it")
+        standing = LoadMeter(Manipulator(session.ctx), "it")
         standing.readings.extend((0.1, 20.0) for _ in range(60))
         assert standing.weight is None, "a hand that does not rise weighs nothing"
 
@@ -77,7 +78,7 @@ def test_what_is_fixed_is_not_too_heavy_and_the_limit_is_kept() -> None:
     post = SceneObject(id="post", kind="box", size=(0.02, 0.02, 0.03), pose=Pose(xyz=(0.15, 0.0, 0.0705)), mass=200.0)
     with open_session(Scene(objects=(post,)), what_if=False) as session:
         pulls: list[float] = []
-        session.sim.subscribe(lambda: pulls.append(float(np.linalg.norm(session.sim.force_on("post")))))
+        session.driver.subscribe(lambda: pulls.append(float(np.linalg.norm(session.driver.senses.force_on("post")))))
         with pytest.raises(GraspError, match="nothing that is seen holds it: it is fixed") as caught:
             session.agent.perform(SkillCall(skill="pick", arguments={"object": "post"}))
         evidence = caught.value.evidence
@@ -95,12 +96,12 @@ def test_a_bin_does_not_come_up_with_what_lies_in_its_corner() -> None:
     with open_session(Scene(objects=(can, corner)), what_if=False) as session:
         start = session.observe().find("bin")
         pressed: list[float] = []
-        session.sim.subscribe(
-            lambda: pressed.append(float(np.linalg.norm(session.sim.forces().get("bin", np.zeros(3)))))
+        session.driver.subscribe(
+            lambda: pressed.append(float(np.linalg.norm(session.driver.senses.forces().get("bin", np.zeros(3)))))
         )
         with pytest.raises(SkillError) as caught:
             session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
-        session.sim.wait(0.5)
+        session.driver.wait(0.5)
         now = session.observe().find("bin")
         assert start is not None and now is not None and abs(now.pose.xyz[2] - start.pose.xyz[2]) < 0.005
         assert caught.value.evidence is not None and "bin" in caught.value.evidence.met()

@@ -67,8 +67,8 @@ def test_the_twins_of_repairs_are_freed(worlds: "weakref.WeakSet[MuJoCoBackend]"
 def test_a_workcell_that_was_closed_is_freed_with_its_world() -> None:
     session = open_session("pick_from_three")
     session.run()
-    session.sim.subscribe(lambda: None)
-    cell, sim = weakref.ref(session), weakref.ref(session.sim)
+    session.driver.subscribe(lambda: None)
+    cell, sim = weakref.ref(session), weakref.ref(session.driver)
     session.close()
     del session
     assert cell() is None
@@ -80,11 +80,11 @@ def test_pictures_of_a_world_that_was_exchanged_are_freed_though_none_is_asked_f
 ) -> None:
     closed = threading.Event()
     with open_session("home") as before, open_session("home") as after:
-        studio = Studio(before.sim, lambda job: job(), "boot")
+        studio = Studio(before.driver, lambda job: job(), "boot")
         monkeypatch.setattr(studio._photographer, "close", closed.set)
         studio.start()
         with studio.lock:
-            studio.exchange(after.sim)
+            studio.exchange(after.driver)
         assert closed.wait(20.0)
         studio.stop()
 

@@ -106,9 +106,9 @@ def test_a_ring_is_picked_by_its_wall_if_cut_and_is_too_wide_if_not(ring: Path) 
     hull, cut = (Scene(objects=(thing(ring, collision=way, mass=0.05),)) for way in ("hull", "coacd"))
     with open_session(cut, what_if=False) as session:
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
-        truth = session.sim.truth()
+        truth = session.simulation.truth()
         assert truth.held == "it" and truth.objects["it"].pose.xyz[2] > 0.1
-        tcp = session.sim.state().tcp_pose.position
+        tcp = session.driver.state().tcp_pose.position
         # In the wall's frame the fingertips are at its radius, not over its middle.
         off = (tcp - truth.objects["it"].pose.position) @ truth.objects["it"].pose.rotation
         assert float(np.hypot(*off[:2])) == pytest.approx((INNER + OUTER) / 2.0, abs=0.006)
@@ -198,11 +198,11 @@ def test_what_is_wider_than_the_hand_is_held_where_it_is_thin(table_of_boxes: Pa
     pose = Pose(xyz=(0.15, 0.0, 0.04 + 0.0365), quat_xyzw=(np.sin(tip / 2.0), 0.0, 0.0, np.cos(tip / 2.0)))
     board = thing(table_of_boxes, scale=0.001, collision="coacd", mass=0.1, pose=pose)
     with open_session(Scene(objects=(board,)), what_if=False) as session:
-        grasps = list(session.ctx.grasp.candidates(session.observe().objects[0], session.observe(), session.sim.spec,
+        grasps = list(session.ctx.grasp.candidates(session.observe().objects[0], session.observe(), session.driver.arms["arm"].spec,
             pieces=session.ctx.planning(session.observe()).pieces("it")))  # fmt: skip
         assert grasps and {round(1e3 * grasp.width) for grasp in grasps} <= {12, 24}
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
-        assert session.sim.truth().held == "it"
+        assert session.simulation.truth().held == "it"
 
 
 def test_how_a_mesh_lies_is_found_from_points_of_its_surface(angle: Path) -> None:
@@ -229,8 +229,8 @@ def test_a_known_mesh_is_seen_as_it_lies_and_picked_where_it_is_thin(table_of_bo
         pose=Pose(xyz=(0.15, 0.0, 0.04 + 0.0365), quat_xyzw=(1.0, 0.0, 0.0, 0.0)))  # fmt: skip
     with open_session(Scene(objects=(board,)), perception="rgbd", what_if=False) as session:
         (seen,) = session.observe().objects
-        truth = session.sim.truth().objects["it"].pose
+        truth = session.simulation.truth().objects["it"].pose
         assert seen.kind == "mesh"
         assert seen.pose.position == pytest.approx(truth.position, abs=0.002)
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
-        assert session.sim.truth().held == "it"
+        assert session.simulation.truth().held == "it"

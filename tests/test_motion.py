@@ -32,7 +32,7 @@ def sim():
 def planner(sim):
     planner = DLSMotionPlanner()
     eyes = GroundTruthPerception()
-    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.state())
+    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.arms["arm"].state())
     return planner
 
 
@@ -170,7 +170,7 @@ def test_a_thin_wall_is_not_stepped_over_wherever_the_way_begins() -> None:
     sheet = SceneObject(id="sheet", kind="box", size=(0.1, 0.001, 0.15), pose=Pose(xyz=(0.15, 0.0, 0.191)), mass=2.0)
     with open_session(Scene(objects=(sheet,))) as session:
         motion = DLSMotionPlanner()
-        motion.use(session.ctx.planning(session.observe()), session.sim.state())
+        motion.use(session.ctx.planning(session.observe()), session.ctx.arm.state())
         for away in np.arange(0.09, 0.19, 0.01):
             path = np.array([motion.ik(down(0.15, -away, 0.3)), motion.ik(down(0.15, 0.1, 0.3))])
             assert not motion.touch(path[0]) and not motion.touch(path[1])
@@ -179,7 +179,7 @@ def test_a_thin_wall_is_not_stepped_over_wherever_the_way_begins() -> None:
 
 def test_a_walk_along_a_face_that_it_almost_touches_looks_every_millimetre_and_no_more_often(sim, monkeypatch) -> None:
     planner, eyes = DLSMotionPlanner(clearance=0.0), GroundTruthPerception()
-    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.state())
+    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.arms["arm"].state())
     touching, free = 0.0, 0.25
     while free - touching > 1e-5:
         middle = (touching + free) / 2.0
@@ -198,7 +198,7 @@ def test_a_walk_along_a_face_that_it_almost_touches_looks_every_millimetre_and_n
 
 def test_what_the_arm_touches_of_itself_is_what_mujoco_finds() -> None:
     with open_session(Scene(objects=())) as session:
-        sim, rng, folded = session.sim, np.random.default_rng(0), 0
+        sim, rng, folded = session.mujoco, np.random.default_rng(0), 0
         robot, model = sim.robot, sim.model
         checker, data = CollisionChecker(model, robot, sim.body_names), mujoco.MjData(model)
         checker.allow([body for body in range(model.nbody) if body not in robot.bodies])
@@ -252,12 +252,12 @@ def test_no_point_of_the_robot_moves_farther_than_its_joints_turn_times_their_le
 def test_what_is_held_is_carried_along_and_touches_with_it() -> None:
     bar = SceneObject(id="bar", kind="box", size=(0.01, 0.15, 0.01), pose=Pose(xyz=(0.4, -0.4, 0.0505)), mass=0.1)
     with open_session(Scene(objects=(POST, bar))) as session:
-        sim = session.sim
+        sim = session.mujoco
         checker = CollisionChecker(sim.model, sim.robot, sim.body_names)
         for item in (POST, bar):
             checker.place(sim.object_bodies[item.id], item.pose)
         motion = DLSMotionPlanner()
-        motion.use(session.ctx.planning(session.observe()), sim.state())
+        motion.use(session.ctx.planning(session.observe()), sim.arms["arm"].state())
         q = motion.ik(down(0.15, 0.16, 0.3))
         assert checker.touch(q) is None
         checker.hold(sim.object_bodies["bar"], Pose(xyz=(0.0, 0.0, 0.0)))
@@ -272,7 +272,7 @@ def test_cans_are_seen_as_near_as_they_are() -> None:
     """The checker against exact distances, of every link to a can, in configurations around it."""
     can = SceneObject(id="can", kind="cylinder", size=(0.028, 0.044), pose=Pose(xyz=(0.18, 0.06, 0.085)))
     with open_session(Scene(objects=(can,))) as session:
-        sim, rng = session.sim, np.random.default_rng(0)
+        sim, rng = session.mujoco, np.random.default_rng(0)
         checker = CollisionChecker(sim.model, sim.robot, sim.body_names)
         checker.place(sim.object_bodies["can"], can.pose)
         checker.allow([sim.model.body("table").id, sim.model.body("floor").id])
@@ -280,7 +280,7 @@ def test_cans_are_seen_as_near_as_they_are() -> None:
         links = [g for g in solid if int(sim.model.geom_bodyid[g]) in sim.robot.bodies]
         (target,) = (g for g in solid if int(sim.model.geom_bodyid[g]) == sim.object_bodies["can"])
         motion = DLSMotionPlanner()
-        motion.use(session.ctx.planning(session.observe()), sim.state())
+        motion.use(session.ctx.planning(session.observe()), sim.arms["arm"].state())
         close = 0
         for _ in range(250):
             yaw, bearing, away = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi), rng.uniform(0.05, 0.13)
@@ -303,7 +303,7 @@ def beside_a_bin() -> Iterator[tuple[PlanningScene, DLSMotionPlanner]]:
         eyes = GroundTruthPerception()
         planning = eyes.planning(sim, eyes.perceive(sim))
         planner = DLSMotionPlanner()
-        planner.use(planning, sim.state())
+        planner.use(planning, sim.arms["arm"].state())
         yield planning, planner
 
 

@@ -43,19 +43,19 @@ def pick(session: EmbeddedWorkcell) -> None:
 
 def once_risen(session: EmbeddedWorkcell, height: float, do: Callable[[], None]) -> None:
     """Do something in the tick in which the cube has first risen so far, metres."""
-    begin, done = session.sim.truth().objects["cube"].pose.xyz[2], []
+    begin, done = session.simulation.truth().objects["cube"].pose.xyz[2], []
 
     def look() -> None:
-        if not done and session.sim.truth().objects["cube"].pose.xyz[2] - begin > height:
+        if not done and session.simulation.truth().objects["cube"].pose.xyz[2] - begin > height:
             done.append(True)
             do()
 
-    session.sim.subscribe(look)
+    session.driver.subscribe(look)
 
 
 def test_fingers_that_close_on_nothing_do_not_rise() -> None:
     with world(CUBE) as (session, phases):
-        hand, taken = Intervention(session.sim), []
+        hand, taken = Intervention(session.mujoco), []
 
         def take_away(phase: str) -> None:
             if phase == Phase.GRASP:
@@ -72,16 +72,16 @@ def test_fingers_that_close_on_nothing_do_not_rise() -> None:
 
 def test_what_rises_beside_it_is_taken_for_wedged_and_the_lift_is_begun_anew() -> None:
     with world(CUBE, OTHER, PILLAR) as (session, phases):
-        hand = Intervention(session.sim)
+        hand = Intervention(session.mujoco)
         once_risen(session, 0.03, lambda: hand.set_pose("other", Pose(xyz=(0.15, -0.2, 0.161))))
         pick(session)
-        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+        assert phases.count(Phase.GRASP) == 2 and session.mujoco.in_hands()["hand"] == "cube"
 
 
 def test_what_slid_down_between_the_fingers_is_not_lifted() -> None:
     tall = CUBE.model_copy(update={"size": (0.012, 0.012, 0.08), "pose": Pose(xyz=(0.15, 0.0, 0.1205))})
     with world(tall) as (session, phases):
-        hand = Intervention(session.sim)
+        hand = Intervention(session.mujoco)
 
         def slide() -> None:
             x, y, z = hand.pose("cube").xyz
@@ -89,13 +89,13 @@ def test_what_slid_down_between_the_fingers_is_not_lifted() -> None:
 
         once_risen(session, 0.12, slide)
         pick(session)
-        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+        assert phases.count(Phase.GRASP) == 2 and session.mujoco.in_hands()["hand"] == "cube"
 
 
 def test_a_hand_that_is_leant_on_at_the_top_puts_back_what_it_holds_and_takes_it_anew() -> None:
     plank = SceneObject(id="plank", kind="box", size=(0.01, 0.05, 0.2), pose=Pose(xyz=(0.4, 0.25, 0.2405)), mass=4.0)
     with world(CUBE, plank) as (session, phases):
-        hand, leant = Intervention(session.sim), []
+        hand, leant = Intervention(session.mujoco), []
 
         def lean() -> None:
             tilt = 0.25
@@ -103,20 +103,20 @@ def test_a_hand_that_is_leant_on_at_the_top_puts_back_what_it_holds_and_takes_it
             for x in np.arange(0.3, 0.2, -0.001) if not leant else ():
                 turn = (0.0, -math.sin(tilt / 2), 0.0, math.cos(tilt / 2))
                 hand.set_pose("plank", Pose(xyz=(float(x), 0.0, height), quat_xyzw=turn))
-                if "plank" in session.sim.forces():
+                if "plank" in session.driver.senses.forces():
                     break
             leant.append(True)
 
         in_phase(session, Phase.SETTLE, lean)
         in_phase(session, Phase.LOWER, lambda: hand.set_pose("plank", Pose(xyz=(0.4, 0.25, 0.2405))))
         pick(session)
-        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+        assert phases.count(Phase.GRASP) == 2 and session.mujoco.in_hands()["hand"] == "cube"
 
 
 def test_what_tips_in_the_hand_so_that_its_end_hangs_down_is_taken_anew() -> None:
     bar = CUBE.model_copy(update={"size": (0.14, 0.012, 0.008), "pose": Pose(xyz=(0.15, 0.0, 0.0485))})
     with world(bar) as (session, phases):
-        hand, tipped = Intervention(session.sim), []
+        hand, tipped = Intervention(session.mujoco), []
 
         def tip() -> None:
             if not tipped:
@@ -127,32 +127,32 @@ def test_what_tips_in_the_hand_so_that_its_end_hangs_down_is_taken_anew() -> Non
 
         in_phase(session, Phase.SETTLE, tip)
         pick(session)
-        assert phases.count(Phase.GRASP) == 2 and session.sim.held() == "cube"
+        assert phases.count(Phase.GRASP) == 2 and session.mujoco.in_hands()["hand"] == "cube"
 
 
 def test_what_is_held_and_still_stands_is_lifted_by_another_pick() -> None:
     with world(CUBE) as (session, phases):
         pick(session)
-        down = raised(session.sim.state().tcp_pose, -0.16)
+        down = raised(session.driver.state().tcp_pose, -0.16)
         motion = session.ctx.motion
         motion.allow("table")
-        session.sim.follow(motion.plan_line(session.sim.state().q, down, speed=0.3))
-        session.sim.wait(0.5)
-        before = session.sim.truth().objects["cube"].pose.xyz[2]
+        session.driver.arms["arm"].follow(motion.plan_line(session.driver.state().q, down, speed=0.3))
+        session.driver.wait(0.5)
+        before = session.simulation.truth().objects["cube"].pose.xyz[2]
         pick(session)
-        assert session.sim.truth().objects["cube"].pose.xyz[2] - before > 0.1
+        assert session.simulation.truth().objects["cube"].pose.xyz[2] - before > 0.1
         assert phases.count(Phase.GRASP) == 1
 
 
 def test_what_slips_out_of_a_grip_by_its_weight_is_taken_again_as_hard_as_can_be() -> None:
     def grip(friction: float, grasps: int) -> float:
         with world(CUBE) as (session, phases):
-            hand = Intervention(session.sim)
-            session.sim.model.geom_friction[hand.geoms("cube"), 0] = friction
-            session.sim.model.geom_priority[hand.geoms("cube")] = session.sim.model.geom_priority.max() + 1
+            hand = Intervention(session.mujoco)
+            session.mujoco.model.geom_friction[hand.geoms("cube"), 0] = friction
+            session.mujoco.model.geom_priority[hand.geoms("cube")] = session.mujoco.model.geom_priority.max() + 1
             pick(session)
-            assert phases.count(Phase.GRASP) == grasps and session.sim.held() == "cube"
-            return session.sim.grip_on("cube")
+            assert phases.count(Phase.GRASP) == grasps and session.mujoco.in_hands()["hand"] == "cube"
+            return session.driver.hands["hand"].grip_on("cube")
 
     assert grip(0.02, grasps=2) > 2.0 * grip(1.0, grasps=1)
 
@@ -160,7 +160,7 @@ def test_what_slips_out_of_a_grip_by_its_weight_is_taken_again_as_hard_as_can_be
 def test_what_slides_in_the_eased_grip_at_rest_is_held_as_hard_as_can_be() -> None:
     def grip(slide: float) -> float:
         with world(CUBE) as (session, phases):
-            hand, slid = Intervention(session.sim), []
+            hand, slid = Intervention(session.mujoco), []
 
             def lower() -> None:
                 if not slid:
@@ -170,8 +170,8 @@ def test_what_slides_in_the_eased_grip_at_rest_is_held_as_hard_as_can_be() -> No
 
             in_phase(session, Phase.SETTLE, lower)
             pick(session)
-            assert phases.count(Phase.GRASP) == 1 and session.sim.held() == "cube"
-            return session.sim.grip_on("cube")
+            assert phases.count(Phase.GRASP) == 1 and session.mujoco.in_hands()["hand"] == "cube"
+            return session.driver.hands["hand"].grip_on("cube")
 
     assert grip(0.004) > 2.0 * grip(0.0)
 
@@ -190,7 +190,7 @@ def test_what_a_load_has_shown_is_said_where_no_other_grasp_is_left() -> None:
         for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1))
     ]
     with world(post, *walls) as (session, phases):
-        hand = Intervention(session.sim)
+        hand = Intervention(session.mujoco)
 
         def close_in() -> None:
             for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
@@ -205,7 +205,7 @@ def test_what_a_load_has_shown_is_said_where_no_other_grasp_is_left() -> None:
 
 def test_a_hand_on_its_free_way_stops_at_what_it_meets_long_before_the_limit() -> None:
     with world(OTHER, PILLAR) as (session, _):
-        arm, hand = Manipulator(session.ctx), Intervention(session.sim)
+        arm, hand = Manipulator(session.ctx), Intervention(session.mujoco)
         arm.use(arm.start)
         arm.motion.allow("table")
         down = np.diag([1.0, -1.0, -1.0])
@@ -222,7 +222,7 @@ def test_a_hand_on_its_free_way_stops_at_what_it_meets_long_before_the_limit() -
 def test_what_is_held_off_its_middle_asks_for_a_firmer_grip() -> None:
     with world(CUBE) as (session, _):
         arm = Manipulator(session.ctx)
-        at, tcp = arm.find("cube"), session.sim.state().tcp_pose
+        at, tcp = arm.find("cube"), session.driver.state().tcp_pose
         along = tcp.rotation[:, 0]
 
         def needed(off: float) -> float:
@@ -239,7 +239,7 @@ def in_phase(session: EmbeddedWorkcell, phase: str, do: Callable[[], None]) -> N
 
 def test_what_moves_on_after_it_was_let_go_is_not_placed() -> None:
     with world(CUBE) as (session, _):
-        hand = Intervention(session.sim)
+        hand = Intervention(session.mujoco)
         pick(session)
         in_phase(session, Phase.RETREAT, lambda: hand.set_pose("cube", Pose(xyz=(0.25, 0.2, 0.0705))))
         with pytest.raises(PlacementError, match="is not where it was placed") as caught:
@@ -252,8 +252,8 @@ def test_what_stays_between_fingers_that_do_not_open_is_not_placed() -> None:
     deep = SceneObject(id="bin", kind="bin", size=(0.14, 0.14, 0.14), pose=Pose(xyz=(0.15, -0.25, 0.0405)), mass=2.0)
     with world(CUBE, deep) as (session, _):
         pick(session)
-        sim = session.sim
-        in_phase(session, Phase.RELEASE, lambda: sim.subscribe(lambda: sim.set_gripper(1.0)))
+        sim = session.driver
+        in_phase(session, Phase.RELEASE, lambda: sim.subscribe(lambda: sim.hands["hand"].set_gripper(1.0)))
         with pytest.raises(PlacementError, match="stuck") as caught:
             session.agent.perform(SkillCall(skill="place_in", arguments={"container": "bin"}))
         assert isinstance(caught.value.evidence, PlacementEvidence) and caught.value.evidence.reason == "stuck"
@@ -262,7 +262,7 @@ def test_what_stays_between_fingers_that_do_not_open_is_not_placed() -> None:
 def test_what_stands_on_its_rim_is_watched_until_it_falls() -> None:
     can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
     with world(can) as (session, _):
-        hand, fallen = Intervention(session.sim), []
+        hand, fallen = Intervention(session.mujoco), []
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
         # On its rim, past its balance by so little that two looks see it stand still.
         tilt = math.atan2(0.02, 0.05) + 0.01
@@ -304,17 +304,17 @@ def test_nothing_is_lowered_where_the_fingers_could_not_let_go() -> None:
         pick(session)
         with pytest.raises(CollisionError):
             session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.2}))
-        assert Phase.LOWER not in phases and session.sim.held() == "cube"
+        assert Phase.LOWER not in phases and session.mujoco.in_hands()["hand"] == "cube"
     with world(CUBE, *shaft(0.012)) as (session, _):
         pick(session)
         session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": -0.2}))
-        assert session.sim.held() is None
+        assert session.mujoco.in_hands()["hand"] is None
 
 
 def test_what_stands_askew_is_watched_until_it_falls() -> None:
     can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
     with world(can, PILLAR) as (session, _):
-        hand = Intervention(session.sim)
+        hand = Intervention(session.mujoco)
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
 
         # Its middle is 2 mm from the pillar's edge and 10 mrad short of its balance there: it begins to fall slowly.
@@ -340,7 +340,7 @@ def test_what_stands_askew_is_watched_until_it_falls() -> None:
 def test_what_stands_near_an_edge_is_looked_at_again_a_second_later() -> None:
     can = SceneObject(id="can", kind="cylinder", size=(0.02, 0.05), pose=Pose(xyz=(0.15, 0.0, 0.0905)), mass=0.1)
     with world(can, PILLAR) as (session, _):
-        hand = Intervention(session.sim)
+        hand = Intervention(session.mujoco)
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "can"}))
         # Upright, its middle 2 mm within the pillar's top; then it goes over all the same.
         poses = [Pose(xyz=(0.178, -0.2, 0.1905)), Pose(xyz=(0.25, -0.2, 0.0905))]
@@ -348,18 +348,18 @@ def test_what_stands_near_an_edge_is_looked_at_again_a_second_later() -> None:
 
         def change() -> None:
             if poses:
-                times.append(session.sim.time)
+                times.append(session.driver.time)
                 hand.set_pose("can", poses.pop(0))
 
         in_phase(session, Phase.SETTLE, change)
         with pytest.raises(PlacementError, match="missed") as caught:
             session.agent.perform(SkillCall(skill="place_on", arguments={"target": "pillar"}))
-        assert caught.value.phase == Phase.VERIFY and session.sim.time - times[0] > 1.0
+        assert caught.value.phase == Phase.VERIFY and session.driver.time - times[0] > 1.0
 
 
 def test_what_slides_on_when_it_was_pushed_has_gone_too_far() -> None:
     with world(OTHER) as (session, _):
-        hand = Intervention(session.sim)
+        hand = Intervention(session.mujoco)
         in_phase(session, Phase.RETREAT, lambda: hand.set_pose("other", Pose(xyz=(0.15, 0.0, 0.0605))))
         with pytest.raises(PushError, match="look again") as caught:
             session.agent.perform(
@@ -370,7 +370,7 @@ def test_what_slides_on_when_it_was_pushed_has_gone_too_far() -> None:
 
 def test_what_is_carried_against_something_counts_as_touching_it() -> None:
     with world(CUBE, OTHER) as (session, _):
-        monitor, hand = ContactMonitor(session.sim, session.agent.skills), Intervention(session.sim)
+        monitor, hand = ContactMonitor(session.mujoco, session.agent.skills), Intervention(session.mujoco)
         call = SkillCall(skill="pick", arguments={"object": "cube"})
         monitor.begin(call)
 
@@ -378,7 +378,7 @@ def test_what_is_carried_against_something_counts_as_touching_it() -> None:
             x, y, z = hand.pose("cube").xyz
             hand.set_pose("other", Pose(xyz=(x, y, z - 0.0495)))
 
-        once_risen(session, 0.1, lambda: session.sim.subscribe(lift))
+        once_risen(session, 0.1, lambda: session.driver.subscribe(lift))
         with pytest.raises(GraspError, match="other came up together with cube"):
             session.agent.perform(call)
         assert "cube on other" in monitor.touched and monitor.worst_force > 0.0
@@ -387,21 +387,21 @@ def test_what_is_carried_against_something_counts_as_touching_it() -> None:
 def test_a_hand_on_the_destination_of_what_it_carries_counts_as_touching_it() -> None:
     with world(CUBE, OTHER) as (session, _):
         pick(session)
-        monitor, hand = ContactMonitor(session.sim, session.agent.skills), Intervention(session.sim)
+        monitor, hand = ContactMonitor(session.mujoco, session.agent.skills), Intervention(session.mujoco)
         monitor.begin(SkillCall(skill="place_on", arguments={"target": "other"}))
-        session.sim.wait(session.sim.control_timestep)
+        session.driver.wait(session.driver.control_timestep)
         assert not monitor.touched
         # From above, away from the cube between the fingers.
-        x, y, z = session.sim.state().tcp_pose.xyz
+        x, y, z = session.driver.state().tcp_pose.xyz
         hand.set_pose("other", Pose(xyz=(x, y, z + 0.12)))
-        session.sim.wait(session.sim.control_timestep)
+        session.driver.wait(session.driver.control_timestep)
         assert any(pair.endswith(" on other") and not pair.startswith("cube ") for pair in monitor.touched)
         assert monitor.worst_force > 0.0
 
 
 def test_an_arm_that_is_stopped_stays_where_it_was_stopped() -> None:
     with world(CUBE) as (session, _):
-        sim, stopped = session.sim, list[np.ndarray]()
+        sim, stopped = session.driver, list[np.ndarray]()
         goal = sim.state().q + 0.5
         way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
 
@@ -412,14 +412,14 @@ def test_an_arm_that_is_stopped_stays_where_it_was_stopped() -> None:
             return LookupError("that is far enough")
 
         with pytest.raises(LookupError):
-            sim.follow(way, guards=(guard,))
+            sim.arms["arm"].follow(way, guards=(guard,))
         sim.wait(0.5)
         assert np.abs(sim.state().q - stopped[0]).max() < 0.001 and len(stopped) == 1
 
 
 def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
     with world(CUBE) as (session, _):
-        sim, at = session.sim, list[np.ndarray]()
+        sim, at = session.driver, list[np.ndarray]()
         goal = sim.state().q + 0.5
         way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
 
@@ -430,7 +430,7 @@ def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
 
         end = sim.subscribe(watch)
         with pytest.raises(KeyboardInterrupt):
-            sim.follow(way)
+            sim.arms["arm"].follow(way)
         end()
         sim.wait(0.5)
         assert np.abs(sim.state().q - at[0]).max() < 0.015
@@ -439,9 +439,9 @@ def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
 def test_an_arm_that_is_stopped_while_it_arrives_does_not_go_on_to_its_goal() -> None:
     with world(CUBE) as (session, _):
         # Commanded at once, so that all of the way is left when the command was given, which only the driver behind takes.
-        sim = backend(session.sim)
+        sim = backend(session.driver)
         begin = sim.state().q
-        sim.follow(Trajectory(q=np.array([begin, begin + 0.3]), dt=0.01))
+        sim.arms["arm"].follow(Trajectory(q=np.array([begin, begin + 0.3]), dt=0.01))
         with pytest.raises(LookupError):
             sim.wait(0.5, guards=(lambda: LookupError("hold"),))
         sim.wait(1.0)

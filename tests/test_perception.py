@@ -27,7 +27,7 @@ from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import SENSORS, find_sensor, perfect_intrinsics
-from robosandbox.types import Pose, RgbdFrame, Scene, SceneObject
+from robosandbox.types import Pose, Posture, RgbdFrame, Scene, SceneObject
 from robosandbox.workcell.session import open_session
 from robosandbox.world.relations import inside
 
@@ -40,8 +40,7 @@ def frame(rgb=None, depth=None, size=(48, 64)):
         depth=np.full(size, 1.0, np.float32) if depth is None else depth,
         intrinsics=perfect_intrinsics(size, 0.8),
         pose_camera_in_world=Pose(xyz=(0.0, 0.0, 1.0)),
-        q=np.zeros(7),
-        gripper_q=np.zeros(2),
+        arms={"arm": Posture(q=np.zeros(7), gripper_q=np.zeros(2))},
     )
 
 
@@ -213,7 +212,7 @@ def test_a_thing_in_a_bin_of_its_own_colour_is_seen_apart_from_it():
 def test_a_board_that_leans_is_seen_as_it_leans():
     with open_session("pick_tilted", perception="rgbd", sensor="realsense") as session:
         board = session.observe().find("yellow_block")
-        true = session.sim.truth().objects["yellow_block"].pose
+        true = session.simulation.truth().objects["yellow_block"].pose
     assert board is not None and np.linalg.norm(board.pose.position - true.position) < 0.004
     assert np.degrees(np.arccos(abs(board.pose.rotation[:, 2] @ true.rotation[:, 2]))) < 6.0
 
@@ -224,7 +223,7 @@ def test_a_board_that_leans_is_seen_as_it_leans():
 def test_a_drawer_is_known_by_its_grip_and_how_far_it_is_open(task, opening):
     with open_session(task, perception="rgbd", sensor="realsense") as session:
         seen = session.observe()
-        true = session.sim.truth().objects["drawer"]
+        true = session.simulation.truth().objects["drawer"]
         drawer = seen.find("drawer")
         assert drawer is not None and drawer.kind == "drawer"
         assert np.linalg.norm(drawer.pose.position - true.pose.xyz) < 0.005
@@ -257,9 +256,9 @@ def test_two_drawers_are_told_apart():
     with open_session(scene, perception="rgbd", sensor="realsense") as session:
         for seed in range(6):
             session.reset(0)
-            backend(session.sim).sensor = replace(SENSORS["realsense"], seed=seed)
+            backend(session.driver).sensor = replace(SENSORS["realsense"], seed=seed)
             drawers = [item for item in session.observe().objects if item.kind == "drawer"]
-            true = [session.sim.truth().objects[name].pose.xyz for name in places]
+            true = [session.simulation.truth().objects[name].pose.xyz for name in places]
             frames = session.ctx.perception.frames
             pieces = group([segment for look in frames.by_camera.values() for segment in look.segments])
             orders = itertools.permutations([piece] for piece in pieces)
@@ -288,7 +287,7 @@ def test_a_thing_that_the_task_does_not_name_can_be_picked():
         session.ctx.perception._setup = Setup()
         assert {item.id for item in session.observe().objects} == {"red_box_1", "green_box_1", "blue_box_1"}
         assert session.run("pick up the blue box").success
-        assert session.sim.truth().held == "blue_cube"
+        assert session.simulation.truth().held == "blue_cube"
 
 
 @pytest.mark.gl
@@ -323,7 +322,7 @@ def session():
 @pytest.mark.gl
 def test_cubes_are_seen_within_3_mm_under_their_declared_names(session):
     scene = session.observe()
-    truth = session.sim.truth().objects
+    truth = session.simulation.truth().objects
     assert {item.id for item in scene.objects} == set(truth)
     for item in scene.objects:
         assert np.linalg.norm(item.pose.position - np.array(truth[item.id].pose.xyz)) < 0.003
@@ -334,7 +333,7 @@ def test_cubes_are_seen_within_3_mm_under_their_declared_names(session):
 @pytest.mark.gl
 def test_without_a_task_things_are_called_by_colour_and_shape(session):
     eyes = RgbdPerception()
-    assert {item.id for item in eyes.perceive(session.sim).objects} == {"red_box_1", "green_box_1", "blue_box_1"}
+    assert {item.id for item in eyes.perceive(session.driver).objects} == {"red_box_1", "green_box_1", "blue_box_1"}
 
 
 @pytest.mark.gl
@@ -347,16 +346,16 @@ def test_neither_skills_nor_planner_reach_the_simulated_truth(session, monkeypat
             patch.setattr(MuJoCoBackend, name, property(refuse) if name in ("object_bodies", "world") else refuse)
         episode = session.run()
     assert episode.success and session.judge().success
-    assert not isinstance(session.ctx.sim, Simulated)
-    assert not hasattr(session.ctx.sim, "truth")
+    assert not isinstance(session.ctx.driver, Simulated)
+    assert not hasattr(session.ctx.driver, "truth")
 
 
 @pytest.mark.gl
 def test_the_world_that_is_planned_in_holds_what_was_seen_and_nothing_else(session):
-    assert not hasattr(session.ctx.sim, "object_bodies") and not hasattr(session.ctx.sim, "model")
+    assert not hasattr(session.ctx.driver, "object_bodies") and not hasattr(session.ctx.driver, "model")
     seen = session.observe()
     world = session.ctx.planning(seen)._world
-    assert world is not session.sim.world and set(world.object_bodies) == {item.id for item in seen.objects}
+    assert world is not session.mujoco.world and set(world.object_bodies) == {item.id for item in seen.objects}
     half = world.model.geom_size[world.model.body_geomadr[world.object_bodies["red_cube"]]]
     assert tuple(half) == pytest.approx(next(item.size for item in seen.objects if item.id == "red_cube"))
 
@@ -378,23 +377,25 @@ def test_what_is_held_moves_with_the_hand_and_keeps_its_name(session):
     scene = session.observe()
     held = scene.find("green_cube")
     assert scene.held == "green_cube"
-    assert np.linalg.norm(held.pose.position - np.array(session.sim.truth().objects["green_cube"].pose.xyz)) < 0.004
+    assert (
+        np.linalg.norm(held.pose.position - np.array(session.simulation.truth().objects["green_cube"].pose.xyz)) < 0.004
+    )
 
 
 @pytest.mark.gl
 def test_a_reset_forgets_what_was_seen_before(session):
     session.observe()
     session.reset(3)
-    truth = session.sim.truth().objects
+    truth = session.simulation.truth().objects
     for item in session.observe().objects:
         assert np.linalg.norm(item.pose.position - np.array(truth[item.id].pose.xyz)) < 0.004
 
 
 @pytest.mark.gl
 def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch):
-    whole = session.sim.capture
+    whole = session.driver.senses.capture
     monkeypatch.setattr(
-        session.sim, "capture", lambda name: replace(whole(name), rgb=np.zeros((480, 640, 3), np.uint8))
+        session.driver, "capture", lambda name: replace(whole(name), rgb=np.zeros((480, 640, 3), np.uint8))
     )
     scene = session.observe()
     assert scene.objects == () and len(scene.notes) == 3 and "too dark" in scene.notes[0]
@@ -402,10 +403,10 @@ def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch)
 
 @pytest.mark.gl
 def test_the_robot_is_masked_without_drawing_it(session):
-    sim = backend(session.sim)
+    sim = backend(session.driver)
     seen = sim.capture("scene")
     silhouette = RobotMask(RobotShapes(sim.model, sim.robot))
-    silhouette.place(seen.q, seen.gripper_q)
+    silhouette.place(seen.arms["arm"].q, seen.arms["arm"].gripper_q)
     sim.sensor = SENSORS["ideal"]
     mask, _ = silhouette.masks(sim.capture("scene"))
     renderer = OffscreenRenderer(sim.model, (480, 640))
@@ -560,7 +561,7 @@ def test_what_lies_in_an_open_drawer_lies_on_its_floor():
         ),
     )
     with open_session(scene, perception="rgbd", sensor="realsense") as session:
-        seen, true = session.observe(), session.sim.truth().objects["cube"].pose.xyz
+        seen, true = session.observe(), session.simulation.truth().objects["cube"].pose.xyz
     drawer, cube = seen.find("drawer"), seen.find("cube")
     assert drawer is not None and drawer.kind == "drawer" and inside(cube, drawer)
     assert np.linalg.norm(cube.pose.position - true) < 0.005
@@ -574,7 +575,7 @@ def test_the_cubes_of_a_tower_keep_the_sizes_that_they_had_apart():
         before = {item.id: item for item in session.observe().objects}
         episode = session.run()
         after = {item.id: item for item in session.observe().objects}
-        truth = session.sim.truth().objects
+        truth = session.simulation.truth().objects
     assert episode.success and not episode.replans
     assert after.keys() == before.keys()
     for name, item in after.items():
@@ -606,7 +607,7 @@ def test_a_bin_s_floor_is_not_taken_for_the_table_that_tells_the_light():
 def test_what_lies_in_a_drawer_goes_along_when_it_is_pushed_shut():
     with open_session("put_in_drawer", perception="rgbd", sensor="realsense") as session:
         episode = session.run()
-        seen, truth = session.observe(), session.sim.truth().objects
+        seen, truth = session.observe(), session.simulation.truth().objects
     assert episode.success
     assert {item.id for item in seen.objects} <= truth.keys(), "the drawer's inside is not taken for another thing"
     assert np.linalg.norm(seen.find("red_cube").pose.position - truth["red_cube"].pose.position) < 0.02

@@ -137,7 +137,7 @@ def test_a_cube_that_the_hand_hid_is_known_again_where_it_was_pushed():
         before = session.observe().find("red_cube")
         episode = session.run()
         after = session.observe().find("red_cube")
-        true = session.sim.truth().objects["red_cube"].pose.position
+        true = session.simulation.truth().objects["red_cube"].pose.position
     assert episode.success and not episode.replans
     assert before is not None and after is not None
     assert np.linalg.norm(after.pose.position - true) < 0.004

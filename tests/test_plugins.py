@@ -152,7 +152,7 @@ def world() -> Iterator[EmbeddedWorkcell]:
 def test_an_installed_grasp_planner_keeps_its_promises(name: str, world: EmbeddedWorkcell) -> None:
     scene = world.observe()
     planner = plugins.make_plugin("grasp_planners", GraspPlanner, name)
-    assert check_grasp_planner(planner, scene.objects[0], scene, world.sim.robot)
+    assert check_grasp_planner(planner, scene.objects[0], scene, world.mujoco.robot)
 
 
 @pytest.mark.parametrize("name", plugins.plugin_names("motion_planners"))
@@ -163,18 +163,18 @@ def test_an_installed_motion_planner_keeps_its_promises(name: str, world: Embedd
 def test_planners_of_an_outside_package_carry_out_a_task(outside: None) -> None:
     with open_session("pick_cube_franka") as session:
         session.run()
-        usual = session.sim.time
+        usual = session.driver.time
     options = {"grasp_options": {"most": 2}, "motion_options": {"share": 0.5, "clearance": 0.003}}
     with open_session("pick_cube_franka", grasp="few", motion="slow", **options) as session:
         scene = session.observe()
-        check_grasp_planner(session.ctx.grasp, scene.objects[0], scene, session.sim.robot)
+        check_grasp_planner(session.ctx.grasp, scene.objects[0], scene, session.mujoco.robot)
         check_motion_planner(session.ctx.motion, session.ctx)
         asked, planned = type(session.ctx.grasp).asked, type(session.ctx.motion).planned
-        assert len(list(session.ctx.grasp.candidates(scene.objects[0], scene, session.sim.robot))) == 2
+        assert len(list(session.ctx.grasp.candidates(scene.objects[0], scene, session.mujoco.robot))) == 2
         assert session.ctx.motion.clearance == 0.003
         assert session.run().success and session.judge().success
         assert type(session.ctx.grasp).asked > asked + 1 and type(session.ctx.motion).planned > planned
-        assert session.sim.time > 1.2 * usual
+        assert session.driver.time > 1.2 * usual
 
 
 @pytest.mark.parametrize(
@@ -224,6 +224,6 @@ def test_the_checks_find_what_is_broken(world: EmbeddedWorkcell) -> None:
             return replace(found, dt=found.dt / 50.0)
 
     with pytest.raises(AssertionError, match="from the object's centre"):
-        check_grasp_planner(Far(), scene.objects[0], scene, world.sim.robot)
+        check_grasp_planner(Far(), scene.objects[0], scene, world.mujoco.robot)
     with pytest.raises(AssertionError, match="faster than the joints may be"):
         check_motion_planner(Reckless(), world.ctx)

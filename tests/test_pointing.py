@@ -31,10 +31,10 @@ def _no_settings_of_the_caller(monkeypatch: pytest.MonkeyPatch) -> None:
 def pixels() -> dict[str, tuple[float, float]]:
     """Where a perfect camera shows each object of the task."""
     with open_session("pick_from_three") as session:
-        frame = session.sim.capture("scene")
+        frame = session.driver.senses.capture("scene")
         lens, pose = frame.intrinsics, frame.pose_camera_in_world
         found = {}
-        for name, item in session.sim.truth().objects.items():
+        for name, item in session.simulation.truth().objects.items():
             local = pose.rotation.T @ (np.array(item.pose.xyz) - pose.position)
             found[name] = (local[0] / local[2] * lens.fx + lens.cx, local[1] / local[2] * lens.fy + lens.cy)
     return found
@@ -61,14 +61,14 @@ def test_what_the_model_points_at_is_measured_by_depth_and_called_as_it_says():
     with ScriptedServer(answer) as server, session_on(server) as session:
         assert isinstance(session.ctx.perception, Perception)
         scene = session.observe()
-        truth = session.sim.truth().objects
+        truth = session.simulation.truth().objects
         assert {item.id for item in scene.objects} == {"apple", "lime", "blue_box_1"}
         for name, cube in (("apple", "red_cube"), ("lime", "green_cube")):
             place = scene.find(name).pose.position
             assert np.linalg.norm(place - np.array(truth[cube].pose.xyz)) < 0.004
         assert any("ghost" in note for note in scene.notes)
         # Nothing new is seen, so nobody is asked again.
-        session.sim.wait(0.1)
+        session.driver.wait(0.1)
         assert {item.id for item in session.observe().objects} == {"apple", "lime", "blue_box_1"}
         assert len(server.requests) == 1
         parts = server.requests[0]["messages"][-1]["content"]
@@ -90,7 +90,7 @@ def test_a_thing_is_picked_by_the_models_name_without_the_simulated_truth(monkey
             episode = session.run("pick up the apple")
             held = session.observe().held
         assert episode.success and held == "apple"
-        assert session.sim.truth().held == "red_cube"
+        assert session.simulation.truth().held == "red_cube"
 
 
 @pytest.mark.gl

@@ -13,7 +13,7 @@ import zenoh
 from support.processes import SimProcess
 
 from robosandbox.errors import Failure
-from robosandbox.types import Grasp, GraspSearch, GripperState, Observation, Pose, Trajectory, frozen_array
+from robosandbox.types import ArmState, Grasp, GraspSearch, GripperState, Observation, Pose, Trajectory, frozen_array
 from robosandbox.workcell.zenoh.client import connect
 from robosandbox.workcell.zenoh.messages import Feedback, Goal, GoalIntent, SendGoal, State, decode
 
@@ -40,8 +40,9 @@ def test_values_come_back_from_the_wire_as_they_were() -> None:
     assert isinstance(back, Trajectory) and back.dt == path.dt and not back.q.flags.writeable
     np.testing.assert_array_equal(back.q, path.q)
     gripper = GripperState(joint=0.01, width=0.02, closed=0.5, force=None, commanded=0.4)
-    seen = Observation(time=1.0, q=path.q[0], qd=path.q[1], tcp_pose=pose, gripper=gripper)
-    state = State(boot_id="b", seq=0, stamp=0.0, robot=seen, held=None, physics_steps=3)
+    arm = ArmState(time=1.0, q=path.q[0], qd=path.q[1], tcp_pose=pose, gripper=gripper)
+    seen = Observation(time=1.0, arms={"arm": arm})
+    state = State(boot_id="b", seq=0, stamp=0.0, robot=seen, hands={"hand": None}, physics_steps=3)
     robot = decode(state.encode(), State).robot
     assert robot.gripper == gripper and robot.tcp_pose == pose and robot.q.tolist() == [0.0, 0.5]
 

@@ -60,9 +60,9 @@ def test_rows_come_at_the_control_rate_and_end_where_the_world_stands(
     picked: tuple[EmbeddedWorkcell, RecordedEpisode],
 ) -> None:
     session, episode = picked
-    assert np.allclose(np.diff(episode["time"]), session.sim.control_timestep)
-    assert episode["time"][-1] == session.sim.time
-    seen, truth = session.sim.state(), session.sim.truth()
+    assert np.allclose(np.diff(episode["time"]), session.driver.control_timestep)
+    assert episode["time"][-1] == session.driver.time
+    seen, truth = session.driver.state(), session.simulation.truth()
     assert np.array_equal(episode["q"][-1], seen.q)
     assert np.allclose(episode["qd"][-1], seen.qd, atol=1e-6)
     assert np.allclose(episode["tcp_pose"][-1, :3], seen.tcp_pose.xyz, atol=1e-6)
@@ -77,7 +77,7 @@ def test_rows_come_at_the_control_rate_and_end_where_the_world_stands(
 
 def test_actions_are_the_commands_and_not_the_state(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
     session, episode = picked
-    assert np.array_equal(episode["action"][-1], session.sim.controls)
+    assert np.array_equal(episode["action"][-1], session.mujoco.controls)
     moving = np.abs(episode["qd"]).max(axis=1) > 0.1
     assert np.abs(episode["action_q"] - episode["q"])[moving].max() > 1e-3
     closed = episode["action_gripper"]
@@ -95,7 +95,7 @@ def test_phases_of_the_skill_follow_one_another(picked: tuple[EmbeddedWorkcell, 
 
 def test_contacts_are_those_that_the_world_reports(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
     session, episode = picked
-    force, _, other = session.sim.strongest_contact()
+    force, _, other = session.driver.senses.strongest_contact()
     assert other == "red_cube"
     assert contact_force(episode)[-1] == pytest.approx(force, rel=1e-4)
 
@@ -105,7 +105,7 @@ def test_recording_changes_nothing(picked: tuple[EmbeddedWorkcell, RecordedEpiso
     with open_session("pick_cube_scrambled", seed=3) as other:
         other.run()
         other.judge()
-        assert np.array_equal(other.sim.snapshot(), session.sim.snapshot())
+        assert np.array_equal(other.simulation.snapshot(), session.simulation.snapshot())
 
 
 @pytest.mark.parametrize("task", ["put_in_bin", "home"])
@@ -116,7 +116,7 @@ def test_replay_comes_to_the_same_end_to_the_last_digit(task: str, tmp_path: Pat
         replayed = run.run()
         assert replayed.same and replayed.recorded is True
         assert max([0.0, *replayed.object_error_mm.values()]) < 1e-3 and replayed.joint_error == 0.0
-        assert run.session.sim.time == session.sim.time
+        assert run.session.driver.time == session.driver.time
         run.session.close()
 
 
@@ -138,13 +138,13 @@ def test_pushes_from_outside_are_recorded_and_replayed(tmp_path: Path) -> None:
     with open_session("pick_cube_franka") as session:
         recorder = Recorder(tmp_path, session)
         recorder.begin("stand there")
-        body = session.sim.object_bodies["red_cube"]
-        push = np.zeros((session.sim.model.nbody, 6))
+        body = session.mujoco.object_bodies["red_cube"]
+        push = np.zeros((session.mujoco.model.nbody, 6))
         push[body, 1] = 1.0
         for _ in range(30):
-            session.sim.replay(session.sim.controls, push)
+            session.mujoco.replay(session.mujoco.controls, push)
         for _ in range(30):
-            session.sim.replay(session.sim.controls)
+            session.mujoco.replay(session.mujoco.controls)
         folder = recorder.finish(outcome=(True, "pushed", ""))
         recorder.close()
         assert folder is not None
@@ -158,7 +158,7 @@ def test_a_reset_ends_the_episode_and_discarded_ones_leave_nothing(tmp_path: Pat
     with open_session("home") as session:
         recorder = open_recorder(RecordSettings(folder=tmp_path), session)
         recorder.begin("first")
-        session.sim.wait(0.1)
+        session.driver.wait(0.1)
         session.reset(1)
         assert recorder.folder is None and recorder.last is not None
         result = RecordedEpisode.load(recorder.last).result
@@ -168,7 +168,7 @@ def test_a_reset_ends_the_episode_and_discarded_ones_leave_nothing(tmp_path: Pat
         recorder.close()
         assert [path.name for path in find_episodes(tmp_path)] == ["home-seed0000"]
         begun = recorder.last
-        session.sim.wait(0.1)
+        session.driver.wait(0.1)
         assert recorder.folder is None and recorder.last == begun
 
 
@@ -237,7 +237,7 @@ def test_long_episodes_go_through_the_stream_into_one_file(tmp_path: Path) -> No
     with open_session("home") as session:
         recorder = Recorder(tmp_path, session)
         recorder.begin("wait")
-        session.sim.wait(25.0)
+        session.driver.wait(25.0)
         folder = recorder.finish()
         recorder.close()
     assert folder is not None and not (folder / "steps.arrows").exists()
@@ -316,8 +316,8 @@ def test_videos_are_written_along_and_show_every_fifth_row(tmp_path: Path) -> No
         settings = RecordSettings(folder=tmp_path, video=VideoSettings(cameras=("scene", "wrist"), fps=20.0))
         recorder = open_recorder(settings, session)
         recorder.begin("look")
-        before = session.sim.state(("scene",)).images["scene"]
-        session.sim.wait(1.0)
+        before = session.driver.state(("scene",)).images["scene"]
+        session.driver.wait(1.0)
         folder = recorder.finish()
         recorder.close()
     assert folder is not None
@@ -338,6 +338,6 @@ def test_states_are_drawn_as_the_world_was(picked: tuple[EmbeddedWorkcell, Recor
     from robosandbox.workcell.recording.drawing import frames, world_of
 
     session, episode = picked
-    now = session.sim.state(("scene",)).images["scene"]
+    now = session.driver.state(("scene",)).images["scene"]
     last = list(frames(episode, world_of(episode), ("scene",), len(episode) - 1, now.shape[:2]))[-1]["scene"]
     assert np.abs(last.astype(float) - now).mean() < 0.5

@@ -26,7 +26,7 @@ ENCLOSED = Scene(
 def test_enclosed_cube_is_picked_after_the_repair_that_the_copy_showed() -> None:
     with open_session(ENCLOSED) as session:
         episode = session.run("pick up the red cube")
-        assert episode.success and session.sim.truth().held == "red_cube"
+        assert episode.success and session.simulation.truth().held == "red_cube"
         (attempt,) = episode.attempts
         repairs = attempt.error.repairs
         assert repairs and all(repair.calls[-1] == attempt.failed for repair in repairs)
@@ -37,7 +37,7 @@ def test_what_moves_the_fewest_others_is_offered_first_and_done() -> None:
     around = tuple(block(f"blue_{k}", 0.15 + dx, dy, BLUE) for k, (dx, dy) in enumerate(SIDES[:3]))
     with open_session(Scene(objects=(block("red_cube", 0.15, 0.0, RED), *around))) as session:
         episode = session.run("pick up the red cube")
-        assert episode.success and session.sim.truth().held == "red_cube"
+        assert episode.success and session.simulation.truth().held == "red_cube"
         (attempt,) = episode.attempts
         assert attempt.error.code == ErrorCode.COLLISION
         repairs = attempt.error.repairs
@@ -66,12 +66,12 @@ def test_repairs_are_made_of_the_skills_of_the_agent() -> None:
 @pytest.mark.slow
 def test_looking_for_repairs_leaves_the_world_as_it_is() -> None:
     with open_session(ENCLOSED) as session:
-        before = session.sim.snapshot()
+        before = session.simulation.snapshot()
         skill = next(skill for skill in session.skills if skill.name == "pick")
         with pytest.raises(CollisionError) as failed:
             perform(session.ctx, skill, {"object": "red_cube"})
         assert failed.value.repairs
-        assert np.array_equal(session.sim.snapshot(), before)
+        assert np.array_equal(session.simulation.snapshot(), before)
 
 
 def test_search_ends_with_its_budget_of_simulated_seconds() -> None:
@@ -122,7 +122,7 @@ def test_what_keeps_a_drawer_from_sliding_is_put_aside(scene: Scene, prompt: str
         assert episode.success, episode.final_detail
         (attempt,) = episode.attempts
         assert "block is in the way and is put aside first" in {repair.why for repair in attempt.error.repairs}
-        opening = session.sim.truth().objects["drawer"].opening
+        opening = session.simulation.truth().objects["drawer"].opening
         assert opening is not None and (opening > 0.08) == (scene is IN_FRONT)
 
 

@@ -574,7 +574,7 @@ def test_every_kind_of_object_is_shown_with_its_full_size():
         )
         for kind, (size, _) in sizes.items()
     )
-    scene = ObservedScene(time=0.0, objects=objects, table_height=0.04, base_xy=(0.0, 0.0), held="bowl")
+    scene = ObservedScene(time=0.0, objects=objects, table_height=0.04, base_xy=(0.0, 0.0), hands={"hand": "bowl"})
     rows = scene_table(scene).splitlines()[1:]
     for row, (kind, (_, shown)) in zip(rows, sizes.items(), strict=True):
         assert re.fullmatch(rf"{kind} +red +{kind} +{shown} +\+0\.100 +\+0\.000 +\+0\.050( +held)?", row), row

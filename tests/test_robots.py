@@ -68,8 +68,8 @@ def test_mjcf_settings_do_not_reach_the_scene():
     robot = load_robot(TOYS / "toy_jaw.xml")
     # inertiagrouprange 4..5 would make any object of another group massless.
     with open_session(cube_task(TOYS / "toy_jaw.xml", None, work_point(robot))) as session:
-        body = session.sim.object_bodies["red_cube"]
-        assert session.sim.model.body_mass[body] == pytest.approx(0.05)
+        body = session.mujoco.object_bodies["red_cube"]
+        assert session.mujoco.model.body_mass[body] == pytest.approx(0.05)
 
 
 def test_motors_become_servos_and_are_reported():
@@ -253,14 +253,14 @@ def test_what_is_inferred_with_an_option_is_run_with_it(tmp_path):
     assert (mine.robot_gripper, mine.robot_config) == (gripper.resolve(), None)
     path = wheel_files("gym-aloha==0.1.5") / "gym_aloha/assets/bimanual_viperx_transfer_cube.xml"
     with open_session(robot=path, arm="right") as session:
-        assert all("right" in name for name in session.sim.robot.joints)
+        assert all("right" in name for name in session.mujoco.robot.joints)
 
 
 def test_a_sidecar_of_another_place_is_run_with_and_says_arm_and_gripper(tmp_path):
     sidecar = tmp_path / "bare.robosandbox.yaml"
     sidecar.write_text(to_yaml(infer(TOYS / "toy_jaw.xml")))
     with open_session(robot=TOYS / "toy_jaw.xml", sidecar=sidecar) as session:
-        assert session.sim.robot.files.sidecar == sidecar.resolve()
+        assert session.mujoco.robot.files.sidecar == sidecar.resolve()
     with pytest.raises(InputError, match="--arm: the sidecar says that; leave out --sidecar or --arm"):
         open_session(robot=TOYS / "toy_jaw.xml", sidecar=sidecar, arm="left")
     with pytest.raises(InputError, match=r"robot_gripper: 'none\.xml' is no file"):

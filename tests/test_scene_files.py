@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from robosandbox.agent.episode import Episode
 from robosandbox.apps.commands.world import open_here
 from robosandbox.errors import InputError
 from robosandbox.shapes.body import Piece
@@ -21,6 +22,7 @@ from robosandbox.sim.scene_report import to_yaml
 from robosandbox.sim.scene_sidecar import sidecar_path
 from robosandbox.tasks.loader import load_task
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
 
@@ -143,7 +145,7 @@ def test_the_file_is_simulated_as_it_is() -> None:
         key = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, key, model.key("tidy").id)
         mujoco.mj_kinematics(model, key)
-        assert np.allclose(key.body("red_mug").xpos, (0.62, -0.12, 0.741))
+        assert np.allclose(key.body("red_mug").xpos, (0.50, 0.02, 0.741))
         assert np.allclose(key.qpos[sim.robot.qpos_indices], sim.robot.home_q)
     finally:
         sim.close()
@@ -164,7 +166,7 @@ def test_an_arm_in_the_file_is_left_out_for_the_scenes_robot(tmp_path: Path) -> 
         # Commands come at a whole multiple of the file's time step.
         assert sim.control_timestep == pytest.approx(0.008)
         # The table is far from the world's middle: the base goes with it.
-        assert np.hypot(*(sim.spec.base_position[:2] - [-1.0, 2.0])) < 0.6
+        assert np.hypot(*(sim.arms["arm"].spec.base_position[:2] - [-1.0, 2.0])) < 0.6
     finally:
         sim.close()
 
@@ -213,7 +215,7 @@ def test_an_inferred_sidecar_changes_nothing(tmp_path: Path) -> None:
 def test_the_check_finds_what_was_made_wrong(tmp_path: Path) -> None:
     text = KITCHEN.read_text()
     text = text.replace('name="box" pos="0.56 0.24 0.771"', 'name="box" pos="0.56 0.24 0.95"')
-    text = text.replace('name="red_mug" pos="0.62 0.02 0.741"', 'name="red_mug" pos="0.62 0.02 0.735"')
+    text = text.replace('name="red_mug" pos="0.52 -0.10 0.741"', 'name="red_mug" pos="0.52 -0.10 0.735"')
     text = text.replace('range="-100 0" damping', 'range="-0.001 0" damping')
     text = text.replace('density="600"', 'density="60000"')
     path = tmp_path / "wrong.xml"
@@ -250,17 +252,17 @@ def test_the_box_goes_on_the_shelf_as_the_simulated_state_says(task_file: Path, 
         episode = cell.run("put the box on the shelf")
         assert episode.success, episode.final_detail
         assert cell.judge().success
-        box = cell.sim.truth().objects["box"]
+        box = cell.simulation.truth().objects["box"]
         assert box.pose.xyz[2] == pytest.approx(0.74 + 0.139 + 0.03, abs=0.002)
         assert "shelf" in box.contacts
 
 
 def test_the_red_mug_is_picked_up_by_its_words() -> None:
     with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
-        before = cell.sim.truth().objects["red_mug"].pose.xyz[2]
+        before = cell.simulation.truth().objects["red_mug"].pose.xyz[2]
         episode = cell.run("pick up the red mug")
         assert episode.success, episode.final_detail
-        now = cell.sim.truth()
+        now = cell.simulation.truth()
         assert now.held == "red_mug"
         assert now.objects["red_mug"].pose.xyz[2] - before > 0.05
 
@@ -284,7 +286,7 @@ def test_several_things_find_room_on_one_shelf() -> None:
     with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
         episode = cell.run("put everything on the shelf")
         assert episode.success, episode.final_detail
-        now = cell.sim.truth()
+        now = cell.simulation.truth()
         assert all("shelf" in now.objects[name].contacts for name in ("box", "red_mug"))
 
 
@@ -304,3 +306,73 @@ def test_a_recorded_episode_in_a_file_is_replayed(tmp_path: Path, task_file: Pat
 def test_a_robot_base_is_of_scenes_from_files_alone() -> None:
     with pytest.raises(InputError, match="--robot-base: is for scenes from files"):
         open_here(WorkcellOptions(robot_base=(0.0, 0.0, 0.0, 0.0)))
+
+
+def _watched(cell: EmbeddedWorkcell, prompt: str, name: str) -> tuple[Episode, list[float]]:
+    """Return an episode, and the values of a part's joint at every tick."""
+    seen: list[float] = []
+    end = cell.driver.subscribe(
+        lambda: seen.append(cell.simulation.truth(for_judging=False).objects[name].opening or 0.0)
+    )
+    try:
+        return cell.run(prompt), seen
+    finally:
+        end()
+
+
+def test_a_cupboards_door_is_opened_by_its_handle_and_pushed_shut() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        opened, angles = _watched(cell, "open the cupboard", "cupboard.door")
+        assert opened.success, opened.final_detail
+        assert np.degrees(angles[-1]) < -70.0
+        shut, angles = _watched(cell, "close it again", "cupboard.door")
+        assert shut.success, shut.final_detail
+        assert abs(np.degrees(angles[-1])) < 5.0
+
+
+def test_a_button_goes_in_and_springs_back() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        episode, ways = _watched(cell, "press the button", "bell.button")
+        assert episode.success, episode.final_detail
+        assert max(ways) > 0.007
+        assert ways[-1] < 0.003
+
+
+def test_a_locked_door_is_told_of_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen.xml"
+    lock = '<equality><joint joint1="cupboard_hinge" polycoef="0 0 0 0 0" solref="0.005 1"/></equality>'
+    path.write_text(KITCHEN.read_text().replace("<keyframe>", lock + "<keyframe>"))
+    with open_here(WorkcellOptions(scene=path, max_replans=0)) as cell:
+        episode = cell.run("open the cupboard")
+        assert not episode.success
+        assert "cupboard.door does not move" in episode.final_detail
+        assert "locked or blocked" in episode.final_detail
+
+
+def test_what_stands_where_a_door_goes_is_put_aside_first(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen.xml"
+    path.write_text(KITCHEN.read_text().replace('name="box" pos="0.56 0.24 0.771"', 'name="box" pos="0.66 0.00 0.771"'))
+    with open_here(WorkcellOptions(scene=path, robot_base=(0.264, 0.05, 0.74, 0.0))) as cell:
+        episode = cell.run("open the cupboard")
+        assert episode.success, episode.final_detail
+        now = cell.simulation.truth().objects
+        assert np.degrees(now["cupboard.door"].opening or 0.0) < -70.0
+        assert "pick" in [event.call.skill for event in episode.steps]
+
+
+def test_a_goal_with_a_door_is_judged_on_the_simulated_state(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen_door.yaml"
+    path.write_text(
+        f"""
+name: kitchen_door
+goal: "open(cupboard.door), on(box, shelf)"
+scene: {{world: {KITCHEN}}}
+"""
+    )
+    with open_workcell(WorkcellOptions(task=load_task(path))) as cell:
+        assert not cell.judge().success
+        episode = cell.run(cell.task.prompt)
+        assert episode.success, episode.final_detail
+        verdict = cell.judge()
+        assert verdict.success, verdict.detail
+        assert verdict.detail["open(cupboard.door).open_share"] > 0.8

@@ -48,8 +48,8 @@ def test_it_is_commanded_within_the_limits_alone_and_seen_to_stand_after_a_stop(
     safe, q = made_safe(driver), driver.state().q
     goal = q + 0.5 * np.eye(len(q))[0]
     with pytest.raises(LimitError, match=r"would move at 5 rad/s .* its limit is 2\.17"):
-        safe.follow(Trajectory(q=np.array([q, goal]), dt=0.1))
-    safe.follow(Trajectory(q=np.array([q, goal]), dt=0.25))
+        safe.arms["arm"].follow(Trajectory(q=np.array([q, goal]), dt=0.1))
+    safe.arms["arm"].follow(Trajectory(q=np.array([q, goal]), dt=0.25))
     safe.stop()
     safe.wait(safe.safety.stop_deadline)
     assert safe.safety.mode == "stopped" and safe.safety.stopped_after is not None
@@ -57,7 +57,7 @@ def test_it_is_commanded_within_the_limits_alone_and_seen_to_stand_after_a_stop(
 
 
 def test_the_engine_and_the_planner_agree_where_the_hand_is(driver: PyBulletDriver) -> None:
-    world, robot = driver._world, driver.spec
+    world, robot = driver._world, driver.arms["arm"].spec
     rng = np.random.default_rng(0)
     for _ in range(5):
         for joint, value in zip(world.arm, robot.home_q + rng.uniform(-0.5, 0.5, robot.n), strict=True):
@@ -71,7 +71,7 @@ def test_the_engine_and_the_planner_agree_where_the_hand_is(driver: PyBulletDriv
 
 @pytest.mark.parametrize("camera", ["scene", "top", "wrist"])
 def test_depth_and_colour_show_things_where_the_engine_has_them(driver: PyBulletDriver, camera: str) -> None:
-    frame = driver.capture(camera)
+    frame = driver.senses.capture(camera)
     lens, pose = frame.intrinsics, frame.pose_camera_in_world
     red = (frame.rgb[..., 0] > 150) & (frame.rgb[..., 1] < 80)
     v, u = np.nonzero(red)
@@ -86,7 +86,7 @@ def test_depth_and_colour_show_things_where_the_engine_has_them(driver: PyBullet
 
 
 def test_what_a_franka_hand_does_not_feel_is_refused(driver: PyBulletDriver) -> None:
-    for ask in (lambda: driver.grip_on(None), driver.strongest_contact):
+    for ask in (lambda: driver.hands["hand"].grip_on(None), driver.senses.strongest_contact):
         with pytest.raises(UnsupportedError):
             ask()
 
@@ -140,10 +140,10 @@ def test_a_task_is_done_from_pixels_and_judged_by_the_engine(name: str) -> None:
 @pytest.mark.slow
 def test_the_wrist_feels_what_the_hand_holds_and_nothing_of_the_hand() -> None:
     with open_session("pick_cube_franka", driver="pybullet", perception="rgbd") as session:
-        assert np.abs(session.sim.force_on(None)).max() < 0.1
+        assert np.abs(session.driver.senses.force_on(None)).max() < 0.1
         assert session.run().success
         weight = 9.81 * session.task.scene.objects[0].mass
-        assert np.allclose(session.sim.force_on(None), [0.0, 0.0, weight], atol=0.1)
+        assert np.allclose(session.driver.senses.force_on(None), [0.0, 0.0, weight], atol=0.1)
 
 
 @pytest.mark.slow

@@ -81,7 +81,7 @@ def _primary_joint_gives_the_width(sim: MuJoCoBackend, own: Own) -> None:
     assert sim.robot.gripper is not None and sim.robot.gripper.qpos_index == sim.model.jnt_qposadr[joint]
     widths = []
     for closed in (0.0, 0.5):
-        sim.set_gripper(closed=closed)
+        sim.hands["hand"].set_gripper(closed=closed)
         sim.wait(1.0)
         state = sim.state().gripper
         assert state is not None
@@ -94,12 +94,12 @@ def _primary_joint_gives_the_width(sim: MuJoCoBackend, own: Own) -> None:
 
 def _open_and_closed_are_joint_values(sim: MuJoCoBackend, own: Own) -> None:
     for closed, value in ((0.0, own.side["gripper"]["open_qpos"]), (1.0, own.side["gripper"]["closed_qpos"])):
-        sim.set_gripper(closed=closed)
+        sim.hands["hand"].set_gripper(closed=closed)
         sim.wait(2.0)
         state = sim.state().gripper
         assert state is not None and state.joint == pytest.approx(value, abs=0.001)
     (wide,) = {match for page in PAGES for match in re.findall(r"open_qpos: .*~(\d+) mm between fingertips", page.text)}
-    sim.set_gripper(closed=0.0)
+    sim.hands["hand"].set_gripper(closed=0.0)
     sim.wait(1.0)
     state = sim.state().gripper
     assert state is not None and 1e3 * state.width == pytest.approx(float(wide), abs=2.0)

@@ -41,14 +41,14 @@ def test_doing_nothing_fails_every_task() -> None:
 
     for name in bundled_tasks():
         with open_session(name) as session:
-            session.sim.wait(0.5)
+            session.driver.wait(0.5)
             assert not session.judge().success, name
 
 
 def test_start_q_starts_the_arm_there() -> None:
     task = find_task("home")
     with open_session(task) as session:
-        np.testing.assert_allclose(session.start.q, task.start_q, atol=0.02)
+        np.testing.assert_allclose(session.start.arms["arm"].q, task.start_q, atol=0.02)
 
 
 @pytest.mark.parametrize(
@@ -70,16 +70,16 @@ def test_cancel_stops_within_one_control_tick_and_the_arm_holds() -> None:
         ticks: list[float] = []
 
         def cancel_once() -> None:
-            ticks.append(session.sim.time)
+            ticks.append(session.driver.time)
             if len(ticks) == 50:
                 session.ctx.cancel()
 
-        session.sim.subscribe(cancel_once)
+        session.driver.subscribe(cancel_once)
         episode = session.run()
         assert episode.final_reason == "cancelled" and len(ticks) == 50
-        q = session.sim.state().q
-        session.sim.wait(1.0)
-        np.testing.assert_allclose(session.sim.state().q, q, atol=0.05)
+        q = session.driver.state().q
+        session.driver.wait(1.0)
+        np.testing.assert_allclose(session.driver.state().q, q, atol=0.05)
 
 
 def test_a_missing_yaml_is_an_input_error() -> None:
@@ -90,17 +90,17 @@ def test_a_missing_yaml_is_an_input_error() -> None:
 def test_a_layout_is_the_same_to_the_last_digit_whatever_lay_there_before() -> None:
     # Seeds of this task leave some things out, so each of these is another model.
     with open_session("tower_of_three_from_clutter", seed=123) as session:
-        first = session.sim.snapshot()
+        first = session.simulation.snapshot()
         session.reset(5)
         session.reset(123)
-        assert session.sim.compilations > 1
-        assert np.array_equal(session.sim.snapshot(), first)
+        assert session.mujoco.compilations > 1
+        assert np.array_equal(session.simulation.snapshot(), first)
 
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_a_picture_in_a_forked_process_says_that_it_was_forked() -> None:
     with open_session("pick_cube_franka") as session:
-        camera = next(iter(session.sim.capabilities.cameras))
-        session.sim.state([camera])
-        told = told_in_forked_child(lambda: session.sim.state([camera]))
+        camera = next(iter(session.driver.capabilities.cameras))
+        session.driver.state([camera])
+        told = told_in_forked_child(lambda: session.driver.state([camera]))
     assert told.startswith("RenderingError: OpenGL was used in process") and "'spawn'" in told

@@ -42,7 +42,7 @@ def test_reset_repeats_to_the_last_bit(sim):
 def test_fork_leaves_the_world_alone(sim):
     before = sim.snapshot()
     other = sim.fork()
-    other.set_gripper(1.0)
+    other.set_gripper("hand", 1.0)
     other.wait(0.5)
     assert (sim.snapshot() == before).all()
 
@@ -90,7 +90,7 @@ def test_start_inside_something_is_refused(objects, said):
 
 def test_closed_means_the_sidecars_closed(sim):
     for closed, width in ((1.0, 0.0), (0.0, 0.08), (0.5, 0.04)):
-        sim.set_gripper(closed)
+        sim.hands["hand"].set_gripper(closed)
         sim.wait(1.5)
         assert sim.state().gripper.width == pytest.approx(width, abs=1e-3)
 
@@ -110,11 +110,11 @@ def test_held_cube_creeps_less_than_a_millimetre_a_minute():
         assert session.run().success
 
         def offset():
-            tcp = session.sim.state().tcp_pose
-            return tcp.inverse() @ session.sim.truth().objects["red_cube"].pose
+            tcp = session.driver.state().tcp_pose
+            return tcp.inverse() @ session.simulation.truth().objects["red_cube"].pose
 
         before = offset()
-        session.sim.wait(60.0)
+        session.driver.wait(60.0)
         assert np.linalg.norm(offset().position - before.position) < 1e-3
 
 

@@ -49,7 +49,7 @@ def ctx():
 
 
 def truth(ctx, name):
-    return ctx.sim.truth().objects[name].detected()
+    return ctx.driver.simulation.truth().objects[name].detected()
 
 
 def test_lift_raises_cube_by_over_50_mm(ctx):
@@ -78,7 +78,7 @@ def test_placing_reaches_what_it_names(ctx, skill, arguments, holds):
     perform(ctx, SKILLS["pick"], {"object": "red_cube"})
     perform(ctx, SKILLS[skill], arguments)
     assert holds(ctx).holds
-    assert "robot" not in ctx.sim.truth().objects["red_cube"].contacts
+    assert "robot" not in ctx.driver.simulation.truth().objects["red_cube"].contacts
 
 
 def test_place_at_reaches_the_point(ctx):
@@ -112,11 +112,11 @@ def test_push_slides_the_cube_that_way(ctx, direction, axis):
     ],
 )
 def test_what_cannot_be_done_is_said_without_moving(ctx, skill, arguments, error):
-    before = ctx.sim.snapshot()
+    before = ctx.driver.simulation.snapshot()
     with pytest.raises(error) as caught:
         perform(ctx, SKILLS[skill], arguments)
     assert caught.value.message
-    assert (ctx.sim.snapshot() == before).all()
+    assert (ctx.driver.simulation.snapshot() == before).all()
 
 
 def test_full_hand_and_taken_places_are_refused(ctx):
@@ -142,7 +142,7 @@ def test_skills_conform(ctx, name, arguments):
 
 
 def test_stub_planner_conforms(ctx):
-    scene = ctx.perception.perceive(ctx.sim)
+    scene = ctx.perception.perceive(ctx.driver)
     prompts = ["pick up the red cube", "put the red cube in the bin", "sing a song", "", "pick up the giraffe"]
     check_planner(StubPlanner(load_skills()), scene, load_skills(), prompts)
 
@@ -150,7 +150,7 @@ def test_stub_planner_conforms(ctx):
 def test_a_weak_gripper_is_not_called_a_success(ctx):
     """The fingers cannot hold two kilograms: whatever happens, pick must not claim a lift."""
     heavy = OBJECTS[0].model_copy(update={"mass": 30.0})
-    ctx.sim.reset(Scene(objects=(heavy, *OBJECTS[1:])))
+    ctx.driver.simulation.reset(Scene(objects=(heavy, *OBJECTS[1:])))
     with pytest.raises(SkillError):
         perform(ctx, SKILLS["pick"], {"object": "red_cube"})
 
@@ -202,6 +202,6 @@ def test_what_the_hand_hides_in_the_bin_is_looked_for_from_aside() -> None:
             if call.skill == "place_in":
                 session.ctx.perception = SeesNothingUnderTheHand()
             result = session.agent.perform(call)
-        home = session.sim.robot.home_q
-        assert result.skill == "place_in" and np.abs(session.sim.state().q - home).max() < 0.02
+        home = session.mujoco.robot.home_q
+        assert result.skill == "place_in" and np.abs(session.driver.state().q - home).max() < 0.02
         assert session.judge().success

@@ -61,7 +61,7 @@ def test_physics_is_spent_on_the_robot_alone_however_many_things_lie_there(count
 
 def test_a_twin_sleeps_too() -> None:
     with open_session(Scene(objects=(box("cube", 0.15, 0.0), box("other", 0.15, 0.2)))) as session:
-        twin = backend(session.ctx.twin().sim)
+        twin = backend(session.ctx.twin().driver)
         twin.wait(CALM_SECONDS)
         assert sleeping(twin) == {"cube", "other"}
 
@@ -246,7 +246,7 @@ def test_what_the_model_says_anew_of_a_thing_is_felt_after_waking_it() -> None:
 
 def test_the_arm_wakes_what_it_touches() -> None:
     with open_session("put_in_bin") as session:
-        sim = backend(session.sim)
+        sim = backend(session.driver)
         assert sleeping(sim) == set(sim.object_bodies)
         awake: list[set[str]] = []
         sim.subscribe(lambda: awake.append(set(sim.object_bodies) - sleeping(sim)))

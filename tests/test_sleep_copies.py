@@ -67,7 +67,7 @@ def test_a_copy_has_the_sleepers_of_its_world_as_mujoco_lists_them(sim: MuJoCoBa
 def test_a_copy_made_in_mid_episode_goes_on_to_the_last_bit(task: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     with open_session(task, seed=seed) as session:
-        sim = backend(session.sim)
+        sim = backend(session.driver)
         controls: list[Array] = []
         states: list[Array] = []
         counts: list[int] = []

@@ -15,7 +15,7 @@ from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.judge.checks import Check
 from robosandbox.tasks.judge.rest import rests_for_good
 from robosandbox.tasks.success import Criterion
-from robosandbox.types import ObjectKind, ObjectTruth, Pose, SceneObject, Touch, Truth, Verdict, frozen_array
+from robosandbox.types import ArmTruth, ObjectKind, ObjectTruth, Pose, SceneObject, Touch, Truth, Verdict, frozen_array
 from robosandbox.types.solids import solids_as_written
 
 SIZES: dict[ObjectKind, tuple[float, ...]] = {
@@ -31,8 +31,8 @@ Where = tuple[ObjectKind, tuple[float, float, float]]
 def truth(time: float = 0.0, q: float = 0.0, touched: str = "", **objects: Where) -> Truth:
     return Truth(
         time=time,
-        q=frozen_array([q, 0.0]),
-        home_q=frozen_array([0.0, 0.0]),
+        arms={"arm": ArmTruth(q=frozen_array([q, 0.0]), home_q=frozen_array([0.0, 0.0]))},
+        hands={"hand": None},
         table_height=0.04,
         objects={
             name: placed(
@@ -263,7 +263,7 @@ def replace_object(state: Truth, **changes: Any) -> Truth:
 
 
 def joints(*errors: float) -> Truth:
-    return replace(START, q=frozen_array(errors))
+    return replace(START, arms={"arm": replace(START.arms["arm"], q=frozen_array(errors))})
 
 
 ON_B = {"kind": "on", "object": "a", "target": "b"}

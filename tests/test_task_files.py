@@ -76,7 +76,7 @@ def test_what_is_strict_stays_strict(changes: dict[str, Any], said: str, tmp_pat
 def test_bundled_robot_and_sidecar_are_found_wherever_the_task_lies(tmp_path: Path) -> None:
     loaded = load_task(written(tmp_path, scene={**BUILTIN, "objects": [CUBE]}))
     with open_session(loaded) as session:
-        assert session.robot_name == "panda" and session.sim.robot.files is None
+        assert session.robot_name == "panda" and session.mujoco.robot.files is None
         episode = session.run()
         assert episode.success and session.judge().success, episode.final_detail
 
@@ -138,7 +138,7 @@ def test_object_is_described_beside_its_mesh_and_the_task_has_the_last_word(ycb:
 
 def test_object_as_it_is_distributed_is_picked(ycb: Path, tmp_path: Path) -> None:
     with open_session(written(tmp_path, scene={"objects": [mesh("009_gelatin_box")]})) as session:
-        assert session.sim.truth().objects["cube"].size == pytest.approx((0.02, 0.03, 0.04), abs=1e-6)
+        assert session.simulation.truth().objects["cube"].size == pytest.approx((0.02, 0.03, 0.04), abs=1e-6)
         episode = session.run()
         assert session.judge().success, episode.final_detail
 

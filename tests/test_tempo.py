@@ -114,9 +114,9 @@ def test_each_pace_is_faster_than_the_one_before_it_and_ends_alike():
     taken = []
     for tempo in TEMPOS:
         with open_session("put_in_bin", tempo=tempo) as session:
-            start = session.sim.time
+            start = session.driver.time
             assert session.run().success and session.judge().success
-            taken.append(session.sim.time - start)
+            taken.append(session.driver.time - start)
     assert taken == sorted(taken, reverse=True) and taken[-1] < 0.65 * taken[0]
 
 
@@ -131,7 +131,7 @@ def test_the_last_millimetres_to_a_support_are_slow_and_the_way_there_is_not():
         arm = Manipulator(session.ctx)
         arm.use(arm.start, held="red_cube")
         arm.motion.allow("table")
-        tcp = session.sim.state().tcp_pose
+        tcp = session.driver.state().tcp_pose
         rows = arm.motion.plan_line(
             arm.q, type(tcp)(xyz=(*tcp.xyz[:2], tcp.xyz[2] - 0.1), quat_xyzw=tcp.quat_xyzw), speed=arm.tempo.lower
         )
@@ -161,7 +161,7 @@ def test_what_is_nearly_too_heavy_to_carry_is_put_down_within_the_limit_of_force
     box = SceneObject(id="box", kind="box", size=(0.02, 0.03, 0.03), pose=Pose(xyz=(0.1, -0.1, 0.071)), mass=4.6)
     with open_session(Scene(objects=(box,)), what_if=False) as session:
         pressed: list[float] = []
-        session.sim.subscribe(lambda: pressed.append(float(np.linalg.norm(session.sim.force_on("box")))))
+        session.driver.subscribe(lambda: pressed.append(float(np.linalg.norm(session.driver.senses.force_on("box")))))
         assert session.run("pick up the box").success
         pressed.clear()
         session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.15, "y": 0.1}))

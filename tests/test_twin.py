@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.behind import work_with
 from support.performing import perform
 
 from robosandbox import Pose, Scene, SceneObject, open_session
@@ -16,7 +17,7 @@ from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.sim.modelled import modelled
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.pick import Pick
 from robosandbox.types import SkillCall
@@ -40,13 +41,13 @@ def block(name: str, x: float, y: float, *, mass: float = 0.05) -> SceneObject:
 def test_the_twin_is_as_what_is_believed() -> None:
     with open_session(Scene(objects=(CUP, BEADS, CHEST, CUBE))) as session:
         assert session.run("pick up the cube").success
-        truth = session.sim.truth()
-        twin = session.ctx.twin().sim
-        twin = modelled(twin, "it is a model of what is believed")
-        assert twin.model is not session.sim.model
+        truth = session.simulation.truth()
+        twin = session.ctx.twin().driver
+        twin = require_mujoco(twin, "it is a model of what is believed")
+        assert twin.model is not session.mujoco.model
         believed = twin.truth()
         assert believed.held == truth.held == "cube"
-        assert believed.time > truth.time and np.abs(believed.q - truth.q).max() < 2e-3
+        assert believed.time > truth.time and np.abs(believed.arms["arm"].q - truth.arms["arm"].q).max() < 2e-3
         for name, item in truth.objects.items():
             other = believed.objects[name]
             assert np.linalg.norm(other.pose.position - item.pose.position) < 1e-3, name
@@ -54,14 +55,16 @@ def test_the_twin_is_as_what_is_believed() -> None:
         opening = believed.objects["drawer"].opening
         assert opening == pytest.approx(0.1, abs=1e-3)
         twin.wait(1.0)
-        assert twin.held() == "cube"
-        assert session.sim.truth().time == truth.time
+        assert twin.in_hands() == {"hand": "cube"}
+        assert session.simulation.truth().time == truth.time
 
 
 def test_of_what_is_seen_the_task_tells_the_mass_or_the_density_of_plastic_does() -> None:
     with open_session(Scene(objects=(CUBE, block("other", 0.2, 0.2, mass=0.3)))) as session:
         seen = session.observe()
-        made = believed_scene(Scene(), seen.objects, {"other": DeclaredProperties.of(session.sim.scene.objects[1])})
+        made = believed_scene(
+            Scene(), seen.objects, {"other": DeclaredProperties.of(session.simulation.scene.objects[1])}
+        )
     assert [item.mass for item in made.objects] == pytest.approx([0.064, 0.3])
 
 
@@ -76,16 +79,16 @@ def test_grains_without_a_container_are_left_out() -> None:
 def test_what_is_not_seen_is_not_in_the_twin() -> None:
     with open_session(Scene(objects=(CUBE, block("other", 0.2, 0.2)))) as session:
         seen = session.observe()
-        twin = session.ctx.planning(replace(seen, objects=seen.objects[:1])).twin(session.sim.state())
-        assert list(twin.truth().objects) == ["cube"]
+        twin = session.ctx.planning(replace(seen, objects=seen.objects[:1])).twin(session.ctx.arm.state())
+        assert list(twin.simulation.truth().objects) == ["cube"]
 
 
 def test_a_pick_on_the_twin_takes_as_long_as_on_an_exact_copy() -> None:
     with open_session(Scene(objects=(CUBE,))) as session:
         ctx, seconds = session.ctx.twin(), []
-        for sim in (session.sim.fork(), ctx.sim):
-            ctx.sim, begin = sim, sim.time
-            perform(ctx, Pick(), {"object": "cube"})
+        for sim in (session.simulation.fork(), ctx.driver):
+            begin = sim.time
+            perform(work_with(ctx, sim), Pick(), {"object": "cube"})
             seconds.append(sim.time - begin)
     assert seconds[0] == pytest.approx(seconds[1], abs=0.05)
 
@@ -95,9 +98,7 @@ def on_exact_copy(session: EmbeddedWorkcell) -> type[AgentContext]:
 
     class Exact(AgentContext):
         def twin(self) -> AgentContext:
-            copy = super().twin()
-            copy.sim = session.sim.fork()
-            return copy
+            return work_with(super().twin(), session.simulation.fork())
 
     return Exact
 

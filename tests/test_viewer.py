@@ -137,7 +137,7 @@ class Desk:
 
     def watch(self, listener: Callable[[], None]) -> None:
         """Have a listener told of ticks for this test."""
-        self.ends.append(self.session.sim.subscribe(listener))
+        self.ends.append(self.session.driver.subscribe(listener))
 
 
 @pytest.fixture
@@ -215,38 +215,38 @@ def test_a_typed_prompt_is_carried_out_and_the_cube_rises_in_the_picture(desk: D
     wait_until(lambda: red_height(page) is not None, "the cube is seen")
     before = red_height(page)
     clock = Clock()
-    desk.watch(lambda: clock.see(session.sim.time))
-    drawn, began = viewer.stream.drawn, session.sim.time
+    desk.watch(lambda: clock.see(session.driver.time))
+    drawn, began = viewer.stream.drawn, session.driver.time
     say(page, "pick up the red cube")
     page.get_by_text("judged on the simulated state: success").wait_for(timeout=1000 * PATIENCE)
     wait_until(lambda: (red_height(page) or 1e9) < (before or 0.0) - 15.0, "the cube is higher in the picture")
-    assert session.sim.held() == "red_cube"
+    assert session.mujoco.in_hands()["hand"] == "red_cube"
     assert viewer.stream.drawn - drawn > 20
     if clock.kept_real_time:
-        assert (viewer.stream.drawn - drawn) / (session.sim.time - began) >= 20.0
+        assert (viewer.stream.drawn - drawn) / (session.driver.time - began) >= 20.0
 
 
 @needs_chromium
 def test_stop_halts_the_arm_and_step_back_undoes_it(desk: Desk) -> None:
     session, page = desk.session, desk.page
-    home, began = session.sim.state().q, session.sim.time
+    home, began = session.driver.state().q, session.driver.time
     # However slowly the browser clicks: the arm waits for it on its way, and then goes on slowly until the click is heard.
     clicked = threading.Event()
-    desk.watch(lambda: time.sleep(0.03) if clicked.is_set() or session.sim.time - began < 0.5 else wait_for(clicked))
+    desk.watch(lambda: time.sleep(0.03) if clicked.is_set() or session.driver.time - began < 0.5 else wait_for(clicked))
     say(page, session.task.prompt)
-    wait_until(lambda: session.sim.time - began > 0.4, "the arm is on its way")
+    wait_until(lambda: session.driver.time - began > 0.4, "the arm is on its way")
     button(page, "Stop").click()
     clicked.set()
     page.get_by_text("stopped: the arm holds").wait_for(timeout=1000 * PATIENCE)
-    stopped = session.sim.state()
+    stopped = session.driver.state()
     assert np.abs(stopped.qd).max() < 0.02
     assert np.abs(stopped.q - home).max() > 0.01
-    steps = session.sim.physics_steps
+    steps = session.simulation.physics_steps
     time.sleep(0.3)
-    assert session.sim.physics_steps == steps, "physics runs while nothing is done"
+    assert session.simulation.physics_steps == steps, "physics runs while nothing is done"
     button(page, "Step back").click()
     page.get_by_text(f"back to before: {session.task.prompt}").wait_for(timeout=1000 * PATIENCE)
-    assert np.allclose(session.sim.state().q, home)
+    assert np.allclose(session.driver.state().q, home)
 
 
 # Milliseconds a key, None for pasted text, and how it is sent off: at 0 and 30 viser's own queue of 50 ms drops the last letters.
@@ -304,19 +304,19 @@ def test_try_and_judge_are_buttons_and_stop_is_a_word(desk: Desk) -> None:
     field(page, "Prompt").fill("pick up the red cube")
     button(page, "Try").click()
     page.get_by_text("would work, in").wait_for(timeout=1000 * PATIENCE)
-    assert session.sim.held() is None
+    assert session.mujoco.in_hands()["hand"] is None
     button(page, "Judge").click()
     page.get_by_text("judged on the simulated state: no success").wait_for(timeout=1000 * PATIENCE)
     # However slowly the browser types: the arm waits for it on its way, and then goes on slowly until the word is heard.
-    typed, began = threading.Event(), session.sim.time
-    desk.watch(lambda: time.sleep(0.03) if typed.is_set() or session.sim.time - began < 0.5 else wait_for(typed))
+    typed, began = threading.Event(), session.driver.time
+    desk.watch(lambda: time.sleep(0.03) if typed.is_set() or session.driver.time - began < 0.5 else wait_for(typed))
     button(page, "Run").click()
-    wait_until(lambda: session.sim.time - began > 0.4, "the arm is on its way")
+    wait_until(lambda: session.driver.time - began > 0.4, "the arm is on its way")
     field(page, "Prompt").fill("stop")
     page.keyboard.press("Enter")
     typed.set()
     page.get_by_text("stopped: the arm holds").wait_for(timeout=1000 * PATIENCE)
-    assert session.sim.held() is None
+    assert session.mujoco.in_hands()["hand"] is None
 
 
 @needs_chromium
@@ -474,7 +474,7 @@ def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Brow
         assert len(marked) == 2 and any("finger" in name for name in marked) and any("blue" in name for name in marked)
         page.locator("button", has_text="Repair 1").click()
         page.get_by_text("done: pick").wait_for(timeout=1000 * PATIENCE)
-        assert session.sim.held() == "red_cube"
+        assert session.mujoco.in_hands()["hand"] == "red_cube"
         assert not scene_names(viewer, "/mark")
 
 
@@ -484,14 +484,14 @@ def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         session = viewer.source.host.cell
         assert isinstance(session, EmbeddedWorkcell)
-        before = session.sim.state().tcp_pose.position
+        before = session.driver.state().tcp_pose.position
         page.keyboard.press("u")
-        wait_until(lambda: viewer.control.doing is Doing.NOTHING and session.sim.time > 0.0, "a jog")
-        wait_until(lambda: session.sim.state().tcp_pose.xyz[2] > before[2] + 0.008, "the TCP is 10 mm higher")
-        moved = session.sim.state().tcp_pose.position - before
+        wait_until(lambda: viewer.control.doing is Doing.NOTHING and session.driver.time > 0.0, "a jog")
+        wait_until(lambda: session.driver.state().tcp_pose.xyz[2] > before[2] + 0.008, "the TCP is 10 mm higher")
+        moved = session.driver.state().tcp_pose.position - before
         assert np.abs(moved - [0.0, 0.0, 0.01]).max() < 0.002
 
-        lying = session.sim.truth().objects["red_cube"].pose.position
+        lying = session.simulation.truth().objects["red_cube"].pose.position
         wait_until(lambda: red_middle(page) is not None, "the cube is seen")
         x, y = red_middle(page) or (0.0, 0.0)
         page.mouse.move(x, y)
@@ -503,11 +503,11 @@ def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
         wait_until(
             lambda: (
                 viewer.control.doing is Doing.NOTHING
-                and np.abs(session.sim.truth().objects["red_cube"].pose.position[:2] - lying[:2]).max() > 0.02
+                and np.abs(session.simulation.truth().objects["red_cube"].pose.position[:2] - lying[:2]).max() > 0.02
             ),
             "the cube lies elsewhere",
         )
-        dropped = session.sim.truth().objects["red_cube"].pose.position
+        dropped = session.simulation.truth().objects["red_cube"].pose.position
         assert abs(dropped[2] - lying[2]) < 0.001, "it lies on the table again"
 
 
@@ -566,9 +566,9 @@ def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics(
         assert isinstance(session, EmbeddedWorkcell)
         wait_until(lambda: viewer.stream.drawn > 0, "the first frame")
         time.sleep(1.0)
-        steps, drawn, began = session.sim.physics_steps, viewer.stream.drawn, time.process_time()
+        steps, drawn, began = session.simulation.physics_steps, viewer.stream.drawn, time.process_time()
         time.sleep(3.0)
-        assert session.sim.physics_steps == steps and viewer.stream.drawn == drawn
+        assert session.simulation.physics_steps == steps and viewer.stream.drawn == drawn
         assert time.process_time() - began < 0.03 * 3.0
 
 
@@ -585,8 +585,8 @@ def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browse
         # However slowly the browser draws: half a second into the run the arm waits until the page was looked at.
         looked = threading.Event()
         page.get_by_text("What moves is drawn here").wait_for(timeout=1000 * PATIENCE)
-        began = session.sim.time
-        session.sim.subscribe(lambda: wait_for(looked) if session.sim.time - began > 0.5 else None)
+        began = session.driver.time
+        session.driver.subscribe(lambda: wait_for(looked) if session.driver.time - began > 0.5 else None)
         quiet = colour_of(page, "Stop")
         button(page, "Run").click()
         try:
@@ -600,7 +600,7 @@ def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browse
         assert page.locator(".strip polyline").count() == 3
         words = page.locator(".strip").inner_text()
         assert " °/s" in words and " mm" in words and " N" in words
-        gripper = session.sim.state().gripper
+        gripper = session.driver.state().gripper
         assert gripper is not None
         wait_until(lambda: f"{1000 * gripper.width:.1f} mm" in page.locator(".strip").inner_text(), "the last opening")
         assert "-0.0" not in page.locator("body").inner_text()
@@ -670,7 +670,7 @@ def test_the_first_view_has_all_objects_and_the_gripper_in_the_free_part(task: s
         source = EmbeddedSource(WorkcellHost(session))
         view = first_view(source.blueprint, window)
         seen = session.observe()
-        places = np.array([item.pose.position for item in seen.objects] + [session.sim.state().tcp_pose.position])
+        places = np.array([item.pose.position for item in seen.objects] + [session.driver.state().tcp_pose.position])
         half = float(np.max(session.task.scene.objects[0].size))
     pictures = projected(places, view, window)
     assert (np.abs(pictures[:, 0]) < 1.0).all()
@@ -700,11 +700,13 @@ def test_a_step_back_begins_the_timeline_anew() -> None:
     with open_session("pick_cube_franka") as session:
         blueprint = EmbeddedSource(WorkcellHost(session)).blueprint
         timeline = Timeline()
-        at = session.sim.state()
+        at = session.driver.state()
         for seconds in (1.0, 1.5, 1.5, 0.5):
             timeline.enter(f"at {seconds}")
-            seen = replace(at, time=seconds, qd=np.full(len(at.q), -0.5))
-            timeline.add(Frame(model=session.sim.model, seen=seen, held=None, qpos=session.sim.snapshot()), blueprint)
+            seen = replace(at, time=seconds, arms={"arm": replace(at.arms["arm"], qd=np.full(len(at.q), -0.5))})
+            timeline.add(
+                Frame(model=session.mujoco.model, seen=seen, held=None, qpos=session.simulation.snapshot()), blueprint
+            )
         assert timeline.recording().seconds.tolist() == [0.5] and timeline.recording().phases == ()
         assert timeline.recording().values[0, 0] == pytest.approx(np.degrees(0.5))
         assert (blueprint.speed_unit, blueprint.force_unit) == ("°/s", "N")
@@ -1041,7 +1043,7 @@ def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:
         recorder = Recorder(tmp_path, session)
         recorder.follow()
         assert session.run().success
-        ended = session.sim.state()
+        ended = session.driver.state()
         recorder.close()
         assert recorder.last is not None
         playback = recorded_frames(RecordedEpisode.load(recorder.last), session)

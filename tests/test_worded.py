@@ -104,10 +104,10 @@ def test_turn_turns_by_an_angle_where_the_object_stands(angle: float) -> None:
 def test_turn_refuses_before_anything_moves() -> None:
     above = SceneObject(id="above", kind="box", size=(0.01,) * 3, pose=Pose(xyz=(0.1, -0.2, 0.0915)), mass=0.02)
     with open_session(Scene(objects=(BLOCK, above)), what_if=False) as session:
-        before = session.sim.time
+        before = session.driver.time
         with pytest.raises(CollisionError, match="above stands on block"):
             perform(session.ctx, Turn(), {"object": "block", "angle": 1.0})
-        assert session.sim.time == before
+        assert session.driver.time == before
 
 
 def test_outside_skill_rights_a_fallen_can_by_its_sentence() -> None:

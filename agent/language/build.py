@@ -38,6 +38,7 @@ from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
 from robosandbox.agent.language.worded import known, resolved
 from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
+from robosandbox.world.parts import is_part
 
 
 def build(
@@ -294,8 +295,12 @@ class _Builder(Deciding):
             )
 
     def _drawers(self, command: Command, skill: str) -> tuple[str, ...]:
-        names, _ = self._objects(command, fits=lambda name: self.world.objects[name].shape.opens)
+        names, _ = self._objects(command, fits=self._has_opening)
         for name in names:
+            if (part := self._part_of(name)) is not None:
+                self._need_empty(f"handle {part}")
+                self._add("open" if skill == "open_drawer" else "close", part=part)
+                continue
             if not self.world.objects[name].shape.opens:
                 raise RefusedError(
                     RefusalCode.IMPOSSIBLE, f"{name} is no drawer; it neither opens nor closes.", (name,)
@@ -307,6 +312,23 @@ class _Builder(Deciding):
             self._need_empty(f"handle {name}")
             self._add(skill, drawer=name)
         return names
+
+    def _has_opening(self, name: str) -> bool:
+        """Say whether a thing is a drawer, a door, or a cupboard with one."""
+        item = self.world.objects[name]
+        return item.shape.opens or is_part(item) or bool(self._parts_on(name))
+
+    def _parts_on(self, name: str) -> list[str]:
+        return [other for other, item in self.world.objects.items() if other.startswith(f"{name}.") and is_part(item)]
+
+    def _part_of(self, name: str) -> str | None:
+        """Return what of a scene's file is meant by a part or by what it is on; None for a drawer of ours and all else."""
+        if is_part(self.world.objects[name]):
+            return name
+        parts = self._parts_on(name)
+        if len(parts) > 1:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Which one of {name}: {listed(parts)}?", parts)
+        return parts[0] if parts else None
 
     def _open(self, command: Command) -> None:
         self.world.opened.update(self._drawers(command, "open_drawer"))
@@ -327,7 +349,11 @@ class _Builder(Deciding):
             if self.world.objects[name].shape.is_granular:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are beads, which have no top to touch.", (name,))
             for _ in range(self._repeats(command)):
-                self._add("tap", object=name)
+                if "press" in self.skills and is_part(self.world.objects[name]):
+                    self._need_empty(f"press {name}")
+                    self._add("press", part=name)
+                else:
+                    self._add("tap", object=name)
 
     def _nothing(self, command: Command) -> None:
         """What is not to be done is spoken of and left; a plan that does it all the same is refused."""

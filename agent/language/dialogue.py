@@ -149,7 +149,7 @@ class Dialogue:
 
     def _without_held(self, scene: ObservedScene, ref: Ref) -> ObservedScene:
         """Return the scene as if what is held were on the table again: a correction undoes the grasp."""
-        return dataclasses.replace(scene, held=None)
+        return scene.holding(None)
 
     def _put_down_first(self, draft: Draft, scene: ObservedScene) -> Draft:
         held = scene.held

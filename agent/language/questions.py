@@ -32,6 +32,7 @@ from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal,
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.locations import location_of
+from robosandbox.world.parts import is_part, open_share
 from robosandbox.world.placement_sampling import in_easy_reach
 from robosandbox.world.relations import bounds, centre, contents, gap, loose
 from robosandbox.world.standing import standing_on
@@ -290,6 +291,15 @@ class _Answers(Asked):
             return Answer(f"{yes}: {inside.text}" if is_told else inside.text, (item.id,))
         if relation not in ("open", "closed"):
             return self._yes(finding.holds, item, finding.is_sure)
+        doors = (
+            [item]
+            if is_part(item)
+            else [o for o in self.view.scene.objects if is_part(o) and o.id.startswith(f"{item.id}.")]
+        )
+        if doors:
+            found = [find(fact(relation, door.id), self.view).holds for door in doors]
+            told = "; ".join(f"{door.id} is {max(0.0, open_share(door)):.0%} open" for door in doors)
+            return Answer(f"{'Yes' if all(found) else 'No'}: {told}.", tuple(door.id for door in doors))
         if not item.shape.opens:
             return Answer(f"{item.id} neither opens nor closes.", (item.id,))
         if item.opening is None:

@@ -21,6 +21,7 @@ from pydantic_ai.toolsets import ExternalToolset
 from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.course import Course, Desk, PromptDone, Report
 from robosandbox.agent.episode import Consulted, Thought
+from robosandbox.agent.llm.answer import as_refusal
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.endpoint import NO_LIMITS, Endpoint
 from robosandbox.agent.llm.forms import find_calls, thought_of
@@ -248,11 +249,13 @@ class ActingCourse:
             case ProgramArguments():
                 return self._programmed(given)
             case AskArguments():
-                return self._asked(given)
+                if self._desk.ask is None:
+                    raise InputError("nobody is here to answer; refuse with `ambiguous` where it matters")
+                return {"answer": self._desk.ask(given.message)}
             case FinishArguments():
                 return self._ledger.finished(given, scene)
             case RefuseArguments():
-                return self._refused(given, scene)
+                return as_refusal(given, scene, self._desk.skills)
             case SceneLookArguments():
                 return self._looked(given)
         raise AssertionError(f"{name} has no handler")
@@ -294,16 +297,6 @@ class ActingCourse:
             return data | {"error": str(error)}
         self._pictures.append(BinaryContent(data=picture, media_type="image/png"))
         return data | {"picture": calibration}
-
-    def _asked(self, given: AskArguments) -> dict[str, Any]:
-        if self._desk.ask is None:
-            return {"ok": False, "error": "nobody is here to answer; refuse with `ambiguous` where it matters"}
-        return {"answer": self._desk.ask(given.message)}
-
-    def _refused(self, given: RefuseArguments, scene: ObservedScene) -> Refusal:
-        known = {*(item.id for item in scene.objects), *self._desk.skills}
-        candidates = tuple(name for name in dict.fromkeys(given.candidates) if name in known)
-        return Refusal(code=given.code, message=given.message, candidates=candidates)
 
     def _take(self, report: Report, scene: ObservedScene) -> Plan | Refusal | PromptDone | None:
         """Note what came of the call under way; return the next one of a program that goes on."""

@@ -143,9 +143,14 @@ def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Operator]) -> Ref
         raise MisuseError(
             _correction(f"`{REFUSE}` was answered wrongly: {_told(error)}", None, scene, skills)
         ) from None
-    known = {*(item.id for item in scene.objects), *(skill.name for skill in skills)}
-    candidates = tuple(name for name in dict.fromkeys(answer.candidates) if name in known)
-    return Refusal(code=answer.code, message=answer.message, candidates=candidates)
+    return as_refusal(answer, scene, [skill.name for skill in skills])
+
+
+def as_refusal(given: RefuseArguments, scene: ObservedScene, skills: Iterable[str]) -> Refusal:
+    """Return a refusal with those of its candidates that are there: objects of the scene, and skills by name."""
+    known = {*(item.id for item in scene.objects), *skills}
+    candidates = tuple(name for name in dict.fromkeys(given.candidates) if name in known)
+    return Refusal(code=given.code, message=given.message, candidates=candidates)
 
 
 def _told(error: ValidationError) -> str:

@@ -34,7 +34,7 @@ def png(picture: NDArray[Any]) -> bytes:
 
 def cameras_of(ctx: GoalContext) -> tuple[str, ...]:
     """Return whose pictures can be asked for: none of a world in another process, which sends its own."""
-    return tuple(ctx.sim.capabilities.cameras) if isinstance(ctx, AgentContext) else ()
+    return tuple(ctx.driver.capabilities.cameras) if isinstance(ctx, AgentContext) else ()
 
 
 def marked_picture(ctx: GoalContext, camera: str, scene: ObservedScene) -> tuple[bytes, Mapping[str, Any]]:
@@ -48,7 +48,7 @@ def marked_picture(ctx: GoalContext, camera: str, scene: ObservedScene) -> tuple
     if camera not in cameras or not isinstance(ctx, AgentContext):
         offered = ", ".join(cameras) or "none"
         raise InputError(f"camera: {camera[:60]!r} is not there; there is {offered}{did_you_mean(camera, cameras)}")
-    frame = ctx.sim.capture(camera)
+    frame = ctx.driver.senses.capture(camera)
     pixels = _pixels(frame, scene)
     lens, pose = frame.intrinsics, frame.pose_camera_in_world
     data = {

@@ -20,6 +20,7 @@ from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.pictures import png
 from robosandbox.agent.llm.service import Service
 from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.agent.tools import said_of
 from robosandbox.errors import PlannerError
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import PointCloudFrame
@@ -177,9 +178,7 @@ def _read(call: Call, width: int, height: int) -> Sequence[Pointed]:
     try:
         answer = PointAnswer.model_validate(call.arguments)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"])) or "the arguments"
-        raise MisuseError(f"{where}: {first['msg']} (it is {first['input']!r:.80}). The form is {_FORM}") from error
+        raise MisuseError(f"{said_of(error.errors(include_url=False)[0])}. The form is {_FORM}") from error
     for item in answer.objects:
         if item.x >= width or item.y >= height:
             raise MisuseError(f"({item.x:g}, {item.y:g}) is outside of the picture of {width} x {height} pixels")

@@ -139,7 +139,7 @@ def describe_robot(ctx: GoalContext, scene: ObservedScene, skills: Mapping[str, 
     """
     if not isinstance(ctx, AgentContext):
         return {}
-    spec = ctx.sim.spec
+    spec = ctx.arm.spec
     data: dict[str, Any] = {"arm": spec.name}
     if spec.gripper is not None:
         geometry = spec.gripper.geometry

@@ -7,7 +7,7 @@ import json
 import logging
 import os
 import time
-from collections.abc import Coroutine, Sequence
+from collections.abc import Coroutine, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from types import TracebackType
@@ -314,13 +314,11 @@ class ModelConnection:
 
     def _raise_known_cause(self, error: BaseException) -> None:
         """Raise what this package's own transports said below the libraries that wrap it."""
-        cause: BaseException | None = error
-        while cause is not None:
+        for cause in _causes(error):
             if isinstance(cause, InputError):
                 raise cause
             if isinstance(cause, AnswerTooLargeError):
                 raise PlannerAnswerError(f"{self._where}: {cause}; no plan needs that") from None
-            cause = cause.__cause__ or cause.__context__
 
     def _said(self, error: Exception) -> str:
         """Return a failure in a line, without the key."""
@@ -396,12 +394,17 @@ def _told(body: object) -> str:
 
 def _is_refused(error: Exception) -> bool:
     """Say whether a server does not take a request as it is, or does not answer it piece by piece."""
-    if isinstance(error, failures.ModelRequestRejectedError):
-        return True
+    return isinstance(error, failures.ModelRequestRejectedError) or any(
+        isinstance(cause, NotStreamedError) for cause in _causes(error)
+    )
+
+
+def _causes(error: BaseException) -> Iterator[BaseException]:
+    """Yield an error and what it came from, the outermost first."""
     cause: BaseException | None = error
-    while cause is not None and not isinstance(cause, NotStreamedError):
+    while cause is not None:
+        yield cause
         cause = cause.__cause__ or cause.__context__
-    return cause is not None
 
 
 def _asked_in(messages: Sequence[ModelMessage]) -> str:

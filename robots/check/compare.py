@@ -17,27 +17,10 @@ from robosandbox.robots.infer.sidecar import Inference
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.sidecar import EeSite, GripperRoles, Sidecar, SuctionRoles
 from robosandbox.robots.singularity import conditioning, singularity
+from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 
 _DOWN = np.array([0.0, 0.0, -1.0])
-# Metres that a TCP may lie beside the point where the pads meet. Chosen so that the sidecars of robots/known and of
-# tests/test_arms.py pass, and the symptoms of docs/bring_your_own_robot.md are told.
-_TCP_ASIDE = 0.010
-_TCP_BEYOND = 0.012  # Metres that it may lie beyond it. Chosen likewise.
-_TIP_SLACK = 0.003  # Metres that it may lie beyond the fingertips, where these reach farther. Chosen likewise.
-_TCP_OF_LIP = 0.005  # Metres that it may lie before or behind a cup's lip. Chosen as the height of a thin cup.
-_TCP_BEHIND = 0.045  # Metres that it may lie behind it. Chosen likewise.
-# A TCP farther behind than this, metres, is the first to be doubted where the trial fails. Chosen: a third of `_TCP_BEHIND`.
-_TCP_DOUBTED = 0.015
-# The same of a last link without a gripper: chosen as long as a tool that a user may have screwed on, metres.
-_TCP_OF_LINK = 0.15
-# Angle between the given and the measured approach that a grasp from above forgives, degrees. Chosen.
-_APPROACH_DEG = 20.0
-# How far open and closed may lie outside the measured travel, and off its ends, as shares of it. Chosen so that grippers
-# that open half-way on purpose pass.
-_OUTSIDE, _NOT_CLOSED, _NOT_OPEN = 0.2, 0.3, 0.7
-# Depth of a base under the table, metres, from which home and reach are not judged as well. Chosen.
-_SUNK = 0.06
 _TABLE_HALF = 0.5
 _GRID = 0.1  # Spacing in metres of the points of the table that are tried. Chosen: 100 points.
 _LEAST_REACHED = 3  # Number of them to be reached. Chosen: with three of them an arm can be given a task.
@@ -146,19 +129,19 @@ def _open_closed(roles: GripperRoles, found: Inference, measured: GripperRoles) 
     low, high = sorted((measured.open_qpos, measured.closed_qpos))
     travel = high - low
     for name, value in (("open_qpos", roles.open_qpos), ("closed_qpos", roles.closed_qpos)):
-        if not low - _OUTSIDE * travel <= value <= high + _OUTSIDE * travel:
+        if not low - ROBOT_TOLERANCES.outside * travel <= value <= high + ROBOT_TOLERANCES.outside * travel:
             reached = f"is outside what the joint reaches ({low:g}..{high:g}); give a joint value"
             detail = f"{name} {value:g} {reached}: at {getattr(measured, name):g}, {saw[name]}"
             return CheckResult("open_closed", False, detail, f"gripper.{name}")
     fault, field = "", "gripper.open_qpos"
     if (roles.open_qpos - roles.closed_qpos) * (measured.open_qpos - measured.closed_qpos) < 0.0:
         fault = f"the wrong way round: the fingers are apart at {measured.open_qpos:g} and together at {measured.closed_qpos:g}"
-    elif abs(roles.closed_qpos - measured.closed_qpos) > _NOT_CLOSED * travel:
+    elif abs(roles.closed_qpos - measured.closed_qpos) > ROBOT_TOLERANCES.not_closed * travel:
         fault, field = (
             f"does not close: it would at {measured.closed_qpos:g} ({saw['closed_qpos']})",
             "gripper.closed_qpos",
         )
-    elif abs(roles.open_qpos - measured.open_qpos) > _NOT_OPEN * travel:
+    elif abs(roles.open_qpos - measured.open_qpos) > ROBOT_TOLERANCES.not_open * travel:
         fault = f"hardly opens; it would to {measured.open_qpos:g} ({saw['open_qpos']})"
     if fault:
         return CheckResult("open_closed", False, fault, field)
@@ -232,20 +215,24 @@ def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> CheckResult
     cup = given.suction is not None
     what = "the cup's lip" if cup else "where the pads meet" if given.gripper else "the end of the last link"
     if given.gripper is None or found.sidecar.gripper is None:
-        far = float(np.linalg.norm(tcp.point - origin)) > _TCP_OF_LINK
+        far = float(np.linalg.norm(tcp.point - origin)) > ROBOT_TOLERANCES.tcp_of_link
         return CheckResult("tcp", not far, f"{where} {what}", tcp.field if far else None)
     # Long pads hold things all the way to their tips, which is where some makers put the TCP.
-    behind, beyond = (_TCP_OF_LIP, _TCP_OF_LIP) if cup else (_TCP_BEHIND, max(_TCP_BEYOND, found.tip + _TIP_SLACK))
-    if aside > _TCP_ASIDE or not -behind <= along <= beyond:
+    behind, beyond = (
+        (ROBOT_TOLERANCES.tcp_of_lip, ROBOT_TOLERANCES.tcp_of_lip)
+        if cup
+        else (ROBOT_TOLERANCES.tcp_behind, max(ROBOT_TOLERANCES.tcp_beyond, found.tip + ROBOT_TOLERANCES.tip_slack))
+    )
+    if aside > ROBOT_TOLERANCES.tcp_aside or not -behind <= along <= beyond:
         aims = "beside the cup" if cup else "beside the fingers, not between them"
         return CheckResult("tcp", False, f"{where} {what}: IK aims {aims}", tcp.field)
     if tcp.rotation is not None:
         angle = float(np.degrees(np.arccos(np.clip(tcp.rotation[:, 2] @ R[:, 2], -1.0, 1.0))))
-        if angle > _APPROACH_DEG:
+        if angle > ROBOT_TOLERANCES.approach_deg:
             return CheckResult(
                 "tcp", False, f"its z points {angle:.0f} deg off the approach", "ee_site.inject.quat_xyzw"
             )
-    return CheckResult("tcp", True, f"{where} {what}", tcp.field if along < -_TCP_DOUBTED else None)
+    return CheckResult("tcp", True, f"{where} {what}", tcp.field if along < -ROBOT_TOLERANCES.tcp_doubted else None)
 
 
 def _world(
@@ -282,7 +269,7 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar, table_he
             f"the mounting plane is {sunk * 1000:.0f} mm below the table: the arm goes through it",
             "base_pose.xyz",
         )
-        if sunk > _SUNK
+        if sunk > ROBOT_TOLERANCES.sunk
         else CheckResult("base_height", True, f"the mounting plane is {round(-sunk * 1000):+d} mm from the table top")
     ]
     outside = [
@@ -293,8 +280,8 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar, table_he
     if outside:
         checks.append(CheckResult("home", False, f"{outside[0]!r} is outside its limits there", "arm.home_qpos"))
     else:
-        checks.append(_home(found, kinematics, q, table, sunk > _SUNK))
-    if sunk <= _SUNK:
+        checks.append(_home(found, kinematics, q, table, sunk > ROBOT_TOLERANCES.sunk))
+    if sunk <= ROBOT_TOLERANCES.sunk:
         checks.append(_reach(kinematics, given, table_height))
     return checks
 

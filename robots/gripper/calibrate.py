@@ -10,12 +10,12 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.surfaces import world_points
+from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
 
 # Number of samples from one end to the other, so that the gap between two of them is 1 to 2 mm of a wide gripper. Chosen.
 _SAMPLES = 64
 _SETTLE_SECONDS = 0.5  # Simulated seconds of one wait for rest. Chosen.
-_SWEEP_SECONDS = 1.5  # Simulated seconds from one end to the other. Chosen: servos of real grippers close in about one.
 _MOST_SETTLES = 8  # Number of waits after which the gripper is taken to rest. Chosen.
 _STILL = 0.003  # Speed at rest, rad/s or m/s. Chosen.
 # Half the depth at which fingers are taken to be locked into one another, metres. Chosen above what contacts yield.
@@ -201,7 +201,7 @@ def sweep_gripper(
         drive.rest(1.0)
     drive.rest(0.0)
     joints, lengths, qpos = [], [], []
-    steps = max(1, int(_SWEEP_SECONDS / model.opt.timestep / _SAMPLES))
+    steps = max(1, int(ROBOT_TOLERANCES.sweep_seconds / model.opt.timestep / _SAMPLES))
     for k in range(_SAMPLES + 1):
         drive.advance(k / _SAMPLES, steps if k else 0)
         if k == _SAMPLES:

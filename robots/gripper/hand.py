@@ -14,13 +14,12 @@ from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.isolate import weld
 from robosandbox.robots.importers.servos import GRIP_FORCE, ROTOR_PER_EFFORT, get_armature
 from robosandbox.robots.infer.kinematic_tree import actuator_joints, tendon_joints
+from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
 
 # Number of fingers from which a gripper is a hand; chosen as the least that need not close on each other: two jaws are left as
 # their files have them.
 LEAST_FINGERS = 3
-# Position error, radians, at which a coupling's own friction may hold a joint. Chosen as of servos: three degrees.
-_STUCK_ERROR = 0.05
 # Share of its leader's travel over which a coupling must lead a joint outside its limits to make them void. Chosen as the
 # half: a limit that stops a finger at its end is meant.
 _OUTSIDE = 0.5
@@ -247,7 +246,7 @@ def _overcome_friction(imported: ImportedModel, model: mujoco.MjModel, one: _Cou
     """Give a spring that its own tendon's friction holds far off its rest the stiffness to overcome it."""
     stiffness = float(np.asarray(model.tendon_stiffness[one.tendon]).flat[0])
     friction = float(model.tendon_frictionloss[one.tendon])
-    wanted = friction / (_STUCK_ERROR * abs(one.follow))
+    wanted = friction / (ROBOT_TOLERANCES.stuck * abs(one.follow))
     if stiffness <= 0.0 or wanted <= stiffness:
         return
     name = str(model.tendon(one.tendon).name)

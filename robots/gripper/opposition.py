@@ -21,6 +21,7 @@ from robosandbox.robots.gripper.calibrate import (
     place,
 )
 from robosandbox.robots.surfaces import points_on
+from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
 
 # Radius of the probe, metres: as half of a common object, the 24 mm cube of docs/arms.md.
@@ -29,7 +30,6 @@ _PROBE = 0.012
 _GRAZED = 0.006
 _MEETING = 0.002  # Radius of the probe, metres, on which a hand counts as closed. Chosen: a wire.
 _SAMPLES = 48  # Number of places from open to closed at which fingers are looked at. Chosen: 2 to 3 mm of a wide hand.
-_SWEEP_SECONDS = 1.5  # Simulated seconds of that. Chosen as what a gripper is swept in.
 # Number of servos of a finger up to which one closes it and the other spreads it. Fingers with more have one at each joint.
 MOST_SERVOS = 2
 _PLACES = 9  # Number of places over the range of what spreads fingers at which the hand is closed. Chosen.
@@ -203,7 +203,7 @@ class _Hand:
     def close(self, closing: dict[int, tuple[float, float]], spread: dict[int, float]) -> Opposition:
         """Close the hand on the probe with what spreads its fingers at these controls."""
         shares = np.linspace(0.0, 1.0, _SAMPLES + 1)
-        steps = max(1, int(_SWEEP_SECONDS / self.model.opt.timestep / _SAMPLES))
+        steps = max(1, int(ROBOT_TOLERANCES.sweep_seconds / self.model.opt.timestep / _SAMPLES))
         samples = self.at(
             [
                 spread | {a: opened + share * (closed - opened) for a, (opened, closed) in closing.items()}

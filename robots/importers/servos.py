@@ -6,14 +6,13 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec, get_scalar
+from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
 
 # Position error, radians or metres, at which a servo gives all its effort. Chosen: about a degree.
 _FULL_EFFORT_ERROR = 0.02
 # Natural frequency of a servo, rad/s. Chosen because a faster one outruns a physics step of 2 ms.
 _MAX_FREQUENCY = 100.0
-# Position error, radians, at which friction holds a joint that cannot be used. Chosen: three degrees.
-_STUCK_ERROR = 0.05
 _LEAST_DAMPING = 0.15  # Share of the critical damping below which a servo swings. Chosen.
 _STEP = 0.002  # Seconds of a physics step: MuJoCo's default.
 # How many times a joint's speed, a ratio, a servo's damping may take away in one step. Chosen: from 2 on it swings, and the
@@ -84,7 +83,7 @@ def _strengthen(imported: ImportedModel, model: mujoco.MjModel, load: _Load, act
     low, high = joint_bounds(model)
     # A slide is a finger more often than not: what counts is its own travel.
     travel = 0.1 * float(high[j] - low[j])
-    stuck, wanted = (travel, travel) if slide else (_STUCK_ERROR, _FULL_EFFORT_ERROR)
+    stuck, wanted = (travel, travel) if slide else (ROBOT_TOLERANCES.stuck, _FULL_EFFORT_ERROR)
     if friction <= stuck * stiffness:
         return
     mass = max(load.inertia[model.jnt_dofadr[j]], 1e-5) + get_armature(joint)

@@ -11,10 +11,8 @@ from robosandbox.robots.findings import FieldEvidence
 from robosandbox.robots.gripper.cup import lip, suctions
 from robosandbox.robots.infer.tcp import flange_tool
 from robosandbox.robots.sidecar import SuctionRoles
+from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
-
-# Cosine of the angle to a body's axis or the flange's direction below which a cup faces along none of them. Chosen: 45 degrees.
-_ALONG = 0.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +75,11 @@ def _facing(model: mujoco.MjModel, data: mujoco.MjData, joints: tuple[int, ...],
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     away = data.geom_xpos[first : first + count].mean(axis=0) - data.xanchor[joints[-1]]
     length = float(np.linalg.norm(away))
-    if length < 1e-6 or outward @ away > _ALONG * length:
+    if length < 1e-6 or outward @ away > ROBOT_TOLERANCES.along * length:
         return np.asarray(outward)
     axes = data.xmat[body].reshape(3, 3).T
     cosines = axes @ (away / length)
     best = int(np.abs(cosines).argmax())
-    return np.asarray(axes[best] * np.sign(cosines[best]) if abs(cosines[best]) > _ALONG else away / length)
+    return np.asarray(
+        axes[best] * np.sign(cosines[best]) if abs(cosines[best]) > ROBOT_TOLERANCES.along else away / length
+    )

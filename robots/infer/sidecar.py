@@ -34,12 +34,9 @@ from robosandbox.robots.sidecar import (
     InjectedSite,
     Sidecar,
 )
+from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
-
-# Cosine of how far off the last link's own direction a tool frame may point, to be one that a gripper is mounted by. Chosen:
-# 45 degrees, because such frames lie along the link or across it.
-_ALONG = 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -273,7 +270,7 @@ def _flange(imported: ImportedModel, gripper: Path, arm: str | None) -> GripperA
         if int(model.body_weldid[model.site_bodyid[s]]) != weld or not is_tool(model.site(s).name):
             continue
         # A site without a rotation of its own says little about where a gripper would point.
-        if float(data.site_xmat[s].reshape(3, 3)[:, 2] @ outward) > _ALONG:
+        if float(data.site_xmat[s].reshape(3, 3)[:, 2] @ outward) > ROBOT_TOLERANCES.along:
             return GripperAttachment(model=gripper, to_site=str(model.site(s).name))
     return GripperAttachment(
         model=gripper,

@@ -24,7 +24,7 @@ from robosandbox.skills.primitives.placing import plan_place
 from robosandbox.skills.primitives.rehearsal import hand_planner, rehearse, with_aperture
 from robosandbox.skills.primitives.strokes import plan_stroke
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.types import Array, DetectedObject, Grasp, Limits, Observation, ObservedScene, Pose, force_limits
+from robosandbox.types import ArmState, Array, DetectedObject, Grasp, Limits, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities, Obstruction
 from robosandbox.world.effects import taken
 from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose, with_pose
@@ -49,7 +49,7 @@ class GripperAbilities(Abilities):
     """
 
     def __init__(self, ctx: SkillContext) -> None:
-        gripper, state = ctx.sim.spec.gripper, ctx.sim.state().gripper
+        gripper, state = ctx.arm.spec.gripper, ctx.arm.state().gripper
         self.gripper = gripper is not None
         if gripper is not None and state is not None:
             self.apertures = (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
@@ -74,7 +74,7 @@ class RobotAbilities(GripperAbilities):
     def __init__(self, ctx: SkillContext, limits: Limits | None = None) -> None:
         super().__init__(ctx)
         self._ctx = ctx
-        kept = [one for one in (ctx.sim.spec.limits, limits) if one is not None]
+        kept = [one for one in (ctx.arm.spec.limits, limits) if one is not None]
         self.workspaces = [one.workspace for one in kept if one.workspace is not None]
         self.max_force, _ = force_limits(*kept)
         self._planning = ctx.planning(ctx.look())
@@ -91,7 +91,7 @@ class RobotAbilities(GripperAbilities):
         if self._is_easy(point, scene):
             return None
         motion = self._ctx.motion
-        motion.use(self._planning, self._ctx.sim.state())
+        motion.use(self._planning, self._ctx.arm.state())
         upright = carried is not None and self._is_held_from_above(carried, scene)
         for pose in self._attitudes(np.array(point), _LEANS[:1] if upright else _LEANS):
             try:
@@ -114,7 +114,7 @@ class RobotAbilities(GripperAbilities):
 
         Of what is in the hand already the grasp may be any.
         """
-        if self._ctx.sim.spec.gripper is None or self._planning.seen.held == item.id:
+        if self._ctx.arm.spec.gripper is None or self._planning.seen.held == item.id:
             return False
         low = (*item.pose.xyz[:2], scene.table_height)
         grasps = (grasp.tcp_pose.rotation[2, 2] for grasp in self._grasps(item, scene))
@@ -125,11 +125,11 @@ class RobotAbilities(GripperAbilities):
             for yaw in _YAWS:
                 closing = np.array([np.cos(yaw), np.sin(yaw), 0.0])
                 down = np.column_stack([np.cross(closing, _DOWN), closing, _DOWN])
-                yield Pose.from_matrix(point, lean(point - self._ctx.sim.spec.base_position, angle) @ down)
+                yield Pose.from_matrix(point, lean(point - self._ctx.arm.spec.base_position, angle) @ down)
 
     def _grasps(self, item: DetectedObject, scene: ObservedScene) -> Iterable[Grasp]:
         pieces = self._planning.pieces(item.id)
-        return self._ctx.grasp.candidates(item, scene, self._ctx.sim.spec, pieces=pieces)
+        return self._ctx.grasp.candidates(item, scene, self._ctx.arm.spec, pieces=pieces)
 
     def _first_grasp(self, item: DetectedObject, scene: ObservedScene) -> Grasp | None:
         """Return the best grasp; kept for the next question, which is often about the same object in the same scene."""
@@ -139,7 +139,7 @@ class RobotAbilities(GripperAbilities):
 
     def ungraspable(self, item: DetectedObject, scene: ObservedScene) -> str | None:
         """Return why the gripper cannot take hold of an object as it lies; None where it can."""
-        robot = self._ctx.sim.spec
+        robot = self._ctx.arm.spec
         if robot.gripper is None or scene.held == item.id:
             return None
         if self._first_grasp(item, scene) is not None:
@@ -151,7 +151,7 @@ class RobotAbilities(GripperAbilities):
         self, item: DetectedObject, axis: Sequence[float], distance: float, scene: ObservedScene
     ) -> Obstruction | None:
         """Return what keeps the hand from pushing an object along a level unit vector (3,), whichever way it is turned."""
-        robot = self._ctx.sim.spec
+        robot = self._ctx.arm.spec
         if robot.gripper is None or scene.held is not None:
             return None
         closed = with_aperture(self._ctx, robot.gripper.geometry.min_aperture)
@@ -161,7 +161,7 @@ class RobotAbilities(GripperAbilities):
 
     def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
         """Return what keeps the hand from pulling a drawer open at its grip, whichever way it is pitched."""
-        gripper = self._ctx.sim.spec.gripper
+        gripper = self._ctx.arm.spec.gripper
         if gripper is None or scene.held is not None:
             return None
         travel = max(OPEN_SHARE * drawer.size[3] - opening_of(drawer), 0.0)
@@ -177,7 +177,7 @@ class RobotAbilities(GripperAbilities):
 
     def untakeable(self, item: DetectedObject, scene: ObservedScene) -> Obstruction | None:
         """Return what the hand meets with each grasp of an object, coming, closing or rising; None where one is free."""
-        gripper = self._ctx.sim.spec.gripper
+        gripper = self._ctx.arm.spec.gripper
         if gripper is None or scene.held is not None:
             return None
         near = neighbours(item, scene)
@@ -186,24 +186,23 @@ class RobotAbilities(GripperAbilities):
         first = self._first_grasp(item, scene)
         if first is None or not may_meet(first, near, gripper.geometry, self._hand.bounds(self._planning)):
             return None
-        return rehearse(self._ctx, self._hand, scene, self._ctx.sim.state(), lambda arm: _take(arm, item, scene))
+        return rehearse(self._ctx, self._hand, scene, self._ctx.arm.state(), lambda arm: _take(arm, item, scene))
 
     def unplaceable(
         self, item: DetectedObject, spots: Sequence[Placement], allowed: Sequence[str], scene: ObservedScene
     ) -> Obstruction | None:
         """Return what the hand meets on each of some spots however it holds an object; None where it has room on one."""
-        gripper = self._ctx.sim.spec.gripper
+        gripper = self._ctx.arm.spec.gripper
         if gripper is None or not spots:
             return None
         level = levelled(item.pose.rotation)
         there = with_pose(item, resting_pose(item, spots[0], about_z(spots[0].yaws[0]) @ level))
-        others = replace(
-            scene, held=None, objects=tuple(one for one in scene.objects if one.id not in (item.id, *allowed))
-        )
+        emptied = scene.holding(None)
+        others = replace(emptied, objects=tuple(one for one in scene.objects if one.id not in (item.id, *allowed)))
         near, palm = neighbours(there, others), self._hand.bounds(self._planning)
         if is_alone(there, near, gripper.geometry, palm):
             return None
-        first = self._first_grasp(there, replace(scene, held=None, objects=(there,)))
+        first = self._first_grasp(there, replace(emptied, objects=(there,)))
         if first is not None and not may_meet(first, near, gripper.geometry, palm):
             return None
         above = scene if scene.held == item.id else taken(scene, item.id)
@@ -216,12 +215,12 @@ class RobotAbilities(GripperAbilities):
             found.append(met)
         return next((met for met in found if met.met is not None), None)
 
-    def _holding(self, held: DetectedObject, there: DetectedObject, scene: ObservedScene) -> Iterator[Observation]:
+    def _holding(self, held: DetectedObject, there: DetectedObject, scene: ObservedScene) -> Iterator[ArmState]:
         """Yield how the robot may stand with an object in the hand, as it holds it or as it would where it is put down."""
         if self._planning.seen.held == held.id:
-            yield self._ctx.sim.state()
+            yield self._ctx.arm.state()
             return
-        alone = replace(scene, held=None, objects=(there,))
+        alone = replace(scene.holding(None), objects=(there,))
         kinds: dict[tuple[object, ...], Grasp] = {}
         for grasp in self._grasps(there, alone):
             # From straight above wherever that can be, as picks do.
@@ -235,7 +234,7 @@ class RobotAbilities(GripperAbilities):
 
     def off_home(self) -> float:
         """Return how far the arm's joints are off their home, radians or metres."""
-        return float(np.abs(self._ctx.sim.state().q - self._ctx.sim.spec.home_q).max())
+        return float(np.abs(self._ctx.arm.state().q - self._ctx.arm.spec.home_q).max())
 
 
 def _take(arm: Manipulator, item: DetectedObject, scene: ObservedScene) -> None:

@@ -78,7 +78,7 @@ def find_drawer(arm: Manipulator, name: str) -> DetectedObject:
         ObjectNotFoundError: Nothing seen has this id.
         UnsupportedError: The driver does not tell how hard the hand pulls.
     """
-    require(arm.sim, "wrist_wrench", "a drawer that is locked or blocked is told by how hard the hand pulls at it")
+    require(arm.driver, "wrist_wrench", "a drawer that is locked or blocked is told by how hard the hand pulls at it")
     found = arm.find(name)
     return found
 
@@ -226,12 +226,12 @@ def slide(
 
     def felt() -> bool:
         nonlocal force
-        now = float(arm.sim.force_on(drawer.id) @ direction)
+        now = float(arm.force_on(drawer.id) @ direction)
         force = max(force, now)
         return now > MOST_FORCE
 
     arm.ctx.enter(Phase.SLIDE)
-    observation = arm.sim.state()
+    observation = arm.state
     trial = min(_TRIAL, travel)
     ways = [(free + trial, SLIDE_SPEED), (free + travel - stop, SLIDE_SPEED), (free + travel, _STOP_SPEED)]
     for distance, speed in ways if trial < travel - stop and stop else (ways[0], (free + travel, SLIDE_SPEED)):
@@ -260,7 +260,7 @@ def withdraw(arm: Manipulator, drawer: DetectedObject) -> None:
     """
     arm.use(arm.look())
     arm.motion.allow(box_of(drawer))
-    observation = arm.sim.state()
+    observation = arm.state
     for distance in _HOVERS:
         try:
             back = arm.motion.plan_line(observation.q, withdrawn(observation.tcp_pose, distance), speed=arm.tempo.free)

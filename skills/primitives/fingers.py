@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
-from robosandbox.driver import Driver
+from robosandbox.driver import Arm, Driver, Hand
 from robosandbox.errors import Phase, UnsupportedError
 from robosandbox.motion.protocols import MotionPlanner
-from robosandbox.types import GripperState, Observation, Trajectory
-from robosandbox.types.robot import GripperGeometry
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import ArmState, GripperState, Trajectory
+from robosandbox.types.robot import GripperGeometry, RobotSpec
 
 # Metres before what they close on from which fingers are gentle, both together, and the share of their motors' force that they are
 # gentle with; chosen: three times perception's error of a size, and a force at which the bundled hand's fingers move half as fast.
@@ -29,21 +30,42 @@ _GRIP_STILL = 0.0002
 
 
 class Fingers:
-    """One hand's fingers.
+    """The fingers of the hand that a call works with.
 
     Args:
-        sim: Whose hand.
-        motion: Plans ways on which they are as far apart as it is told.
+        ctx: What the skill may use.
+
+    Attributes:
+        driver: Of the cell: its clock, and what it can do.
+        motion: Plans ways on which the fingers are as far apart as it is told.
     """
 
-    def __init__(self, sim: Driver, motion: MotionPlanner) -> None:
-        self.sim: Driver = sim
-        self.motion: MotionPlanner = motion
+    def __init__(self, ctx: SkillContext) -> None:
+        self.driver: Driver = ctx.driver
+        self.motion: MotionPlanner = ctx.motion
+        self._arm: Arm = ctx.arm
+        self._hand: Hand | None = ctx.hand
 
     @property
-    def state(self) -> Observation:
-        """State of the robot."""
-        return self.sim.state()
+    def spec(self) -> RobotSpec:
+        """Specification of the arm."""
+        return self._arm.spec
+
+    @property
+    def state(self) -> ArmState:
+        """State of the arm."""
+        return self._arm.state()
+
+    @property
+    def hand(self) -> Hand:
+        """The hand.
+
+        Raises:
+            UnsupportedError: The arm carries none.
+        """
+        if self._hand is None:
+            raise UnsupportedError(f"{self.spec.name} has no gripper", phase=Phase.CHECK)
+        return self._hand
 
     @property
     def geometry(self) -> GripperGeometry:
@@ -52,10 +74,10 @@ class Fingers:
         Raises:
             UnsupportedError: The robot has no gripper.
         """
-        gripper = self.sim.spec.gripper
+        gripper = self.spec.gripper
         if gripper is None:
             raise UnsupportedError(
-                f"{self.sim.spec.name} has no gripper in its sidecar, so it cannot hold things; it can push, tap and "
+                f"{self.spec.name} has no gripper in its sidecar, so it cannot hold things; it can push, tap and "
                 "go home",
                 phase=Phase.CHECK,
             )
@@ -70,7 +92,7 @@ class Fingers:
         """
         state = self.state.gripper
         if state is None:
-            raise UnsupportedError(f"{self.sim.spec.name} has no gripper", phase=Phase.CHECK)
+            raise UnsupportedError(f"{self.spec.name} has no gripper", phase=Phase.CHECK)
         return state
 
     def open(self, aperture: float | None = None, *, wait: bool = True) -> None:
@@ -80,7 +102,7 @@ class Fingers:
             closed = 0.0
         else:
             closed = float(np.clip(geometry.closed_fraction(geometry.joint_for_aperture(aperture)), 0.0, 1.0))
-        self.sim.set_gripper(closed)
+        self.hand.set_gripper(closed)
         if wait:
             self.wait_for_fingers()
 
@@ -100,13 +122,13 @@ class Fingers:
 
     def close(self) -> float:
         """Close the fingers until they stop; return the gap between them, metres."""
-        self.sim.set_gripper(1.0)
+        self.hand.set_gripper(1.0)
         return self.wait_for_fingers()
 
     @property
     def feels_grip(self) -> bool:
         """True where the fingers' force is measured, with what it carries, and can be limited."""
-        has = self.sim.capabilities
+        has = self.driver.capabilities
         return has.gripper_force and has.wrist_wrench and has.grip_limit and self.geometry.cup is None
 
     def close_on(self, width: float) -> float:
@@ -115,28 +137,28 @@ class Fingers:
         Returns:
             The gap between them when they have stopped, metres.
         """
-        gripper = self.sim.spec.gripper
+        gripper = self.spec.gripper
         strength = math.inf if gripper is None else float(gripper.force_limits.sum())
         if not self.feels_grip or not math.isfinite(strength):
             return self.close()
-        self.sim.set_gripper(1.0)
-        deadline = self.sim.time + _GRIP_SECONDS
-        while self.gripper.width > width + _MEETING and self.sim.time < deadline:
+        self.hand.set_gripper(1.0)
+        deadline = self.driver.time + _GRIP_SECONDS
+        while self.gripper.width > width + _MEETING and self.driver.time < deadline:
             before = self.gripper.closed
-            self.sim.wait(self.sim.control_timestep)
+            self.driver.wait(self.driver.control_timestep)
             if self.gripper.closed <= before:
                 break
-        self.sim.set_gripper(1.0, _GENTLE * strength)
+        self.hand.set_gripper(1.0, _GENTLE * strength)
         gap = self.wait_for_fingers()
-        return gap if self.sim.grip_on(None) > 0.0 else self.close()
+        return gap if self.hand.grip_on(None) > 0.0 else self.close()
 
     def wait_for_fingers(self, until: float = math.inf) -> float:
         """Wait until the fingers no longer move, or are `until` metres apart; return the gap between them."""
-        deadline = self.sim.time + _GRIP_SECONDS
-        self.sim.wait(_LAG)
+        deadline = self.driver.time + _GRIP_SECONDS
+        self.driver.wait(_LAG)
         state = self.gripper
-        while self.sim.time < deadline and state.width < until:
-            self.sim.wait(_LAG)
+        while self.driver.time < deadline and state.width < until:
+            self.driver.wait(_LAG)
             before, state = state, self.gripper
             # A jaw that has swung far off still moves where its gap no longer grows.
             travel = abs(state.closed - before.closed) * self.geometry.max_aperture

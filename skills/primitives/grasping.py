@@ -100,7 +100,7 @@ def plan_grasp(
     arm.use(scene)
     pieces = arm.planning.pieces(target.id)
     hand = arm.state.tcp_pose.rotation
-    found = arm.ctx.grasp.candidates(target, scene, arm.sim.spec, pieces=pieces, hand=hand)
+    found = arm.ctx.grasp.candidates(target, scene, arm.spec, pieces=pieces, hand=hand)
     search = _GraspSearch(arm, target, least_aperture)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     # A cup is to touch what it is to hold.
@@ -224,12 +224,12 @@ class _GraspSearch:
         Raises:
             UnreachableError: There is none.
         """
-        for seed in (self._q, self._arm.sim.spec.home_q):
+        for seed in (self._q, self._arm.spec.home_q):
             try:
                 return self._arm.motion.ik(pose, seed, restarts=0)
             except UnreachableError:
                 continue
-        return self._arm.motion.ik(pose, self._arm.sim.spec.home_q, restarts=_RESTARTS)
+        return self._arm.motion.ik(pose, self._arm.spec.home_q, restarts=_RESTARTS)
 
     def _plan(self, grasp: Grasp, aperture: float, descent: Trajectory) -> GraspPlan:
         """Add the approach, which is what takes longest to find."""

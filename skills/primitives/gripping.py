@@ -77,10 +77,10 @@ def bearable(arm: Manipulator, held: DetectedObject, speed: Timing) -> Timing:
         held: What is held, where it is seen.
         speed: At most.
     """
-    sim, least = arm.sim, share_of(CAREFUL.carry)
-    if not (sim.capabilities.gripper_force and sim.capabilities.wrist_wrench):
+    has, least = arm.driver.capabilities, share_of(CAREFUL.carry)
+    if not (has.gripper_force and has.wrist_wrench):
         return speed * (min(speed.share, least) / speed.share)
-    grip, weight = sim.grip_on(held.id), float(sim.force_on(held.id)[2])
+    grip, weight = arm.hand.grip_on(held.id), float(arm.force_on(held.id)[2])
     if weight <= 0.0:
         return speed * (min(speed.share, least) / speed.share)
     most = 2.0 * FRICTION * grip / (_MARGIN * _leverage(arm, held) * weight / GRAVITY) - GRAVITY
@@ -102,21 +102,21 @@ def landing(arm: Manipulator, held: DetectedObject, speed: Timing) -> Timing:
         held: What is held, where it is seen.
         speed: At most.
     """
-    if not arm.sim.capabilities.gripper_force:
+    if not arm.driver.capabilities.gripper_force:
         return speed
-    passed_on = 2.0 * arm.sim.grip_on(held.id)
+    passed_on = 2.0 * arm.hand.grip_on(held.id)
     return replace(speed, arrival=speed.arrival * arm.ctx.max_force_n / max(passed_on, arm.ctx.max_force_n))
 
 
 def _quickest(arm: Manipulator) -> float:
     """Return the acceleration of the hand at the limit of the joints', m/s^2."""
-    robot = arm.sim.spec
+    robot = arm.spec
     return float(robot.acceleration_limits.max()) * robot.reach[1]
 
 
 def _leverage(arm: Manipulator, held: DetectedObject) -> float:
     """Return how many times its weight an object asks of the pads' friction, for where they hold it."""
-    tcp = arm.sim.state().tcp_pose
+    tcp = arm.state.tcp_pose
     offset, closing = centre(held) - tcp.position, tcp.rotation[:, 1]
     lever = float(np.linalg.norm(offset - closing * (closing @ offset)))
     return 1.0 + lever / (_PAD_RADIUS_SHARE * arm.geometry.finger_width)
@@ -136,9 +136,9 @@ class Grip:
 
     def __init__(self, arm: Manipulator, held: DetectedObject, *, firm: bool = False) -> None:
         self._arm, self._held = arm, held
-        gripper = arm.sim.spec.gripper
+        gripper = arm.spec.gripper
         strength = math.inf if gripper is None else float(gripper.force_limits.sum())
-        now, motors = (arm.sim.grip_on(held.id), arm.gripper.force or 0.0) if arm.feels_grip else (0.0, 0.0)
+        now, motors = (arm.hand.grip_on(held.id), arm.gripper.force or 0.0) if arm.feels_grip else (0.0, 0.0)
         self._limits = not firm and now > 0.0 and motors > 0.0 and math.isfinite(strength)
         # What the motors give for each newton of a pad, as both are now.
         self._motors_per_pad = motors / now if self._limits else 0.0
@@ -157,33 +157,33 @@ class Grip:
         """Hold harder where the load asks for it: a guard that never ends a motion."""
         if not self._limits:
             return
-        sim = self._arm.sim
-        self._loads.append(math.hypot(*sim.force_on(self._held.id).tolist()))
-        self._grips.append(sim.grip_on(self._held.id))
+        arm = self._arm
+        self._loads.append(math.hypot(*arm.force_on(self._held.id).tolist()))
+        self._grips.append(arm.hand.grip_on(self._held.id))
         wanted = self._needed(min(self._loads) / GRAVITY) if len(self._loads) == _READINGS else 0.0
         if wanted > _RISEN * self._wanted:
             self._ask(wanted)
-        elif sim.time - self._since > _EASING_SECONDS and max(self._grips) < _SHORTFALL * self._wanted:
+        elif arm.driver.time - self._since > _EASING_SECONDS and max(self._grips) < _SHORTFALL * self._wanted:
             # The motors' friction or the fingers' levers take more of a small force than of a large one.
             self.close()
 
     def settle(self) -> None:
         """Hold what hangs still as hard as its weight asks for."""
         if self._limits:
-            wanted = self._needed(max(0.0, float(self._arm.sim.force_on(self._held.id)[2])) / GRAVITY)
+            wanted = self._needed(max(0.0, float(self._arm.force_on(self._held.id)[2])) / GRAVITY)
             if wanted < self._wanted:
                 self._ask(wanted)
 
     def close(self) -> None:
         """Hold as hard as the fingers can from now on."""
         self._limits = False
-        self._arm.sim.set_gripper(1.0)
+        self._arm.hand.set_gripper(1.0)
 
     def _needed(self, mass: float) -> float:
         return min(max(self._per_kg * mass, _LEAST_SHARE * self._most), self._most)
 
     def _ask(self, wanted: float) -> None:
         """Limit the motors to what gives `wanted` at each pad, N."""
-        self._wanted, self._since = wanted, self._arm.sim.time
+        self._wanted, self._since = wanted, self._arm.driver.time
         limit = self._motors_per_pad * wanted if wanted < self._most else None
-        self._arm.sim.set_gripper(1.0, limit)
+        self._arm.hand.set_gripper(1.0, limit)

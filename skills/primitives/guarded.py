@@ -83,7 +83,7 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: str) -> None:
         MetError: It pressed on something for longer than a bump lasts.
         TrackingError: A joint stayed off its goal.
     """
-    if arm.sim.capabilities.contact is None:
+    if arm.driver.capabilities.contact is None:
         # Nothing can be felt on the way; what keeps the arm off its goal is noticed at the end.
         arm.follow(trajectory, phase)
         return
@@ -94,11 +94,11 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: str) -> None:
         ticks += 1
         if ticks % _LOOK_EVERY:
             return None
-        force, body, other = arm.sim.strongest_contact()
+        force, body, other = arm.strongest_contact()
         pressed = pressed + 1 if force > _PRESSING else 0
         if pressed < _PRESSED_LOOKS:
             return None
-        return MetError(body, other, force, phase=phase, joint=arm.sim.spec.joints[-1])
+        return MetError(body, other, force, phase=phase, joint=arm.spec.joints[-1])
 
     try:
         arm.follow(trajectory, phase, guards=(check,))
@@ -107,8 +107,8 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: str) -> None:
         evidence = error.evidence
         if not isinstance(evidence, LimitEvidence) or not evidence.touching:
             raise
-        _, body, _ = arm.sim.strongest_contact()
-        joint = arm.sim.spec.joints[-1]
+        _, body, _ = arm.strongest_contact()
+        joint = arm.spec.joints[-1]
         raise MetError(body or "the robot", evidence.touching[0], evidence.value, phase=phase, joint=joint) from None
 
 

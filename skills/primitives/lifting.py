@@ -52,19 +52,19 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
         TrackingError: The arm did not arrive.
         GraspError: Something else came along; it is put back.
     """
-    has, ticks, looks = arm.sim.capabilities, 0, _LOOKS
+    has, ticks, looks = arm.driver.capabilities, 0, _LOOKS
 
     def heavy() -> Exception | None:
-        return _Heavy() if math.hypot(*arm.sim.force_on(held.id).tolist()) > _HEAVY else None
+        return _Heavy() if math.hypot(*arm.force_on(held.id).tolist()) > _HEAVY else None
 
     def rubs() -> Exception | None:
         nonlocal ticks
-        forces = arm.sim.forces().items()
+        forces = arm.forces().items()
         felt = any(name != held.id and math.hypot(*force.tolist()) > _RUBS for name, force in forces)
         ticks += felt
         return _Rubs() if ticks >= _RUBBING else None
 
-    begin = arm.sim.state().tcp_pose.xyz[2]
+    begin = arm.state.tcp_pose.xyz[2]
     guards = [grip, *([heavy] if has.wrist_wrench else []), *([rubs] if has.contact == "named" else [])]
     gone, speed = 0.0, arm.tempo.lift
     while gone < LIFT_HEIGHT:
@@ -79,8 +79,8 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
             ticks, looks = 0, looks - 1
             if not looks:
                 guards.remove(rubs)
-            alone(arm, held, scene, width, arm.sim.state().tcp_pose.xyz[2] - begin)
-        gone = arm.sim.state().tcp_pose.xyz[2] - begin
+            alone(arm, held, scene, width, arm.state.tcp_pose.xyz[2] - begin)
+        gone = arm.state.tcp_pose.xyz[2] - begin
     return gone
 
 
@@ -125,10 +125,10 @@ def free_of_others(arm: Manipulator, held: DetectedObject, scene: ObservedScene,
     Raises:
         GraspError: It presses on something else; what is held is put back.
     """
-    if arm.sim.capabilities.contact != "named":
+    if arm.driver.capabilities.contact != "named":
         return
     cargo = _cargo(held, scene)
-    pressed = {name: math.hypot(*force.tolist()) for name, force in arm.sim.forces().items()}
+    pressed = {name: math.hypot(*force.tolist()) for name, force in arm.forces().items()}
     others = tuple(name for name, force in pressed.items() if force > _RUBS and name not in {held.id, *cargo})
     if others:
         said = f"the hand holds {held.id} and presses on {', '.join(others)} with {max(map(pressed.__getitem__, others)):.0f} N"
@@ -153,7 +153,7 @@ def _wedged(
     """Put back what came up with something else, and return the error of it."""
     arm.motion.allow("table", *(item.id for item in scene.objects))
     try:
-        observation = arm.sim.state()
+        observation = arm.state
         back = arm.motion.plan_line(observation.q, raised(observation.tcp_pose, -risen), speed=CAREFUL.carry)
         arm.follow(back, Phase.LOWER, yielding=True)
     except (UnreachableError, CollisionError):

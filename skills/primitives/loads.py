@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from robosandbox.driver import Driver
 from robosandbox.errors import GraspError, Phase
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.gripping import GRAVITY
@@ -39,7 +38,7 @@ class LoadMeter:
     """A listener to ticks that keeps the upward force of the hand on what it holds, by the height of the hand.
 
     Args:
-        sim: Whose hand.
+        arm: Whose hand.
         object_id: What it holds.
 
     Attributes:
@@ -47,18 +46,18 @@ class LoadMeter:
             weight.
     """
 
-    def __init__(self, sim: Driver, object_id: str) -> None:
-        self._sim = sim
+    def __init__(self, arm: Manipulator, object_id: str) -> None:
+        self._arm = arm
         self._object = object_id
-        self._feels = sim.capabilities.wrist_wrench
+        self._feels = arm.driver.capabilities.wrist_wrench
         self.readings: list[tuple[float, float]] = []
 
     def __call__(self) -> None:
         """Read height and force."""
         if self._feels:
-            force = float(self._sim.force_on(self._object)[2])
+            force = float(self._arm.force_on(self._object)[2])
             # At every tick of a lift, and most things weigh less.
-            height = self._sim.state().tcp_pose.xyz[2] if force >= _LOAD else math.nan
+            height = self._arm.state.tcp_pose.xyz[2] if force >= _LOAD else math.nan
             self.readings.append((height, force))
 
     @property
@@ -139,7 +138,7 @@ def lift_error(arm: Manipulator, before: DetectedObject, width: float, load: Loa
 
 def _cup_force(arm: Manipulator) -> float | None:
     """Return how hard a suction cup pulls at the most, N; None of fingers."""
-    gripper = arm.sim.spec.gripper
+    gripper = arm.spec.gripper
     return None if gripper is None or gripper.geometry.cup is None else float(gripper.force_limits.sum())
 
 
@@ -177,7 +176,7 @@ def _cause(
 
 def held_back(target: DetectedObject, scene: ObservedScene) -> Held:
     """Return what holds a thing back from above or from its sides, as it is seen."""
-    others = [item for item in scene.objects if item.id not in (target.id, scene.held)]
+    others = [item for item in scene.objects if item.id not in {target.id, *scene.in_hands}]
     over = tuple(item.id for item in others if is_over(item, target))
     if over:
         said = ", ".join(over)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -77,7 +77,7 @@ class Manipulator(Fingers):
     """
 
     def __init__(self, ctx: SkillContext) -> None:
-        super().__init__(ctx.sim, ctx.motion)
+        super().__init__(ctx)
         self.ctx = ctx
         self.tempo: Tempo = ctx.tempo
         self._planning: PlanningScene | None = None
@@ -133,7 +133,25 @@ class Manipulator(Fingers):
         """Object that the gripper held when the skill began; its contract has seen to it that it holds something."""
         return self.find(self.start.held or "")
 
+    # Feeling.
+
+    def forces(self) -> Mapping[str, Array]:
+        """Return the sum of what the arm presses and pulls each thing with that it touches, N in the world, shape (3,)."""
+        return self.driver.senses.forces(self._arm.name)
+
+    def force_on(self, object_id: str | None) -> Array:
+        """Return the sum of what the arm presses and pulls an object with, N in the world, shape (3,); None is all."""
+        return self.driver.senses.force_on(object_id, self._arm.name)
+
+    def strongest_contact(self) -> tuple[float, str, str]:
+        """Return the largest normal force between the arm and anything else, N, and the two bodies; 0 without one."""
+        return self.driver.senses.strongest_contact(self._arm.name)
+
     # Moving.
+
+    def trim(self, goal: Array) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
+        self._arm.trim(goal)
 
     def follow(
         self, trajectory: Trajectory, phase: str, *, yielding: bool = False, guards: Sequence[Guard] = ()
@@ -151,28 +169,32 @@ class Manipulator(Fingers):
         """
         self.ctx.enter(phase)
         self.ctx.announce(trajectory)
-        self.sim.follow(trajectory, guards)
+        self._arm.follow(trajectory, guards)
         self._arrive(trajectory.q[-1], phase, yielding, guards)
 
     def _arrive(self, goal: Array, phase: str, yielding: bool, guards: Sequence[Guard]) -> None:
-        patience = self.sim.time + _TRIM_AFTER
-        deadline = self.sim.time + _ARRIVAL_SECONDS
+        patience = self.driver.time + _TRIM_AFTER
+        deadline = self.driver.time + _ARRIVAL_SECONDS
         while (error := np.abs(self.q - goal)).max() > _ARRIVED:
-            if self.sim.time >= deadline:
+            if self.driver.time >= deadline:
                 if yielding:
                     return
                 raise self._off_goal(goal, int(error.argmax()), phase)
-            if yielding or self.sim.time < patience:
-                self.sim.wait(self.sim.control_timestep, guards)
+            if yielding or self.driver.time < patience:
+                self.driver.wait(self.driver.control_timestep, guards)
             else:
-                self.sim.trim(goal, guards)
+                self._arm.trim(goal, guards)
 
     def _off_goal(self, goal: Array, joint: int, phase: str) -> TrackingError:
         """Return the error of a joint that did not get to its goal, with what its servo gave for it."""
-        robot, error = self.sim.spec, float((goal - self.q)[joint])
-        has = self.sim.capabilities
-        contacts = tuple(f"{a} on {b}" for a, b in self.sim.arm_contacts()) if has.contact == "named" else ()
-        force, limit = self.sim.servo_force(joint) if has.joint_torque else (None, np.inf)
+        robot, error = self.spec, float((goal - self.q)[joint])
+        has = self.driver.capabilities
+        contacts = (
+            tuple(f"{a} on {b}" for a, b in self.driver.senses.contacts(self._arm.name))
+            if has.contact == "named"
+            else ()
+        )
+        force, limit = self._arm.servo_force(joint) if has.joint_torque else (None, np.inf)
         if contacts:
             cause = f"while {', '.join(contacts)}; clear what is in the way, or take something lighter"
         elif force is None:
@@ -221,11 +243,11 @@ class Manipulator(Fingers):
             UnreachableError: Not even a quarter of it can be reached.
             CollisionError: Something is above.
         """
-        observation = self.sim.state()
+        observation = self.state
         speed = self.tempo.free if speed is None else speed
         failure: UnreachableError | None = None
         for share, angle in _RISES:
-            target = leaning(raised(observation.tcp_pose, share * height), self.sim.spec.base_position, angle)
+            target = leaning(raised(observation.tcp_pose, share * height), self.spec.base_position, angle)
             try:
                 trajectory = self.motion.plan_line(observation.q, target, speed=speed)
             except UnreachableError as error:
@@ -239,18 +261,18 @@ class Manipulator(Fingers):
     def settle(self, *names: str, seconds: float = 2.0) -> ObservedScene:
         """Let time pass until these objects are seen to be still, and return that look."""
         self.ctx.enter(Phase.SETTLE)
-        deadline = self.sim.time + seconds
+        deadline = self.driver.time + seconds
         stillness = Stillness(self.look(*names), names)
         while True:
-            self.sim.wait(LOOK_SECONDS)
+            self.driver.wait(LOOK_SECONDS)
             now = self.look(*names)
-            if stillness.seen(now) or self.sim.time >= deadline:
+            if stillness.seen(now) or self.driver.time >= deadline:
                 return now
 
     def watch(self, name: str) -> ObservedScene:
         """Let time pass until an object that may still topple has had the time to, and return a look at it at rest."""
         self.ctx.enter(Phase.SETTLE)
-        self.sim.wait(_WATCH_SECONDS)
+        self.driver.wait(_WATCH_SECONDS)
         return self.settle(name)
 
 

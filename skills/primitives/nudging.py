@@ -68,7 +68,7 @@ def nudge_off_walls(arm: Manipulator, name: str, *, most: float) -> bool:
     Raises:
         SkillError: The hand met something on its way.
     """
-    if not arm.sim.capabilities.wrist_wrench:
+    if not arm.driver.capabilities.wrist_wrench:
         return False
     scene = arm.look()
     target = arm.find(name, scene)
@@ -80,7 +80,7 @@ def nudge_off_walls(arm: Manipulator, name: str, *, most: float) -> bool:
 
 def nudge_may_help(arm: Manipulator, target: DetectedObject, scene: ObservedScene) -> bool:
     """Tell whether a fingertip has room to drag a thing off the walls that it lies at, and a grasp could be planned then."""
-    if not arm.sim.capabilities.wrist_wrench:
+    if not arm.driver.capabilities.wrist_wrench:
         return False
     return any(
         _may_help(arm, target, scene, away) and _plan(arm, target, scene, away) is not None
@@ -206,21 +206,21 @@ class _DragStroke:
 
     def along(self) -> None:
         """Go along to the end, unless it takes too much force or time, or the thing is gone from under the tip."""
-        sim, place, lost = self._arm.sim, 0.0, 0
-        deadline = sim.time + _SECONDS_PER_METRE * self._way.length
-        while place < self._way.length and sim.time < deadline and lost < _LOST_TICKS:
+        driver, place, lost = self._arm.driver, 0.0, 0
+        deadline = driver.time + _SECONDS_PER_METRE * self._way.length
+        while place < self._way.length and driver.time < deadline and lost < _LOST_TICKS:
             force = self._feel(place)
             if force > self._most / 2.0:
                 return
             lost = 0 if force > 0.0 else lost + 1
-            place += _SPEED * sim.control_timestep
+            place += _SPEED * driver.control_timestep
 
     def _feel(self, place: float) -> float:
         """Let a tick pass at a place along the way; give way upwards or follow downwards; return the force, N."""
-        sim = self._arm.sim
-        force = sim.force_on(self._target)
+        arm = self._arm
+        force = arm.force_on(self._target)
         beyond = -float(force[2]) - _PRESS
         lowest = float(np.interp(place, self._places, self._lowest))
-        self._lift = max(lowest, self._lift + _GIVE * beyond * sim.control_timestep)
-        sim.trim(self._way.at(place, self._lift))
+        self._lift = max(lowest, self._lift + _GIVE * beyond * arm.driver.control_timestep)
+        arm.trim(self._way.at(place, self._lift))
         return float(np.linalg.norm(force))

@@ -266,7 +266,7 @@ class _PlaceSearch:
 
 def _release(arm: Manipulator, object_id: str, opening: float) -> None:
     arm.ctx.enter(Phase.RELEASE)
-    arm.sim.wait(_RELEASE_SECONDS)
+    arm.driver.wait(_RELEASE_SECONDS)
     before = arm.gripper.width
     arm.open(opening, wait=False)
     # The rest of the way the fingers go while the hand begins to rise.
@@ -286,7 +286,7 @@ def _from_aside(arm: Manipulator, object_id: str) -> ObservedScene:
     scene = arm.look()
     arm.use(scene)
     try:
-        away = arm.motion.plan_joints(arm.q, arm.sim.spec.home_q, speed=arm.tempo.free)
+        away = arm.motion.plan_joints(arm.q, arm.spec.home_q, speed=arm.tempo.free)
     except CollisionError:
         return scene
     arm.follow(away, Phase.RETREAT)

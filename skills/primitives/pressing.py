@@ -84,7 +84,7 @@ def press_along(
     Raises:
         LimitError: The robot pressed too hard on something else.
     """
-    if not arm.sim.capabilities.wrist_wrench:
+    if not arm.driver.capabilities.wrist_wrench:
         arm.follow(way, Phase.PUSH, yielding=True)
         return Pressed(force=None, arrived=True)
     arm.ctx.enter(Phase.PUSH)
@@ -170,8 +170,8 @@ class _Push:
 
     def go(self, before: float) -> bool:
         """Go to the end of the way, `before` metres of it freely, or until it would pass over; return False where the thing resists."""
-        sim, share = self.arm.sim, min(1.0, self.most / MAX_FORCE_N)
-        deadline = sim.time + _SECONDS_PER_METRE * self.way.length / share
+        driver, share = self.arm.driver, min(1.0, self.most / MAX_FORCE_N)
+        deadline = driver.time + _SECONDS_PER_METRE * self.way.length / share
         touched = False
         while self._place < self.way.length:
             grown = self._feel()
@@ -182,7 +182,7 @@ class _Push:
                 self._place, self._speed = min(self._place, self._here() - _STEP_BACK), 0.0
             elif self._lift > self.rise:
                 return True
-            elif sim.time > deadline:
+            elif driver.time > deadline:
                 return False
             elif (
                 grown < 0.0
@@ -192,11 +192,11 @@ class _Push:
                 # A thing that sticks and then slides frees the hand, which leaps after it by all that its servos trail, and knocks
                 # against it in a single tick: the hand lets go of that while it still speeds up, and not at once, as a thing that
                 # it has tipped would fall on it.
-                back = self._place - _OFF_SPEED * sim.control_timestep
+                back = self._place - _OFF_SPEED * driver.control_timestep
                 self._place, self._speed = min(self._place, max(back, self._reached())), 0.0
             elif touched:
                 slowed = max(_SLOWEST, 1.0 - self._felt / (_SLOW_FROM * self.most))
-                self._speed = min(self._speed + _ACCELERATION * sim.control_timestep, slowed * share * _PUSH_SPEED)
+                self._speed = min(self._speed + _ACCELERATION * driver.control_timestep, slowed * share * _PUSH_SPEED)
             else:
                 near = self._place > before - _NEAR
                 self._speed = share * (_TOUCH_SPEED if near else _FREE_SPEED)
@@ -205,9 +205,9 @@ class _Push:
 
     def come_off(self) -> None:
         """Go back until nothing is felt and the servos no longer press."""
-        sim = self.arm.sim
-        deadline, free = sim.time + _OFF_SECONDS, 0
-        while free < _FREE_TICKS and sim.time < deadline:
+        driver = self.arm.driver
+        deadline, free = driver.time + _OFF_SECONDS, 0
+        while free < _FREE_TICKS and driver.time < deadline:
             self._feel()
             free = free + 1 if self._felt <= 0.0 else 0
             if free == 1:
@@ -219,21 +219,21 @@ class _Push:
     def _feel(self) -> float:
         """Read the force and the hand's speed, and give way upwards to a press down; return by how much the force grew, N."""
         here = self._here()
-        self._ran, self._was = (here - self._was) / self.arm.sim.control_timestep, here
-        force = self.arm.sim.force_on(self.target)
+        self._ran, self._was = (here - self._was) / self.arm.driver.control_timestep, here
+        force = self.arm.force_on(self.target)
         before, self._felt = self._felt, float(np.linalg.norm(force))
         self.force = max(self.force, self._felt)
         up = float(force[2])
         beyond = np.sign(up) * max(0.0, abs(up) - _LIGHT)
-        self._lift = max(0.0, self._lift - _GIVE * beyond * self.arm.sim.control_timestep)
+        self._lift = max(0.0, self._lift - _GIVE * beyond * self.arm.driver.control_timestep)
         return self._felt - before
 
     def _advance(self, speed: float) -> None:
-        sim = self.arm.sim
-        self._place = float(np.clip(self._place + speed * sim.control_timestep, 0.0, self.way.length))
+        tick = self.arm.driver.control_timestep
+        self._place = float(np.clip(self._place + speed * tick, 0.0, self.way.length))
         self._stopped = False
         try:
-            sim.trim(self.way.at(self._place, self._lift))
+            self.arm.trim(self.way.at(self._place, self._lift))
         except LimitError as error:
             evidence = error.evidence
             if not isinstance(evidence, LimitEvidence) or evidence.touching not in ((self.target,), ("something",)):
@@ -250,7 +250,7 @@ class _Push:
         return self._place + self._here() - self.way.place(commanded)
 
     def _here(self) -> float:
-        return self.way.place(self.arm.sim.state().tcp_pose.position)
+        return self.way.place(self.arm.state.tcp_pose.position)
 
     def _is_stuck(self) -> bool:
         """Tell whether the hand yields for the last of several times at one place."""

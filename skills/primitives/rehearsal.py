@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from robosandbox.driver import Driver
+from robosandbox.driver import Arm, Driver, Hand
 from robosandbox.errors import CollisionError, Failure, Repair, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.grasp.protocols import GraspPlanner
@@ -26,9 +26,9 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import (
     CAREFUL,
+    ArmState,
     Array,
     Intent,
-    Observation,
     ObservedScene,
     Pose,
     Speed,
@@ -47,7 +47,7 @@ def rehearse(
     ctx: SkillContext,
     planner: HandOnly,
     scene: ObservedScene,
-    state: Observation,
+    state: ArmState,
     plan: Callable[[Manipulator], object],
 ) -> Obstruction | None:
     """Return what keeps a skill from planning what it does; None where nothing does.
@@ -72,9 +72,9 @@ def hand_planner(ctx: SkillContext) -> HandOnly:
     return _PLANNERS.setdefault(ctx.motion, HandOnly())
 
 
-def with_aperture(ctx: SkillContext, aperture: float) -> Observation:
+def with_aperture(ctx: SkillContext, aperture: float) -> ArmState:
     """Return the robot as it stands, but for its fingers, which are so many metres apart."""
-    state, gripper = ctx.sim.state(), ctx.sim.spec.gripper
+    state, gripper = ctx.arm.state(), ctx.arm.spec.gripper
     if gripper is None or state.gripper is None:
         return state
     joint = gripper.geometry.joint_for_aperture(aperture)
@@ -93,12 +93,12 @@ def _obstruction(failure: SkillError) -> Obstruction:
 class _Rehearsed(Manipulator):
     """One whose eyes see what is imagined, and whose robot stands as it is thought to."""
 
-    def __init__(self, ctx: SkillContext, scene: ObservedScene, state: Observation, planner: MotionPlanner) -> None:
+    def __init__(self, ctx: SkillContext, scene: ObservedScene, state: ArmState, planner: MotionPlanner) -> None:
         self._stands = state
         super().__init__(_Imagined(ctx, scene, planner))
 
     @property
-    def state(self) -> Observation:
+    def state(self) -> ArmState:
         """State of the robot in the rehearsal."""
         return self._stands
 
@@ -164,7 +164,9 @@ class _Imagined:
     def __init__(self, ctx: SkillContext, scene: ObservedScene, planner: MotionPlanner) -> None:
         self._ctx = ctx
         self._scene = scene
-        self.sim: Driver = ctx.sim
+        self.driver: Driver = ctx.driver
+        self.arm: Arm = ctx.arm
+        self.hand: Hand | None = ctx.hand
         self.perception: Perception = ctx.perception
         self.grasp: GraspPlanner = ctx.grasp
         self.motion: MotionPlanner = planner

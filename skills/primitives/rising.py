@@ -36,7 +36,7 @@ def check_rise(arm: Manipulator, q: Array, height: float, held: str) -> None:
     motion.allow("table", held)
     for angle in _LEANS:
         try:
-            motion.plan_line(q, leaning(top, arm.sim.spec.base_position, angle))
+            motion.plan_line(q, leaning(top, arm.spec.base_position, angle))
             return
         except UnreachableError as error:
             failure = failure or error

@@ -52,9 +52,9 @@ def check_open(arm: Manipulator, grasp: Grasp, aperture: float) -> None:
     if arm.gripper.width >= aperture - _FINGERS_ARRIVED:
         return
     arm.wait_for_fingers()
-    deadline = arm.sim.time + _FREED_WITHIN
+    deadline = arm.driver.time + _FREED_WITHIN
     while arm.gripper.width < needed:
-        if arm.sim.time >= deadline:
+        if arm.driver.time >= deadline:
             raise _stuck(arm, grasp, aperture)
         arm.close()
         arm.open(aperture)
@@ -71,9 +71,9 @@ def check_closed(arm: Manipulator, grasp: Grasp, before: float) -> None:
     Raises:
         GraspError: They stick.
     """
-    deadline = arm.sim.time + _FREED_WITHIN
+    deadline = arm.driver.time + _FREED_WITHIN
     while abs(arm.gripper.width - before) < _NEEDED_CLEARANCE and before > grasp.width + 2.0 * _NEEDED_CLEARANCE:
-        if arm.sim.time >= deadline:
+        if arm.driver.time >= deadline:
             raise _stuck(arm, grasp, arm.geometry.min_aperture)
         arm.open(before)
         arm.close()

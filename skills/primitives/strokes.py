@@ -55,7 +55,7 @@ def plan_stroke(
     failures: list[SkillError] = []
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
-    robot = arm.sim.spec
+    robot = arm.spec
     if robot.gripper is not None:
         arm.motion.open_to(robot.gripper.geometry.min_aperture)
     options = hand_rotations(robot, axis, arm.state.tcp_pose.rotation)

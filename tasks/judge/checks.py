@@ -22,6 +22,7 @@ from robosandbox.types import (
     SIDE_AXES,
     Direction,
     NonNegative,
+    ObjectTruth,
     Positive,
     Side,
     StrictModel,
@@ -43,7 +44,9 @@ HOME_TOLERANCE = 0.05
 Reference = tuple[str, str, frozenset[str]]
 _ANY: frozenset[str] = frozenset()
 HOLDERS = kinds_that_hold()
-_OPENING = frozenset(kind for kind, shape in shapes().items() if shape.opens)
+_OPENING = frozenset({"part", *(kind for kind, shape in shapes().items() if shape.opens)})
+# Shares of its way from which on a part of a scene's file is open, and up to which it is shut.
+_PART_OPEN, _PART_SHUT = 0.5, 0.05
 
 
 class Check(StrictModel):
@@ -241,28 +244,34 @@ class MovedAbove(Check):
 
 
 class Opened(OfObject):
-    """The drawer is open at least so far."""
+    """The drawer is open at least so far; of a part of a scene's file its outermost point went so far, and it at least half its way."""
 
     kind: Literal["opened"]
     kinds: ClassVar[frozenset[str]] = _OPENING
     min_mm: Positive
 
     def evaluate(self, start: Truth, now: Truth) -> Judgement:
-        """Read how far its box has slid."""
+        """Read how far its box has slid, or the part has gone."""
         del start
+        if (gone := part_travel(now.objects[self.object])) is not None:
+            share, metres = gone
+            detail = {"open_share": share, "opening_mm": 1e3 * metres, "min_mm": self.min_mm}
+            return Judgement(share >= _PART_OPEN and 1e3 * metres >= self.min_mm, detail)
         opening = _opening(now, self.object)
         return Judgement(1e3 * opening >= self.min_mm, {"opening_mm": 1e3 * opening, "min_mm": self.min_mm})
 
 
 class Closed(OfObject):
-    """The drawer is closed."""
+    """The drawer, or the part of a scene's file, is closed."""
 
     kind: Literal["closed"]
     kinds: ClassVar[frozenset[str]] = _OPENING
 
     def evaluate(self, start: Truth, now: Truth) -> Judgement:
-        """Read how far its box has slid."""
+        """Read how far its box has slid, or the part has gone."""
         del start
+        if (gone := part_travel(now.objects[self.object])) is not None:
+            return Judgement(gone[0] <= _PART_SHUT, {"open_share": gone[0], "opening_mm": 1e3 * gone[1]})
         opening = _opening(now, self.object)
         return Judgement(opening <= CLOSED_WITHIN, {"opening_mm": 1e3 * opening})
 
@@ -300,7 +309,7 @@ class AtHome(Check):
     def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Compare joint by joint."""
         del start
-        error = float(np.abs(now.q - now.home_q).max())
+        error = now.off_home
         return Judgement(error < HOME_TOLERANCE, {"home_error": error})
 
 
@@ -341,6 +350,24 @@ def on_table(now: Truth, name: str) -> Judgement:
     """Tell whether an object's lowest point is at the table's top."""
     clearance = form(now.objects[name]).low - now.table_height
     return Judgement(abs(clearance) < REST_WITHIN, {"clearance_mm": 1e3 * clearance})
+
+
+def part_travel(item: ObjectTruth) -> tuple[float, float] | None:
+    """Return by what share of its way a part is from its shut end, and how far its outermost point went, metres; None for others.
+
+    Shut is the end of its range that is nearest to where the file drew it.
+    """
+    joint = None if item.geometry is None else item.geometry.joint
+    if joint is None or item.opening is None:
+        return None
+    shut, far = sorted((joint.low, joint.high), key=abs)
+    gone = item.opening - shut if far > shut else shut - item.opening
+    span = abs(far - shut) if math.isfinite(far) else math.pi / 2.0
+    lever = 1.0
+    if joint.kind == "hinge":
+        points = np.vstack([one.points for one in item.solids]) - np.array(joint.anchor)
+        lever = float(np.linalg.norm(np.cross(points, np.array(joint.axis)), axis=1).max())
+    return gone / span if span else 0.0, gone * lever
 
 
 def _opening(truth: Truth, name: str) -> float:

@@ -91,8 +91,8 @@ def draw_perturbation(case: Case, seed: int) -> tuple[Task, Perturbation, str]:
 
 def lost(session: EmbeddedWorkcell, subject: str) -> bool:
     """Tell whether an object has come to rest where no part of the hand gets to it."""
-    item = simulated(session.sim, "it tells where a lost object lies").truth().objects[subject].detected()
-    towards = session.sim.spec.base_position - centre(item)
+    item = simulated(session.driver, "it tells where a lost object lies").truth().objects[subject].detected()
+    towards = session.driver.arms["arm"].spec.base_position - centre(item)
     towards[2] = 0.0
     distance = float(np.linalg.norm(towards))
     nearest = distance - float(support(item, towards[None] / distance)[0] - towards @ centre(item) / distance)

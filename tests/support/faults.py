@@ -15,7 +15,7 @@ from robosandbox.driver import Driver, simulated
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.sim.intervention import Intervention
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene
 from robosandbox.world.relations import bottom, centre, top
 
@@ -240,14 +240,14 @@ class ContactMeter:
         worst: Per kind of thing ("table", "itself", "objects"): newtons and the two bodies.
     """
 
-    sim: Modelled
+    sim: MuJoCoBackend
     intended: set[str] = field(default_factory=set)
     worst: dict[str, tuple[float, str, str]] = field(default_factory=dict)
 
     def __call__(self) -> None:
         """Look at the contacts of this tick."""
         robot, names = self.sim.robot, self.sim.body_names
-        held = self.sim.held()
+        held = self.sim.in_hands()["hand"]
         for force, first, second in self.sim.contact_forces():
             if first not in robot.bodies and second not in robot.bodies:
                 continue

@@ -34,7 +34,7 @@ from robosandbox.apps.viewer.news import Came, Complaint, Idle, News, Stopped
 from robosandbox.apps.viewer.panels.prompt import PromptPanel
 from robosandbox.driver import SafeDriver
 from robosandbox.errors import RoboSandboxError
-from robosandbox.types import Plan, Refusal, SkillCall
+from robosandbox.types import Plan, Refusal, SkillCall, the_only
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.session import open_session
@@ -155,7 +155,7 @@ class PythonMouth(Mouth):
     @property
     def _sim_here(self) -> SafeDriver:
         assert isinstance(self.cell, EmbeddedWorkcell)
-        return self.cell.sim
+        return self.cell.driver
 
     def say(self, sentence: str) -> Said:
         episode = self.cell.run(sentence)
@@ -326,10 +326,10 @@ class McpMouth(Mouth):
         return str(self.data("reset")["task"])
 
     def tcp(self) -> tuple[float, ...]:
-        return tuple(self.data("look")["state"]["tcp_pose"]["xyz"])
+        return tuple(self.data("look")["state"]["arms"]["arm"]["tcp_pose"]["xyz"])
 
     def speed(self) -> float:
-        return max(map(abs, self.data("look")["state"]["qd"]))
+        return max(map(abs, self.data("look")["state"]["arms"]["arm"]["qd"]))
 
     def pid(self) -> int:
         return self._pid()
@@ -375,16 +375,16 @@ class JsonMouth(Mouth):
         self.ask(f"skill/{name}/cancel_goal", goal_id=goal_id)
 
     def held(self) -> str | None:
-        return self.ask("obs/objects")["scene"]["held"]
+        return next(filter(None, self.ask("obs/objects")["scene"]["hands"].values()), None)
 
     def task(self) -> str:
         return str(self.ask("info")["task"]["name"])
 
     def tcp(self) -> tuple[float, ...]:
-        return tuple(self.ask("obs/state")["robot"]["tcp_pose"]["xyz"])
+        return tuple(self.ask("obs/state")["robot"]["arms"]["arm"]["tcp_pose"]["xyz"])
 
     def speed(self) -> float:
-        return max(map(abs, self.ask("obs/state")["robot"]["qd"]))
+        return max(map(abs, self.ask("obs/state")["robot"]["arms"]["arm"]["qd"]))
 
     def pid(self) -> int:
         return self._pid
@@ -583,7 +583,7 @@ def _when_moving(sim: SafeDriver, act: Callable[[], object]) -> Callable[[], Non
     done: list[bool] = []
 
     def tick() -> None:
-        if not done and float(np.abs(sim.state().qd).max()) > _MOVING:
+        if not done and float(np.abs(the_only(sim.arms, "arms").state().qd).max()) > _MOVING:
             done.append(True)
             act()
 

@@ -96,8 +96,8 @@ class EpisodeSampler:
         self.target: str | None
         self.subject, self.target = SUBJECTS[task.name]
         with open_session(task, seed=int(self.rng.integers(1, 10**6))) as session:
-            scene = simulated(session.sim, "its layout is changed").scene
-            self.base: Array = session.sim.spec.base_position
+            scene = simulated(session.driver, "its layout is changed").scene
+            self.base: Array = session.driver.arms["arm"].spec.base_position
         criterion = _without_undisturbed(task.success)
         self.task: Task = task.model_copy(update={"scene": scene, "success": criterion})
         self._moments: list[Moment] | None = None
@@ -205,7 +205,7 @@ def _timeline(task: Task) -> list[Moment]:
         step += isinstance(event, SkillStarted)
 
     with open_session(task, what_if=False, max_replans=0) as session:
-        sim, ctx = session.sim, session.ctx
+        sim, ctx = session.driver, session.ctx
         session.ctx.events.subscribe(count)
         sim.subscribe(lambda: moments.append(Moment(sim.time, step, str(ctx.phase), sim.state().tcp_pose.position)))
         episode = session.run()

@@ -1,6 +1,6 @@
 """Drivers for their authors and callers: capabilities, a bare driver to start from, opening by name, limits."""
 
-from robosandbox.driver.bare import BareDriver, ControlLoop, per_tick
+from robosandbox.driver.bare import BareArm, BareDriver, BareHand, BareSenses, ControlLoop, per_tick
 from robosandbox.driver.capabilities import (
     CAPABILITIES,
     CameraSpec,
@@ -8,39 +8,50 @@ from robosandbox.driver.capabilities import (
     come_to_rest,
     refusal,
     require,
+    robot_name,
     simulated,
 )
 from robosandbox.driver.loading import SUPPLIED, driver_factory, fitted, load_driver, split_name
-from robosandbox.driver.passing import PassingDriver
-from robosandbox.driver.protocols import Driver, Guard, Refereed, Simulated
-from robosandbox.driver.safe import SafeDriver, SafeSimulated, face_of, made_safe
-from robosandbox.driver.safety import Mode, Safety
+from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand, PassingSenses
+from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode, Senses, Simulated
+from robosandbox.driver.safe import SafeDriver, made_safe
+from robosandbox.driver.safety import Safety
+from robosandbox.types.robot import ARM, HAND
 
 __all__ = [
+    "ARM",
     "CAPABILITIES",
+    "HAND",
     "SUPPLIED",
+    "Arm",
+    "BareArm",
     "BareDriver",
+    "BareHand",
+    "BareSenses",
     "CameraSpec",
     "Capabilities",
     "ControlLoop",
     "Driver",
     "Guard",
+    "Hand",
     "Mode",
+    "PassingArm",
     "PassingDriver",
-    "Refereed",
+    "PassingHand",
+    "PassingSenses",
     "SafeDriver",
-    "SafeSimulated",
     "Safety",
+    "Senses",
     "Simulated",
     "come_to_rest",
     "driver_factory",
-    "face_of",
     "fitted",
     "load_driver",
     "made_safe",
     "per_tick",
     "refusal",
     "require",
+    "robot_name",
     "simulated",
     "split_name",
 ]

@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robosandbox.driver.capabilities import Capabilities, refusal
+from robosandbox.types import Observation
+from robosandbox.types.robot import ARM, HAND
 
 if TYPE_CHECKING:
-    from robosandbox.driver.protocols import Guard
-    from robosandbox.types import Array, PictureWindow, RgbdFrame, Trajectory
-    from robosandbox.types.robot import RobotSpec
+    from robosandbox.driver.capabilities import Declares
+    from robosandbox.driver.protocols import Arm, Guard, Hand, Mode, Senses, Simulated
+    from robosandbox.types import ArmState, Array, GripperState, PictureWindow, RgbdFrame, Trajectory, Truth
+    from robosandbox.types.robot import GripperSpec, RobotSpec
 
 
 class ControlLoop:
@@ -46,11 +49,11 @@ class ControlLoop:
         """Tell the listeners, and ask the guards.
 
         Args:
-            stop: Has the arm hold where it is.
+            stop: Has the arms hold where they are.
             guards: Those of this motion, asked after the standing ones.
 
         Raises:
-            Exception: What the first guard returned that does not let the motion go on; the arm holds.
+            Exception: What the first guard returned that does not let the motion go on; the arms hold.
         """
         for listener in tuple(self._listeners):
             listener()
@@ -61,89 +64,35 @@ class ControlLoop:
                 raise error
 
 
-class BareDriver(ABC):
-    """A driver without any sense but its encoders: each of the others is refused by name until it is overridden.
+class BareArm(ABC):
+    """An arm without any sense but its encoders.
 
     Attributes:
-        guards: Asked after every control tick.
+        driver: Whose arm.
+        spec: Specification.
+        name: Its key in `driver.arms`.
     """
 
-    def __init__(self) -> None:
-        self._loop = ControlLoop()
-        self.guards: list[Guard] = self._loop.guards
+    def __init__(self, driver: Declares, spec: RobotSpec, name: str = ARM) -> None:
+        self.driver = driver
+        self.spec: RobotSpec = spec
+        self.name: str = name
 
-    @property
     @abstractmethod
-    def spec(self) -> RobotSpec:
-        """Specification of the robot."""
+    def state(self) -> ArmState:
+        """Return what its encoders read."""
 
-    @property
     @abstractmethod
-    def capabilities(self) -> Capabilities:
-        """Capabilities of the driver."""
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
+        """Follow a trajectory."""
+
+    @abstractmethod
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
+        """Let a tick pass, the commands shifted against what keeps the arm off `goal` (n,)."""
 
     @abstractmethod
     def stop(self) -> None:
         """Command the arm to stay where it is."""
-
-    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Have `listener` called after every control tick, before the guards; return what ends that."""
-        return self._loop.subscribe(listener)
-
-    def _ticked(self, guards: Sequence[Guard]) -> None:
-        """Tell and ask after a control tick; raises what a guard returned, the arm holding."""
-        self._loop.ticked(self.stop, guards)
-
-    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
-        """Refuse: there is no camera.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        del window
-        raise refusal(self, "cameras", f"a frame of {camera!r} was asked for")
-
-    def strongest_contact(self) -> tuple[float, str, str]:
-        """Refuse: the arm has no skin.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        raise refusal(self, "contact", "a contact was asked for")
-
-    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
-        """Refuse: the arm has no skin.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        raise refusal(self, "contact", "contacts were asked for")
-
-    def forces(self) -> Mapping[str, Array]:
-        """Refuse: the arm has no skin.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        raise refusal(self, "contact", "the force on each thing was asked for")
-
-    def force_on(self, object_id: str | None) -> Array:
-        """Refuse: nothing at the wrist measures force.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        del object_id
-        raise refusal(self, "wrist_wrench", "a force was asked for")
-
-    def grip_on(self, object_id: str | None) -> float:
-        """Refuse: the gripper measures no force.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        del object_id
-        raise refusal(self, "gripper_force", "a grip was asked for")
 
     def servo_force(self, joint: int) -> tuple[float, float]:
         """Refuse: the joints measure no torque.
@@ -152,7 +101,166 @@ class BareDriver(ABC):
             UnsupportedError: Always.
         """
         del joint
-        raise refusal(self, "joint_torque", "a joint's torque was asked for")
+        raise refusal(self.driver, "joint_torque", "a joint's torque was asked for")
+
+
+class BareHand(ABC):
+    """A hand that feels nothing.
+
+    Attributes:
+        driver: Whose hand.
+        spec: Specification.
+        name: Its key in `driver.hands`.
+        arm: Name of the arm that carries it.
+    """
+
+    def __init__(self, driver: Declares, spec: GripperSpec, name: str = HAND, arm: str = ARM) -> None:
+        self.driver = driver
+        self.spec: GripperSpec = spec
+        self.name: str = name
+        self.arm: str = arm
+
+    @abstractmethod
+    def state(self) -> GripperState:
+        """Return what its encoders read."""
+
+    @abstractmethod
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
+        """Command the gripper."""
+
+    def grip_on(self, object_id: str | None) -> float:
+        """Refuse: the gripper measures no force.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        del object_id
+        raise refusal(self.driver, "gripper_force", "a grip was asked for")
+
+
+class BareSenses:
+    """Senses of a driver that has none: each is refused by name until it is overridden.
+
+    Attributes:
+        driver: Whose.
+    """
+
+    def __init__(self, driver: Declares) -> None:
+        self.driver = driver
+
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
+        """Refuse: there is no camera.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        del window
+        raise refusal(self.driver, "cameras", f"a frame of {camera!r} was asked for")
+
+    def strongest_contact(self, arm: str | None = None) -> tuple[float, str, str]:
+        """Refuse: the arm has no skin.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        del arm
+        raise refusal(self.driver, "contact", "a contact was asked for")
+
+    def contacts(self, arm: str | None = None) -> tuple[tuple[str, str], ...]:
+        """Refuse: the arm has no skin.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        del arm
+        raise refusal(self.driver, "contact", "contacts were asked for")
+
+    def forces(self, arm: str | None = None) -> Mapping[str, Array]:
+        """Refuse: the arm has no skin.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        del arm
+        raise refusal(self.driver, "contact", "the force on each thing was asked for")
+
+    def force_on(self, object_id: str | None, arm: str | None = None) -> Array:
+        """Refuse: nothing at the wrist measures force.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        del object_id, arm
+        raise refusal(self.driver, "wrist_wrench", "a force was asked for")
+
+
+class BareDriver(ABC):
+    """A driver of arms without any sense but their encoders, and without a fault of its own.
+
+    Attributes:
+        arms: The arms by name, which a driver of yours sets.
+        hands: Likewise the hands.
+        senses: None, until a driver of yours sets them.
+        fault: Reason why nothing moves; a driver whose controller has faults of its own sets it.
+        simulation: None: it simulates nothing that anybody may know.
+        referee: None: it judges nothing.
+    """
+
+    arms: Mapping[str, Arm]
+    hands: Mapping[str, Hand]
+    simulation: Simulated | None = None
+
+    def __init__(self) -> None:
+        self._loop = ControlLoop()
+        self.senses: Senses = BareSenses(self)
+        self.fault: str = ""
+
+    @property
+    @abstractmethod
+    def capabilities(self) -> Capabilities:
+        """Capabilities of the driver."""
+
+    @property
+    @abstractmethod
+    def time(self) -> float:
+        """Seconds by the driver's clock."""
+
+    @property
+    def mode(self) -> Mode:
+        """Whether there is a fault; motions and stops are seen by `SafeDriver`."""
+        return "fault" if self.fault else "ready"
+
+    def recover(self) -> None:
+        """End a fault."""
+        self.fault = ""
+
+    @property
+    def referee(self) -> Callable[[], Truth] | None:
+        """None: it judges nothing."""
+        return None
+
+    @property
+    def guards(self) -> list[Guard]:
+        """Asked after every control tick."""
+        return self._loop.guards
+
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Have `listener` called after every control tick, before the guards; return what ends that."""
+        return self._loop.subscribe(listener)
+
+    def state(self, cameras: Sequence[str] = ()) -> Observation:
+        """Return how the arms stand, and pictures."""
+        arms = {name: arm.state() for name, arm in self.arms.items()}
+        return Observation(time=self.time, arms=arms, images={name: self.senses.capture(name).rgb for name in cameras})
+
+    def stop(self) -> None:
+        """Command every arm to stay where it is."""
+        for arm in self.arms.values():
+            arm.stop()
+
+    def _ticked(self, guards: Sequence[Guard]) -> None:
+        """Tell and ask after a control tick; raises what a guard returned, the arms holding."""
+        self._loop.ticked(self.stop, guards)
 
 
 def per_tick(trajectory: Trajectory, control_timestep: float) -> Array:

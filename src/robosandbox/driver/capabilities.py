@@ -14,9 +14,10 @@ from robosandbox.errors import Phase, UnsupportedError
 if TYPE_CHECKING:
     from robosandbox.driver.protocols import Driver, Simulated
     from robosandbox.types import Intrinsics, Pose
+    from robosandbox.types.robot import RobotSpec
 
-# What people read of a driver without each capability.
-_SAID = {
+# Predicates of "the driver of <robot> ..." for a driver that lacks each capability.
+_LACKS = {
     "gripper_force": "does not tell the force of its gripper",
     "grip_limit": "takes no limit of its gripper's force",
     "joint_torque": "does not tell the torques of its joints",
@@ -35,14 +36,14 @@ class CameraSpec:
 
     Attributes:
         intrinsics: Size and pinhole of its frames.
-        pose: Of its optical frame (z forward, y down), in the world, or in the TCP's frame where it rides on the hand.
-        on_hand: Whether it rides on the hand.
+        pose: Of its optical frame (z forward, y down), in the world, or in the TCP's frame of the arm that carries it.
+        arm: Name of the arm on whose hand it rides; None where it stands.
         windows: Whether `capture` can be asked for a part of the picture alone, and it costs less.
     """
 
     intrinsics: Intrinsics
     pose: Pose
-    on_hand: bool = False
+    arm: str | None = None
     windows: bool = False
 
 
@@ -78,12 +79,12 @@ class Capabilities:
     link_timeout: float | None = None
 
 
-class Named(Protocol):
-    """Whatever has a name."""
+class Specified(Protocol):
+    """Whatever has a robot's specification."""
 
     @property
-    def name(self) -> str:
-        """Name for people."""
+    def spec(self) -> RobotSpec:
+        """Specification."""
         ...
 
 
@@ -91,8 +92,8 @@ class Declares(Protocol):
     """Whatever says what it can do."""
 
     @property
-    def spec(self) -> Named:
-        """Specification of the robot."""
+    def arms(self) -> Mapping[str, Specified]:
+        """The arms by name."""
         ...
 
     @property
@@ -124,35 +125,39 @@ def require(driver: Declares, capability: str, purpose: str) -> None:
 def refusal(driver: Declares, capability: str, purpose: str) -> UnsupportedError:
     """Return the error of a driver that does not have a capability; arguments as those of `require`."""
     return UnsupportedError(
-        f"{capability}: the driver of {driver.spec.name} {_SAID[capability]}, and {purpose}; "
+        f"{capability}: the driver of {robot_name(driver)} {_LACKS[capability]}, and {purpose}; "
         "use a driver that declares it",
         phase=Phase.CHECK,
     )
 
 
+def robot_name(driver: Declares) -> str:
+    """Return the name of a driver's robot for people; of several arms the names of each model."""
+    return " and ".join(dict.fromkeys(arm.spec.name for arm in driver.arms.values()))
+
+
 def simulated(driver: Driver, purpose: str) -> Simulated:
-    """Return the driver as the simulated world that it is.
+    """Return the simulated world that a driver drives.
 
     Args:
         driver: Whose world.
         purpose: What it is needed for, as "a checkpoint is taken of it".
 
     Raises:
-        UnsupportedError: It is none.
+        UnsupportedError: There is none.
     """
-    from robosandbox.driver.protocols import Simulated
-
+    world = driver.simulation
     require(driver, "truth", purpose)
     require(driver, "reset", purpose)
-    if not isinstance(driver, Simulated):
-        raise TypeError(f"{type(driver).__name__} declares truth and reset and is not Simulated; see check_driver")
-    return driver
+    if world is None:
+        raise TypeError(f"{type(driver).__name__} declares truth and reset and has no simulation; see check_driver")
+    return world
 
 
 def come_to_rest(driver: Driver, seconds: float = 0.5) -> None:
-    """Hold the arm and let time pass until it is still, `seconds` at most."""
+    """Hold the arms and let time pass until they are still, `seconds` at most."""
     driver.stop()
     for _ in range(round(seconds / driver.control_timestep)):
-        if float(np.abs(driver.state().qd).max()) < TOLERANCES.still:
+        if all(float(np.abs(arm.state().qd).max()) < TOLERANCES.still for arm in driver.arms.values()):
             return
         driver.wait(driver.control_timestep)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -43,38 +44,50 @@ class Tolerances:
 
 TOLERANCES = Tolerances()
 _MOVED_NOT = "nothing has moved"
+_PER_S2 = "rad/s^2 (or m/s^2)"
 
 
 class Clamps:
-    """The limits of a robot's commands.
+    """The limits of an arm's commands, one after the other.
 
     Args:
         spec: Whose.
+        tick: Seconds between commands.
     """
 
-    def __init__(self, spec: RobotSpec) -> None:
+    def __init__(self, spec: RobotSpec, tick: float) -> None:
         self._spec = spec
+        self._tick = tick
+        # Where the arm was sent last, shape (n,); None where it does not go by that any longer.
+        self._last: Array | None = None
+        # Velocities that were commanded last and when each ended, in the driver's seconds; the arm stands before them.
+        self._velocities: list[tuple[float, Array]] = []
         self._least, self._most = spec.lower - TOLERANCES.position, spec.upper + TOLERANCES.position
         self._speed = (1.0 + TOLERANCES.share) * spec.velocity_limits
         self._change = (1.0 + TOLERANCES.share) * spec.acceleration_limits
         self._leap = TOLERANCES.window * self._speed
 
-    def check_trajectory(self, trajectory: Trajectory, last: Array | None, measured: Callable[[], Array]) -> None:
-        """Check every row of a trajectory, and that it begins where the arm is.
+    def forget(self) -> None:
+        """Take note that the arm stands, and no longer goes by what it was sent last."""
+        self._last, self._velocities = None, []
+
+    def check_trajectory(self, trajectory: Trajectory, time: float, measured: Callable[[], Array]) -> None:
+        """Check every row of a trajectory, that it begins where the arm is, and that the arm can stop where it ends.
 
         Args:
             trajectory: What is to be followed.
-            last: The configuration that was commanded last, shape (n,), if the arm still goes by it.
+            time: The driver's seconds now.
             measured: Returns the configuration that the arm has, shape (n,); asked only where it matters.
 
         Raises:
-            LimitError: A row passes a limit of position, speed or acceleration, or the first is elsewhere.
+            LimitError: A row passes a limit of position, speed or acceleration, the first is elsewhere, or it begins or ends at
+                a speed that the arm does not get to, or out of, in time.
             ValueError: It is of another shape, or holds a number that is not finite.
         """
         q, dt = trajectory.q, trajectory.dt
         self._check_numbers(q, "a trajectory", 2)
         self._check_positions(q, measured)
-        self._check_leap(q[0], "the trajectory begins", last, measured)
+        self._check_leap(q[0], "the trajectory begins", measured)
         if len(q) < 2:
             return
         if not dt > 0.0:
@@ -89,14 +102,68 @@ class Clamps:
             windows = np.lib.stride_tricks.sliding_window_view(velocity, rows, axis=0)
             change = (windows.max(axis=-1) - windows.min(axis=-1)) / seconds
             if (change > self._change).any():
-                unit = "rad/s^2 (or m/s^2)"
-                raise self._too_much(change, self._spec.acceleration_limits, "accelerate by", unit, "acceleration")
+                raise self._too_much(change, self._spec.acceleration_limits, "accelerate by", _PER_S2, "acceleration")
+        self._check_joint(velocity[0], time, "where it begins")
+        if not trajectory.goes_on:
+            self._check_change(np.abs(velocity[-1]), "where it ends, at a speed")
 
-    def check_step(self, goal: Array, last: Array | None, measured: Callable[[], Array]) -> None:
+    def check_step(self, goal: Array, time: float, measured: Callable[[], Array]) -> None:
         """Check a configuration, shape (n,), that is commanded at once; arguments and errors as in `check_trajectory`."""
         self._check_numbers(goal, "a goal", 1)
         self._check_positions(goal[None], measured)
-        self._check_leap(goal, "the goal is", last, measured)
+        self._check_leap(goal, "the goal is", measured)
+        if self._last is not None:
+            self._check_joint((goal - self._last) / self._tick, time, "from one goal to the next")
+
+    def followed(self, trajectory: Trajectory, time: float) -> None:
+        """Take note that a trajectory has been followed to its end, at this second of the driver's."""
+        q, dt = trajectory.q, trajectory.dt
+        rows = min(len(q) - 1, round(TOLERANCES.window / dt)) if len(q) > 1 else 0
+        self._velocities = [(time - k * dt, (q[-1 - k] - q[-2 - k]) / dt) for k in range(rows)][::-1]
+        self._last = q[-1]
+
+    def stepped(self, goal: Array, time: float) -> None:
+        """Take note that a configuration has been commanded in the tick that ends at this second of the driver's."""
+        velocity = np.zeros(self._spec.n) if self._last is None else (goal - self._last) / self._tick
+        begun = time - TOLERANCES.window + 0.5 * self._tick
+        self._velocities = [*(one for one in self._velocities if one[0] > begun), (time, velocity)]
+        self._last = goal
+
+    def braking(self, time: float) -> Array | None:
+        """Return rows, shape (k, n), a tick apart, in which the arm brakes from what it was sent last; None where it stands."""
+        if self._last is None or not self._velocities or time - self._velocities[-1][0] > 0.5 * self._tick:
+            return None
+        velocity, rate = self._velocities[-1][1], self._spec.acceleration_limits * self._tick
+        ticks = math.ceil(float((np.abs(velocity) / rate).max()))
+        if not (np.abs(velocity) > TOLERANCES.window * self._change).any():
+            return None
+        slower = np.arange(1, ticks + 1)[:, None] * rate
+        speeds = np.sign(velocity) * np.maximum(np.abs(velocity) - slower, 0.0)
+        rows: Array = np.clip(self._last + np.cumsum(speeds, axis=0) * self._tick, self._spec.lower, self._spec.upper)
+        return rows
+
+    def _check_joint(self, velocity: Array, time: float, where: str) -> None:
+        """Check that a command joins those before it without a leap of speed."""
+        begun = time - TOLERANCES.window + 0.5 * self._tick
+        before = [one for ended, one in self._velocities if ended > begun]
+        if not before or time - self._velocities[-1][0] > 0.5 * self._tick:
+            before.append(np.zeros(self._spec.n))
+        self._check_change(np.abs(velocity - before).max(axis=0), where)
+
+    def _check_change(self, change: Array, where: str) -> None:
+        if not (change > TOLERANCES.window * self._change).any():
+            return
+        limits = self._spec.acceleration_limits
+        joint = int((change / limits).argmax())
+        name, value, limit = self._spec.joints[joint], float(change[joint]) / TOLERANCES.window, float(limits[joint])
+        raise self._refused(
+            f"{name} would accelerate by {value:.3g} {_PER_S2} {where}, and its limit is {limit:.3g}",
+            f"acceleration of {name}, {_PER_S2}",
+            value,
+            0.0,
+            limit,
+            remedy="begin at the speed that it has, and end at rest",
+        )
 
     def _check_numbers(self, q: Array, what: str, dimensions: int) -> None:
         if q.ndim != dimensions or q.shape[-1] != self._spec.n or not len(q):
@@ -124,8 +191,8 @@ class Clamps:
             high,
         )
 
-    def _check_leap(self, q: Array, what: str, last: Array | None, measured: Callable[[], Array]) -> None:
-        if last is not None and not (np.abs(q - last) > self._leap).any():
+    def _check_leap(self, q: Array, what: str, measured: Callable[[], Array]) -> None:
+        if self._last is not None and not (np.abs(q - self._last) > self._leap).any():
             return
         stands = measured()
         off = np.abs(q - stands)

@@ -30,15 +30,17 @@ class ForceGuard:
     is none: nothing that the arm does after it makes it less, and ISO/TS 15066 allows twice as much for as short a time.
 
     Args:
-        sim: Whose arm. It tells contact or a wrench at the wrist; where it does not tell what is touched, that is what the
-            call means to touch.
+        driver: It tells contact or a wrench at the wrist; where it does not tell what is touched, that is what the call
+            means to touch.
+        arm: Name of the arm.
         intended: The most on what the running call means to touch, N.
         unintended: The most on anything else, N.
     """
 
-    def __init__(self, sim: Driver, intended: float, unintended: float) -> None:
-        self._sim = sim
-        self._contact = sim.capabilities.contact
+    def __init__(self, driver: Driver, arm: str, intended: float, unintended: float) -> None:
+        self._senses = driver.senses
+        self._arm = arm
+        self._contact = driver.capabilities.contact
         self._intended = intended
         self._unintended = unintended
         self._meant: frozenset[str] | None = frozenset()
@@ -84,9 +86,9 @@ class ForceGuard:
 
     def _forces(self) -> Mapping[str, Array]:
         if self._contact is not None:
-            forces = self._sim.forces()
+            forces = self._senses.forces(self._arm)
             return {"something": np.sum(tuple(forces.values()), axis=0)} if forces and self._meant is None else forces
-        force = self._sim.force_on(None)
+        force = self._senses.force_on(None, self._arm)
         return {"something": force} if force.any() else {}
 
     def _limit(self, name: str) -> float:

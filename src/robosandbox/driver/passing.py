@@ -1,4 +1,4 @@
-"""A driver that hands everything on to another one: what stands before a driver overrides what it changes."""
+"""Drivers, arms, hands and senses that hand everything on to others: what stands before one overrides what it changes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,116 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from robosandbox.driver.capabilities import Capabilities
-    from robosandbox.driver.protocols import Driver, Guard
-    from robosandbox.types import Array, Observation, PictureWindow, RgbdFrame, Trajectory
-    from robosandbox.types.robot import RobotSpec
+    from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode, Senses, Simulated
+    from robosandbox.types import (
+        ArmState,
+        Array,
+        GripperState,
+        Observation,
+        PictureWindow,
+        RgbdFrame,
+        Trajectory,
+        Truth,
+    )
+    from robosandbox.types.robot import GripperSpec, RobotSpec
+
+
+class PassingArm:
+    """An arm whose members are those of another; `Arm` says what each is."""
+
+    def __init__(self, inner: Arm) -> None:
+        self._inner = inner
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._inner.name
+
+    @property
+    def spec(self) -> RobotSpec:
+        """Specification."""
+        return self._inner.spec
+
+    def state(self) -> ArmState:
+        """Return what it reads of itself."""
+        return self._inner.state()
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
+        """Follow a trajectory."""
+        self._inner.follow(trajectory, guards)
+
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
+        """Let a tick pass, the commands shifted against what keeps the arm off its goal."""
+        self._inner.trim(goal, guards)
+
+    def stop(self) -> None:
+        """Command the arm to stay where it is."""
+        self._inner.stop()
+
+    def servo_force(self, joint: int) -> tuple[float, float]:
+        """Return what a joint's servo gives now and the most that it can, N m or N."""
+        return self._inner.servo_force(joint)
+
+
+class PassingHand:
+    """A hand whose members are those of another; `Hand` says what each is."""
+
+    def __init__(self, inner: Hand) -> None:
+        self._inner = inner
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._inner.name
+
+    @property
+    def arm(self) -> str:
+        """Name of its arm."""
+        return self._inner.arm
+
+    @property
+    def spec(self) -> GripperSpec:
+        """Specification."""
+        return self._inner.spec
+
+    def state(self) -> GripperState:
+        """Return what it reads of itself."""
+        return self._inner.state()
+
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
+        """Command the gripper."""
+        self._inner.set_gripper(closed, force)
+
+    def grip_on(self, object_id: str | None) -> float:
+        """Return with how much force each side presses on an object, N; None is any."""
+        return self._inner.grip_on(object_id)
+
+
+class PassingSenses:
+    """Senses whose members are those of others; `Senses` says what each is."""
+
+    def __init__(self, inner: Senses) -> None:
+        self._inner = inner
+
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
+        """Return what a camera's sensor delivers."""
+        return self._inner.capture(camera, window)
+
+    def strongest_contact(self, arm: str | None = None) -> tuple[float, str, str]:
+        """Return the largest force between an arm and anything else, N, and the two bodies."""
+        return self._inner.strongest_contact(arm)
+
+    def contacts(self, arm: str | None = None) -> tuple[tuple[str, str], ...]:
+        """Return the pairs (body of the arm, other body) that touch now."""
+        return self._inner.contacts(arm)
+
+    def forces(self, arm: str | None = None) -> Mapping[str, Array]:
+        """Return the sum of what an arm presses and pulls each thing with, N in the world, shape (3,)."""
+        return self._inner.forces(arm)
+
+    def force_on(self, object_id: str | None, arm: str | None = None) -> Array:
+        """Return the sum of what an arm presses and pulls an object with, N in the world, shape (3,); None is all."""
+        return self._inner.force_on(object_id, arm)
 
 
 class PassingDriver:
@@ -23,14 +130,38 @@ class PassingDriver:
         self._inner = inner
 
     @property
-    def spec(self) -> RobotSpec:
-        """What the robot is."""
-        return self._inner.spec
+    def arms(self) -> Mapping[str, Arm]:
+        """The arms by name."""
+        return self._inner.arms
+
+    @property
+    def hands(self) -> Mapping[str, Hand]:
+        """The hands by name."""
+        return self._inner.hands
+
+    @property
+    def senses(self) -> Senses:
+        """Cameras, contact and forces."""
+        return self._inner.senses
 
     @property
     def capabilities(self) -> Capabilities:
         """What it has."""
         return self._inner.capabilities
+
+    @property
+    def mode(self) -> Mode:
+        """How it stands."""
+        return self._inner.mode
+
+    @property
+    def fault(self) -> str:
+        """Why nothing moves."""
+        return self._inner.fault
+
+    def recover(self) -> None:
+        """End a fault."""
+        self._inner.recover()
 
     @property
     def episode(self) -> int:
@@ -57,57 +188,26 @@ class PassingDriver:
         return self._inner.subscribe(listener)
 
     def state(self, cameras: Sequence[str] = ()) -> Observation:
-        """Return proprioception and pictures."""
+        """Return how the arms stand, and pictures."""
         return self._inner.state(cameras)
-
-    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
-        """Return what a camera's sensor delivers."""
-        # A driver whose cameras declare no windows need not know of them.
-        return self._inner.capture(camera) if window is None else self._inner.capture(camera, window)
-
-    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
-        """Follow a trajectory."""
-        self._inner.follow(trajectory, guards)
-
-    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
-        """Let a tick pass, the commands shifted against what keeps the arm off its goal."""
-        self._inner.trim(goal, guards)
 
     def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
         """Let time pass."""
         self._inner.wait(seconds, guards)
 
     def stop(self) -> None:
-        """Command the arm to stay where it is."""
+        """Command every arm to stay where it is."""
         self._inner.stop()
 
-    def set_gripper(self, closed: float, force: float | None = None) -> None:
-        """Command the gripper."""
-        self._inner.set_gripper(closed, force)
+    @property
+    def simulation(self) -> Simulated | None:
+        """The simulated world that it drives."""
+        return self._inner.simulation
 
-    def strongest_contact(self) -> tuple[float, str, str]:
-        """Return the largest force between the robot and anything else, N, and the two bodies."""
-        return self._inner.strongest_contact()
-
-    def forces(self) -> Mapping[str, Array]:
-        """Return the sum of what the robot presses and pulls each thing with, N in the world, shape (3,)."""
-        return self._inner.forces()
-
-    def force_on(self, object_id: str | None) -> Array:
-        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all."""
-        return self._inner.force_on(object_id)
-
-    def grip_on(self, object_id: str | None) -> float:
-        """Return with how much force each side of the gripper presses on an object, N; None is any."""
-        return self._inner.grip_on(object_id)
-
-    def servo_force(self, joint: int) -> tuple[float, float]:
-        """Return what an arm joint's servo gives now and the most that it can, N m or N."""
-        return self._inner.servo_force(joint)
-
-    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
-        """Return the pairs (robot body, other body) that touch now."""
-        return self._inner.arm_contacts()
+    @property
+    def referee(self) -> Callable[[], Truth] | None:
+        """Returns the state to judge on."""
+        return self._inner.referee
 
     def close(self) -> None:
         """Close it."""

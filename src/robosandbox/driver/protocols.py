@@ -1,37 +1,175 @@
-"""Protocols of drivers: any driver, a simulated world, a driver with a judge of its own."""
+"""Protocols of drivers: a cell with named arms, hands and senses; the simulated world behind one."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
     from robosandbox.driver.capabilities import Capabilities
-    from robosandbox.types import Array, Observation, PictureWindow, RgbdFrame, Scene, Trajectory, Truth
-    from robosandbox.types.robot import RobotSpec
+    from robosandbox.types import (
+        ArmState,
+        Array,
+        GripperState,
+        Observation,
+        PictureWindow,
+        RgbdFrame,
+        Scene,
+        Trajectory,
+        Truth,
+    )
+    from robosandbox.types.robot import GripperSpec, RobotSpec
 
 
 # Asked in a driver's control loop, after each tick: why the motion has to end with the arm holding, or None to go on. It moves
 # nothing itself and does not raise.
 Guard = Callable[[], Exception | None]
 
+Mode = Literal["ready", "moving", "stopping", "stopped", "fault", "lost"]
+"""State of a driver: at rest after a motion, in one, told to stop, seen to stand after that; ended by a fault; not heard of."""
 
-@runtime_checkable
+
+class Arm(Protocol):
+    """One arm of a cell. Others hold still while it moves."""
+
+    @property
+    def name(self) -> str:
+        """Its key in `driver.arms`."""
+        ...
+
+    @property
+    def spec(self) -> RobotSpec:
+        """Specification: joints, limits, reach, and the gripper that it carries."""
+        ...
+
+    def state(self) -> ArmState:
+        """Return what its encoders read, and its gripper's."""
+        ...
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
+        """Follow the trajectory; return when its last row has been commanded.
+
+        Where a guard says why not, one of these or a standing one, the driver stops the arm and raises that.
+        """
+        ...
+
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,); guards as above."""
+        ...
+
+    def stop(self) -> None:
+        """Command the arm to stay where it is."""
+        ...
+
+    def servo_force(self, joint: int) -> tuple[float, float]:
+        """Return what a joint's servo gives now and the most that it can, N m or N; infinite without a limit."""
+        ...
+
+
+class Hand(Protocol):
+    """One hand of a cell: the gripper that an arm carries."""
+
+    @property
+    def name(self) -> str:
+        """Its key in `driver.hands`."""
+        ...
+
+    @property
+    def arm(self) -> str:
+        """Name of the arm that carries it."""
+        ...
+
+    @property
+    def spec(self) -> GripperSpec:
+        """Specification of the gripper."""
+        ...
+
+    def state(self) -> GripperState:
+        """Return what the gripper's own encoders and motor tell: how far it is open, its force, a cup's seal."""
+        ...
+
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
+        """Command the gripper: 0 is the sidecar's open, 1 its closed; with `force` newtons of its motors at most.
+
+        Returns at once. Without a force it closes as hard as its motors do. Raises UnsupportedError for a force where
+        `grip_limit` is not declared.
+        """
+        ...
+
+    def grip_on(self, object_id: str | None) -> float:
+        """Return with how much force each side presses on an object, N, as pads that feel would; None is any."""
+        ...
+
+
+class Senses(Protocol):
+    """Cameras, and what the arms feel: of one arm by its name, of all where none is named."""
+
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
+        """Return what the RGB-D sensor of a camera delivers now; raises RenderingError where nothing renders.
+
+        A `window` is given only where the camera's `windows` is declared: the rest of the frame is black and without depth.
+        """
+        ...
+
+    def strongest_contact(self, arm: str | None = None) -> tuple[float, str, str]:
+        """Return the largest normal force between an arm and anything else, N, and the two bodies; 0 without one."""
+        ...
+
+    def contacts(self, arm: str | None = None) -> tuple[tuple[str, str], ...]:
+        """Return the pairs (body of the arm, other body) that touch now."""
+        ...
+
+    def forces(self, arm: str | None = None) -> Mapping[str, Array]:
+        """Return the sum of what an arm presses and pulls each thing with that it touches, N in the world, shape (3,).
+
+        Keys are ids of objects, "table", or what else the driver calls it; one key for all where it does not tell them apart.
+        """
+        ...
+
+    def force_on(self, object_id: str | None, arm: str | None = None) -> Array:
+        """Return the sum of what an arm presses and pulls an object with, N in the world, shape (3,); None is all objects."""
+        ...
+
+
 class Driver(Protocol):
-    """A world with one robot in it, advanced in control ticks.
+    """A cell: its arms, hands and senses, advanced in control ticks.
 
     An entry point of `robosandbox.drivers` is called as `factory(scene, **options)` and returns one that is connected;
     `docs/drivers.md` says which options it may take. `conformance.check_driver` tries every member.
     """
 
     @property
-    def spec(self) -> RobotSpec:
-        """Specification of the robot: joints, limits, gripper, reach."""
+    def arms(self) -> Mapping[str, Arm]:
+        """The arms by name; the only one is "arm"."""
+        ...
+
+    @property
+    def hands(self) -> Mapping[str, Hand]:
+        """The hands by name; the only one is "hand". None for arms that carry no gripper."""
+        ...
+
+    @property
+    def senses(self) -> Senses:
+        """Cameras, contact and forces; what is not there raises an UnsupportedError where it is asked for."""
         ...
 
     @property
     def capabilities(self) -> Capabilities:
         """Capabilities; what is not there raises an UnsupportedError where it is asked for."""
+        ...
+
+    @property
+    def mode(self) -> Mode:
+        """How the cell stands, as far as the driver knows; "fault" while there is one."""
+        ...
+
+    @property
+    def fault(self) -> str:
+        """Reason why nothing moves before `recover`, in words; "" where there is no fault."""
+        ...
+
+    def recover(self) -> None:
+        """End a fault, somebody having looked after it; raises FaultError where it is not over."""
         ...
 
     @property
@@ -52,66 +190,29 @@ class Driver(Protocol):
         """Have `listener` called after every control tick, before the guards; return what ends that."""
         ...
 
-    def state(self, cameras: Sequence[str] = ()) -> Observation: ...
-    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
-        """Return what the RGB-D sensor of a camera delivers now; raises RenderingError where nothing renders.
-
-        A `window` is given only where the camera's `windows` is declared: the rest of the frame is black and without depth.
-        """
-        ...
-
-    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
-        """Follow the trajectory; return when its last row has been commanded.
-
-        Where a guard says why not, one of these or a standing one, the driver stops the arm and raises that.
-        """
-        ...
-
-    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
-        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,); guards as above."""
+    def state(self, cameras: Sequence[str] = ()) -> Observation:
+        """Return how every arm stands, and a picture per named camera."""
         ...
 
     def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
-        """Let time pass with the last commands held; guards as above."""
+        """Let time pass with the last commands held; guards as those of `Arm.follow`."""
         ...
 
     def stop(self) -> None:
-        """Command the arm to stay where it is."""
+        """Command every arm to stay where it is."""
         ...
 
-    def set_gripper(self, closed: float, force: float | None = None) -> None:
-        """Command the gripper: 0 is the sidecar's open, 1 its closed; with `force` newtons of its motors at most.
+    @property
+    def simulation(self) -> Simulated | None:
+        """The simulated world that it drives; None where there is none, or nobody is to know it."""
+        ...
 
-        Returns at once. Without a force it closes as hard as its motors do. Raises UnsupportedError for a force where
-        `grip_limit` is not declared.
+    @property
+    def referee(self) -> Callable[[], Truth] | None:
+        """Returns the state to judge on, measured apart from what skills are told; a judge and a bench alone may call it.
+
+        None where there is no such thing. A simulated world's judge is its truth.
         """
-        ...
-
-    def strongest_contact(self) -> tuple[float, str, str]:
-        """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
-        ...
-
-    def forces(self) -> Mapping[str, Array]:
-        """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,).
-
-        Keys are ids of objects, "table", or what else the driver calls it; one key for all where it does not tell them apart.
-        """
-        ...
-
-    def force_on(self, object_id: str | None) -> Array:
-        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all."""
-        ...
-
-    def grip_on(self, object_id: str | None) -> float:
-        """Return with how much force each side of the gripper presses on an object, N, as pads that feel would; None is any."""
-        ...
-
-    def servo_force(self, joint: int) -> tuple[float, float]:
-        """Return what an arm joint's servo gives now and the most that it can, N m or N; infinite without a limit."""
-        ...
-
-    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
-        """Return the pairs (robot body, other body) that touch now."""
         ...
 
     def close(self) -> None:
@@ -119,11 +220,10 @@ class Driver(Protocol):
         ...
 
 
-@runtime_checkable
-class Simulated(Driver, Protocol):
+class Simulated(Protocol):
     """A simulated world: it knows its own state, starts over and can be copied.
 
-    Judges, ground-truth perception, replay and trials ask for it; `drivers.simulated` says so where it is not there.
+    Judges, ground-truth perception, replay and trials ask for it, by `simulated`, which says so where it is not there.
     """
 
     @property
@@ -154,8 +254,8 @@ class Simulated(Driver, Protocol):
         """
         ...
 
-    def reset(self, scene: Scene | None = None, q: Array | None = None) -> None:
-        """Start over, in a scene with the same robot and the arm at `q` (n,); as it began where they are left out.
+    def reset(self, scene: Scene | None = None, q: Array | Mapping[str, Array] | None = None) -> None:
+        """Start over, in a scene with the same robot and the arm at `q` (n,), or each arm by name; else as it began.
 
         Raises:
             InputError: Objects start inside something.
@@ -174,18 +274,6 @@ class Simulated(Driver, Protocol):
         """Go back to a snapshot that was taken in `scene` after so many physics steps; raises InputError."""
         ...
 
-    def fork(self) -> Simulated:
-        """Return a copy that shares nothing that moves."""
-        ...
-
-
-@runtime_checkable
-class Refereed(Driver, Protocol):
-    """A driver that comes with a judge of its own: what it measures for a verdict, apart from what skills are told.
-
-    A judge and a bench alone may call it. A simulated world's judge is its truth.
-    """
-
-    def referee(self) -> Truth:
-        """Return the state to judge on."""
+    def fork(self) -> Driver:
+        """Return a driver of a copy that shares nothing that moves."""
         ...

@@ -1,22 +1,100 @@
-"""The outermost driver: every command to a robot goes through it, and at every control tick it looks whether to go on.
-
-`driver_factory` puts one before whatever is installed. What else a driver is, a simulated world or one with a referee, its
-safe face is as well: a class beside the protocol says how, and `face_of` makes it known.
-"""
+"""The outermost driver: every command to a robot goes through it, and at every control tick it looks whether to go on."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Self
 
 from robosandbox.driver.clamps import Clamps
-from robosandbox.driver.passing import PassingDriver
-from robosandbox.driver.protocols import Driver, Guard, Refereed, Simulated
+from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand
+from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode
 from robosandbox.driver.safety import Safety
 from robosandbox.errors import LimitError
+from robosandbox.types import Trajectory
 
 if TYPE_CHECKING:
-    from robosandbox.types import Array, Scene, Trajectory, Truth
+    from robosandbox.types import Array
+
+
+class SafeArm(PassingArm):
+    """An arm that is commanded within its limits alone.
+
+    Args:
+        inner: The arm as its own driver has it.
+        cell: The driver that looks after it.
+    """
+
+    def __init__(self, inner: Arm, cell: SafeDriver) -> None:
+        super().__init__(inner)
+        self._cell = cell
+        self._clamps = Clamps(inner.spec, cell.control_timestep)
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
+        """Follow a trajectory within the robot's limits.
+
+        Raises:
+            LimitError: It passes a limit of position, speed or acceleration, or begins elsewhere, and nothing has moved; or
+                the arm came to a limit of place or force, and holds.
+            FaultError: A watchdog has stopped the arm, or nothing moves before `recover`.
+        """
+        self._cell.safety.begin()
+        self._clamps.check_trajectory(trajectory, self._cell.time, self._measured)
+        self._command(lambda: self._inner.follow(trajectory, guards))
+        self._clamps.followed(trajectory, self._cell.time)
+
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal`; errors as of `follow`."""
+        self._cell.safety.begin()
+        self._clamps.check_step(goal, self._cell.time, self._measured)
+        self._command(lambda: self._inner.trim(goal, guards))
+        self._clamps.stepped(goal, self._cell.time)
+
+    def stop(self) -> None:
+        """Command the arm to stay where it is, and see to it that it stands; as `SafeDriver.stop`."""
+        self._cell.halt(self)
+
+    def halt(self) -> None:
+        """Command the arm to stay where it is."""
+        self._inner.stop()
+        self._clamps.forget()
+
+    def brake(self, guards: Sequence[Guard]) -> None:
+        """Come to rest within the arm's limits where it was sent somewhere at a speed and nothing follows; errors as of `follow`."""
+        rows = self._clamps.braking(self._cell.time)
+        if rows is not None:
+            self._clamps.forget()
+            self._command(lambda: self._inner.follow(Trajectory(q=rows, dt=self._cell.control_timestep), guards))
+
+    def forget_command(self) -> None:
+        """Take note that the arm no longer goes by where it was sent last."""
+        self._clamps.forget()
+
+    def _command(self, move: Callable[[], None]) -> None:
+        cell = self._cell
+        cell.safety.moving(self.name)
+        try:
+            move()
+        except BaseException as error:
+            # A driver stops when one of its guards says so; whether it does when something else fails is its own business.
+            cell.halt(self, waits=isinstance(error, Exception))
+            raise
+        cell.safety.arrived()
+
+    def _measured(self) -> Array:
+        return self._inner.state().q
+
+
+class SafeHand(PassingHand):
+    """A hand that moves only while there is no fault."""
+
+    def __init__(self, inner: Hand, safety: Safety) -> None:
+        super().__init__(inner)
+        self._safety = safety
+
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
+        """Command the gripper; raises FaultError where nothing moves before `recover`."""
+        self._safety.begin()
+        self._inner.set_gripper(closed, force)
 
 
 class SafeDriver(PassingDriver):
@@ -35,76 +113,103 @@ class SafeDriver(PassingDriver):
     def __init__(self, inner: Driver) -> None:
         super().__init__(inner)
         self.safety = Safety(inner)
-        self._clamps = Clamps(inner.spec)
         self._waits_out_stops = inner.capabilities.clock == "wall"
         self._braking = False
-        self._last: Array | None = None
+        self._arms = {name: SafeArm(arm, self) for name, arm in inner.arms.items()}
+        self._hands = {name: SafeHand(hand, self.safety) for name, hand in inner.hands.items()}
         self._guards: list[Guard] = [*inner.guards]
         inner.guards[:] = [self._after_tick]
+        if inner.simulation is not None:
+            inner.simulation.jump_hooks.append(self._jumped)
+
+    @property
+    def behind(self) -> Driver:
+        """The driver that is looked after: to read what a driver of its kind tells besides, not to command."""
+        return self._inner
+
+    @property
+    def arms(self) -> Mapping[str, Arm]:
+        """The arms by name, within their limits."""
+        return self._arms
+
+    @property
+    def hands(self) -> Mapping[str, Hand]:
+        """The hands by name."""
+        return self._hands
+
+    @property
+    def mode(self) -> Mode:
+        """How the cell stands."""
+        return self.safety.mode
+
+    @property
+    def fault(self) -> str:
+        """Reason why nothing moves before `recover`, in words; "" where there is no fault."""
+        return self.safety.fault
 
     @property
     def guards(self) -> list[Guard]:
         """Asked after every control tick, once the limits have been."""
         return self._guards
 
-    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
-        """Follow a trajectory within the robot's limits.
-
-        Raises:
-            LimitError: It passes a limit of position, speed or acceleration, or begins elsewhere, and nothing has moved; or
-                the arm came to a limit of place or force, and holds.
-            FaultError: A watchdog has stopped the arm, or nothing moves before `recover`.
-        """
-        self.safety.begin()
-        self._clamps.check_trajectory(trajectory, self._last, self._measured)
-        self.safety.moving()
-        try:
-            self._inner.follow(trajectory, guards)
-        except BaseException as error:
-            self._broken_off(error)
-            raise
-        self._last = trajectory.q[-1]
-        self.safety.arrived()
-
-    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
-        """Let one control tick pass with the commands shifted against what keeps the arm off `goal`; errors as of `follow`."""
-        self.safety.begin()
-        self._clamps.check_step(goal, self._last, self._measured)
-        self.safety.moving()
-        try:
-            self._inner.trim(goal, guards)
-        except BaseException as error:
-            self._broken_off(error)
-            raise
-        self._last = goal
-        self.safety.arrived()
-
     def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
-        """Let time pass, which a fault does not keep from it; errors as of a motion under way."""
+        """Let time pass, which a fault does not keep from it; errors as of a motion under way.
+
+        An arm that was to go on, and does not, first comes to rest.
+        """
+        for arm in self._arms.values():
+            arm.brake(guards)
         try:
             self._inner.wait(seconds, guards)
         except BaseException as error:
-            self._broken_off(error)
+            self.halt(*self._arms.values(), waits=isinstance(error, Exception))
             raise
 
     def stop(self) -> None:
-        """Command the arm to stay where it is, and see to it that it stands.
+        """Command every arm to stay where it is, and see to it that they stand.
 
-        On a wall's clock it returns when the arm stands. Where time is simulated it returns at once, and the arm is watched
-        while time is let pass.
+        On a wall's clock it returns when they stand. Where time is simulated it returns at once, and they are watched while
+        time is let pass.
 
         Raises:
-            FaultError: The arm still moves after the time in which it has to stand.
+            FaultError: An arm still moves after the time in which it has to stand.
         """
-        self._inner.stop()
-        self._stopped()
-        if self._waits_out_stops:
+        self.halt(*self._arms.values())
+
+    def halt(self, *arms: SafeArm, waits: bool = True) -> None:
+        """Command some arms to stay where they are, and see to it that they do; errors as of `stop`.
+
+        Args:
+            arms: Which.
+            waits: Whether to wait, on a wall's clock, until they stand.
+        """
+        for arm in arms:
+            arm.halt()
+        self.safety.stopping(*(arm.name for arm in arms))
+        if waits and self._waits_out_stops:
             self._wait_out_stop()
 
-    def set_gripper(self, closed: float, force: float | None = None) -> None:
-        """Command the gripper; raises FaultError where nothing moves before `recover`."""
+    def run_again(self, tick: Callable[[], None]) -> None:
+        """Let a tick pass with recorded controls, which reach the servos as they are.
+
+        They hold what the driver had added to its commands, the lead against the servos' lag and integral action, so that the
+        clamps of commands do not fit them, and a world that refused one would not be the recorded one. Limits of place and force
+        are kept, and a fault keeps them from moving anything.
+
+        Raises:
+            LimitError: The arm came to a limit of place or force, and holds.
+            FaultError: Nothing moves before `recover`.
+        """
         self.safety.begin()
-        self._inner.set_gripper(closed, force)
+        for name in self._arms:
+            self.safety.moving(name)
+        try:
+            tick()
+        except BaseException as error:
+            self.halt(*self._arms.values(), waits=isinstance(error, Exception))
+            raise
+        self._forget_commands()
+        self.safety.arrived()
 
     def recover(self) -> None:
         """Have the driver move again after a fault; somebody has looked after what was the matter.
@@ -112,8 +217,9 @@ class SafeDriver(PassingDriver):
         Raises:
             FaultError: It still is.
         """
+        self._inner.recover()
         self.safety.recover()
-        self._last = None
+        self._forget_commands()
 
     def close(self) -> None:
         """Let go of the robot, and of listeners and guards."""
@@ -137,21 +243,6 @@ class SafeDriver(PassingDriver):
                 return error
         return None
 
-    def _measured(self) -> Array:
-        return self._inner.state().q
-
-    def _stopped(self) -> None:
-        self._last = None
-        self.safety.stopping()
-
-    def _broken_off(self, error: BaseException) -> None:
-        """See to it that the arm stops after a motion or a wait that has ended early."""
-        # A driver stops when one of its guards says so; whether it does when something else fails is its own business.
-        self._inner.stop()
-        self._stopped()
-        if self._waits_out_stops and isinstance(error, Exception):
-            self._wait_out_stop()
-
     def _wait_out_stop(self) -> None:
         # What asks to end a motion, as a cancel, is left for the next one to hear.
         self._braking = True
@@ -165,100 +256,20 @@ class SafeDriver(PassingDriver):
         finally:
             self._braking = False
 
+    def _jumped(self) -> None:
+        """Begin anew: the simulated world was put into another state, and a fault is over with the world that it was in."""
+        self._forget_commands()
+        self.safety.anew()
 
-Face = TypeVar("Face", bound=type[SafeDriver])
-_FACES: list[tuple[type[Any], type[SafeDriver]]] = [(Driver, SafeDriver)]
-
-
-def face_of(kind: type[Any]) -> Callable[[Face], Face]:
-    """Return what makes a class known as the safe face of drivers of a protocol; what is made known last is asked first."""
-
-    def known(face: Face) -> Face:
-        _FACES.insert(0, (kind, face))
-        return face
-
-    return known
+    def _forget_commands(self) -> None:
+        for arm in self._arms.values():
+            arm.forget_command()
 
 
 def made_safe(driver: Driver) -> SafeDriver:
-    """Return a driver's safe face, which is what else the driver is; a safe one itself.
+    """Return a driver behind its robot's limits; one that is already, itself.
 
     Raises:
         UnsupportedError: The robot's own limits name a force, and the driver feels none.
     """
-    if isinstance(driver, SafeDriver):
-        return driver
-    return next((face for kind, face in _FACES if isinstance(driver, kind)), SafeDriver)(driver)
-
-
-@face_of(Refereed)
-class SafeRefereed(SafeDriver):
-    """One with a referee."""
-
-    def __init__(self, inner: Refereed) -> None:
-        super().__init__(inner)
-        self._refereed = inner
-
-    def referee(self) -> Truth:
-        """Return the state to judge on."""
-        return self._refereed.referee()
-
-
-@face_of(Simulated)
-class SafeSimulated(SafeDriver):
-    """A simulated world."""
-
-    def __init__(self, inner: Simulated) -> None:
-        super().__init__(inner)
-        self._simulated = inner
-
-    @property
-    def scene(self) -> Scene:
-        """The scene as loaded or last reset to."""
-        return self._simulated.scene
-
-    @property
-    def physics_steps(self) -> int:
-        """Physics steps since the last reset."""
-        return self._simulated.physics_steps
-
-    @property
-    def jump_hooks(self) -> list[Callable[[], None]]:
-        """Called after the state was set in another way than by letting time pass."""
-        return self._simulated.jump_hooks
-
-    @property
-    def wait_hooks(self) -> list[Callable[[], None]]:
-        """Called again and again while a scene is loaded and settles."""
-        return self._simulated.wait_hooks
-
-    def truth(self, *, for_judging: bool = True) -> Truth:
-        """Return the simulated state."""
-        return self._simulated.truth(for_judging=for_judging)
-
-    def reset(self, scene: Scene | None = None, q: Array | None = None) -> None:
-        """Start over; a fault is over with the world that it was in."""
-        self._simulated.reset(scene, q)
-        self._jumped()
-
-    def snapshot(self) -> Array:
-        """Return the whole simulated state as one vector."""
-        return self._simulated.snapshot()
-
-    def restore(self, state: Array) -> None:
-        """Go back to a snapshot of this scene."""
-        self._simulated.restore(state)
-        self._jumped()
-
-    def resume(self, scene: Scene, state: Array, physics_steps: int) -> None:
-        """Go back to a snapshot that was taken in `scene` after so many physics steps."""
-        self._simulated.resume(scene, state, physics_steps)
-        self._jumped()
-
-    def fork(self) -> Simulated:
-        """Return a copy that shares nothing that moves, not even the limits: whoever acts in it puts it behind its own."""
-        return self._simulated.fork()
-
-    def _jumped(self) -> None:
-        self._last = None
-        self.safety.anew()
+    return driver if isinstance(driver, SafeDriver) else SafeDriver(driver)

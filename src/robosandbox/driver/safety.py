@@ -1,4 +1,4 @@
-"""What is kept of a robot at every control tick, and how it stands: its limits, its watchdogs, its mode."""
+"""Limits, watchdogs and mode of a cell, looked after at every control tick."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from robosandbox.driver.capabilities import require
+from robosandbox.driver.capabilities import require, robot_name
 from robosandbox.driver.clamps import TOLERANCES, braking_seconds
 from robosandbox.driver.force import ForceGuard
-from robosandbox.driver.protocols import Driver
+from robosandbox.driver.protocols import Arm, Driver, Mode
 from robosandbox.driver.sliding import SlideGuard
 from robosandbox.driver.workspace import WorkspaceGuard
 from robosandbox.errors import FaultError, Phase, SkillError
@@ -21,19 +21,62 @@ from robosandbox.types import Limits, force_limits
 
 _log = logging.getLogger(__name__)
 
-Mode = Literal["ready", "moving", "stopping", "stopped", "fault", "lost"]
-"""How a driver stands: at rest after a motion, in one, told to stop, seen to stand after that; ended by a fault; not heard of."""
+
+class _ArmWatch:
+    """Limits of one arm at every tick, and its stop.
+
+    Args:
+        arm: The arm as its own driver has it.
+        force: Its limit of force; None where nothing is felt.
+
+    Attributes:
+        force: Likewise.
+        stop_began: When it was told to stop, by the driver's time; None where it has stood since, or moves again.
+    """
+
+    def __init__(self, arm: Arm, force: ForceGuard | None) -> None:
+        self.arm = arm
+        self.force = force
+        self.stop_began: float | None = None
+        self._limits: list[Limits] = []
+        self._workspaces: list[WorkspaceGuard] = []
+
+    def limit(self, limits: Limits) -> None:
+        """Keep these limits from now on, besides those that are kept already."""
+        self._limits.append(limits)
+        if limits.workspace is not None:
+            self._workspaces.append(WorkspaceGuard(self.arm, limits.workspace))
+        if self.force is not None:
+            self.force.allow(*force_limits(*self._limits))
+
+    @property
+    def speed(self) -> float:
+        """The quickest joint's speed, rad/s or m/s."""
+        return float(np.abs(self.arm.state().qd).max())
+
+    @property
+    def stop_deadline(self) -> float:
+        """Seconds in which a stop has to be over."""
+        return TOLERANCES.braking * braking_seconds(self.arm.spec)[1]
+
+    def over_limit(self) -> SkillError | None:
+        """Return what is wrong with where the arm is or what it presses; None where nothing is."""
+        for guard in self._workspaces:
+            # An arm that brakes outside is on its way to a stop already.
+            if (error := guard()) is not None and self.stop_began is None:
+                return error
+        return None if self.force is None else self.force()
 
 
 class Safety:
     """The limits and watchdogs of one driver, asked in its control loop after every tick.
 
     Args:
-        driver: Whose arm.
+        driver: Whose arms.
 
     Attributes:
         phase: What the arm is doing, for errors; None where nobody tells.
-        mode: How it stands.
+        mode: How the cell stands.
         fault: Why it moves nothing; "" where there is no fault.
         stopped_after: In how many seconds the last stop was over; None where none was seen to the end.
 
@@ -47,27 +90,29 @@ class Safety:
         self._feels = has.contact is not None or has.wrist_wrench
         self._on_wall = has.clock == "wall"
         self._link_timeout = has.link_timeout
-        self._force = ForceGuard(driver, *force_limits()) if self._feels else None
+        self._arms = {
+            name: _ArmWatch(arm, ForceGuard(driver, name, *force_limits()) if self._feels else None)
+            for name, arm in driver.arms.items()
+        }
         self._sliding = SlideGuard(driver) if has.contact == "named" else None
         self._limits: list[Limits] = []
-        self._workspaces: list[WorkspaceGuard] = []
+        self._has_workspace = False
         self.phase: str | None = None
         self.mode: Mode = "ready"
         self.fault: str = ""
         self.stopped_after: float | None = None
         self._evidence: LimitEvidence | None = None
-        # When the arm was told to stop, by the driver's time; None where it has stood since, or moves again.
-        self._stop_began: float | None = None
         self._ticked_at = 0.0
-        if driver.spec.limits is not None:
-            self.limit(driver.spec.limits)
+        for name, watch in self._arms.items():
+            if watch.arm.spec.limits is not None:
+                self.limit(watch.arm.spec.limits, arm=name)
         if not self._feels:
             _log.warning(self.unprotected[0])
 
     # What is told.
 
-    def limit(self, limits: Limits) -> None:
-        """Keep these limits from now on, besides those that are kept already.
+    def limit(self, limits: Limits, arm: str | None = None) -> None:
+        """Keep these limits from now on, of one arm or of all, besides those that are kept already.
 
         Raises:
             UnsupportedError: They name a force, and the driver feels none.
@@ -79,14 +124,19 @@ class Safety:
             require(
                 self._driver, "contact", f"limits.max_force_n, {force:g} N, is kept with it, or with a wrist_wrench"
             )
-        self._limits.append(limits)
-        if limits.workspace is not None:
-            self._workspaces.append(WorkspaceGuard(self._driver, limits.workspace))
-        if self._force is not None:
-            self._force.allow(*force_limits(*self._limits))
+        if arm is None or len(self._arms) == 1:
+            self._limits.append(limits)
+        self._has_workspace |= limits.workspace is not None
+        for name, watch in self._arms.items():
+            if arm in (None, name):
+                watch.limit(limits)
 
     def expect(
-        self, names: Iterable[str] | None, slides: Mapping[str, float] | None = None, friction: float = 0.0
+        self,
+        names: Iterable[str] | None,
+        slides: Mapping[str, float] | None = None,
+        friction: float = 0.0,
+        arm: str | None = None,
     ) -> None:
         """Take note of what is meant to be pressed from now on.
 
@@ -94,23 +144,26 @@ class Safety:
             names: Of things; None where nobody can tell them apart: whatever the robot touches, as one thing.
             slides: Under how many newtons each thing slides that is to stay, by its name.
             friction: The coefficient that this goes by.
+            arm: Which arm is to press them; the others are to press nothing. Any where it is left out.
         """
-        if self._force is not None:
-            self._force.mean(names)
+        names = None if names is None else tuple(names)
+        for name, watch in self._arms.items():
+            if watch.force is not None:
+                watch.force.mean(names if names is None or arm in (None, name) else ())
         if self._sliding is not None:
             self._sliding.keep(slides or {}, friction)
 
     @property
     def unprotected(self) -> tuple[str, ...]:
         """What is not kept of this driver, in sentences."""
-        name, told = self._driver.spec.name, list[str]()
-        if self._force is None:
+        name, told = robot_name(self._driver), list[str]()
+        if not self._feels:
             told.append(
                 f"force: the driver of {name} tells neither contact nor a wrench at the wrist, so that no limit of force is kept"
             )
         if self._sliding is None:
             told.append(f"sliding: the driver of {name} does not tell what it touches, so that it may shove anything")
-        if not self._workspaces:
+        if not self._has_workspace:
             told.append("workspace: no limits.workspace is given, so that the tool goes as far as the joints do")
         if self._on_wall and self._link_timeout is None:
             told.append(
@@ -130,12 +183,13 @@ class Safety:
         if not self._on_wall:
             return None
         tick = self._driver.control_timestep
-        return max(2, int(braking_seconds(self._driver.spec)[0] / tick)) * tick
+        quickest = min(braking_seconds(watch.arm.spec)[0] for watch in self._arms.values())
+        return max(2, int(quickest / tick)) * tick
 
     @property
     def stop_deadline(self) -> float:
-        """Seconds in which a stop has to be over."""
-        return TOLERANCES.braking * braking_seconds(self._driver.spec)[1]
+        """Seconds in which a stop has to be over, of the arm that brakes slowest."""
+        return max(watch.stop_deadline for watch in self._arms.values())
 
     def begin(self) -> None:
         """Take note that a command begins.
@@ -144,46 +198,47 @@ class Safety:
             FaultError: There is a fault, or the link is lost; nothing moves.
         """
         if not self.fault:
-            self._check_link()
+            self._check_robot()
         if self.fault:
             raise self._error(f"{self.fault}; nothing moves before recover() is called")
         self._ticked_at = time.monotonic()
 
-    def moving(self) -> None:
-        """Take note that the arm moves; a stop that it was in is over."""
-        self.mode, self._stop_began = "moving", None
+    def moving(self, arm: str) -> None:
+        """Take note that an arm moves; a stop that it was in is over."""
+        self.mode, self._arms[arm].stop_began = "moving", None
 
     def arrived(self) -> None:
         """Take note that the motion has ended."""
         if self.mode == "moving":
             self.mode = "ready"
 
-    def stopping(self) -> None:
-        """Take note that the arm was told to stop."""
+    def stopping(self, *arms: str) -> None:
+        """Take note that some arms were told to stop, or all of them."""
         if not self.fault:
             self.mode = "stopping"
-        self._stop_began = self._driver.time
+        for name in arms or self._arms:
+            self._arms[name].stop_began = self._driver.time
         self.stopped_after = None
 
     @property
     def is_stopping(self) -> bool:
-        """Whether the arm was told to stop, and has not been seen to stand since."""
-        return self._stop_began is not None
+        """Whether an arm was told to stop, and has not been seen to stand since."""
+        return any(watch.stop_began is not None for watch in self._arms.values())
 
     def anew(self) -> None:
         """Take note that the world was put into another state: faults and stops of the one before are over."""
         self.mode, self.fault, self._evidence, self.stopped_after = "ready", "", None, None
-        self._stop_began = None
+        self._forget_stops()
 
     def recover(self) -> None:
         """End a fault, somebody having looked after it.
 
         Raises:
-            FaultError: What was the matter still is: the arm moves, or the link is lost.
+            FaultError: What was the matter still is: an arm moves, or the link is lost.
         """
         self.anew()
-        self._check_link()
-        speed = self._speed()
+        self._check_robot()
+        speed = max(watch.speed for watch in self._arms.values())
         if not self.fault and speed > TOLERANCES.still:
             self._failed(
                 "fault", f"the arm moves at {speed:.3g} rad/s (or m/s)", "speed, rad/s or m/s", speed, TOLERANCES.still
@@ -194,21 +249,19 @@ class Safety:
     # The control loop.
 
     def ticked(self) -> SkillError | None:
-        """Return why the arm has to hold, or None; called after every control tick."""
+        """Return why the arms have to hold, or None; called after every control tick."""
         was = self.fault
-        if self._stop_began is not None:
-            self._watch_stop(self._stop_began)
-        elif self.mode == "moving":
+        for watch in self._arms.values():
+            if watch.stop_began is not None:
+                self._watch_stop(watch, watch.stop_began)
+        if self.mode == "moving":
             self._check_host()
-            self._check_link()
+            self._check_robot()
         if self.fault != was:
             return self._error(f"{self.fault}; nothing moves before recover() is called")
-        for guard in self._workspaces:
-            # An arm that brakes outside is on its way to a stop already.
-            if (error := guard()) is not None and self._stop_began is None:
+        for watch in self._arms.values():
+            if (error := watch.over_limit()) is not None:
                 return self._at(error)
-        if self._force is not None and (error := self._force()) is not None:
-            return self._at(error)
         if self._sliding is not None and (error := self._sliding()) is not None:
             return self._at(error)
         return None
@@ -216,17 +269,17 @@ class Safety:
     def _at(self, error: SkillError) -> SkillError:
         return error if self.phase is None else error.with_(phase=self.phase)
 
-    def _watch_stop(self, began: float) -> None:
-        speed, gone = self._speed(), self._driver.time - began
+    def _watch_stop(self, watch: _ArmWatch, began: float) -> None:
+        speed, gone = watch.speed, self._driver.time - began
         if speed < TOLERANCES.still:
-            self._stop_began, self.stopped_after = None, gone
-            if not self.fault:
+            watch.stop_began, self.stopped_after = None, gone
+            if not self.fault and not self.is_stopping and self.mode == "stopping":
                 self.mode = "stopped"
-        elif gone > self.stop_deadline:
+        elif gone > watch.stop_deadline:
             self._failed(
                 "lost" if self.mode == "lost" else "fault",
                 f"the arm was told to stop {gone:.2f} s ago and moves at {speed:.3g} rad/s (or m/s); it has to stand, below "
-                f"{TOLERANCES.still:g}, within {self.stop_deadline:.2f} s",
+                f"{TOLERANCES.still:g}, within {watch.stop_deadline:.2f} s",
                 "speed after a stop, rad/s or m/s",
                 speed,
                 TOLERANCES.still,
@@ -247,10 +300,16 @@ class Safety:
                 deadline,
             )
 
-    def _check_link(self) -> None:
+    def _check_robot(self) -> None:
+        """Look whether the robot has a fault of its own, and when it was last heard of."""
+        if self._driver.fault:
+            self.mode, self.fault, self._evidence = "fault", self._driver.fault, None
+            self._forget_stops()
+            _log.error("%s: %s", robot_name(self._driver), self.fault)
+            return
         if self._link_timeout is None:
             return
-        age = self._driver.time - self._driver.state().time
+        age = self._driver.time - min(watch.arm.state().time for watch in self._arms.values())
         if age > self._link_timeout:
             self._failed(
                 "lost",
@@ -260,14 +319,16 @@ class Safety:
                 self._link_timeout,
             )
 
-    def _speed(self) -> float:
-        return float(np.abs(self._driver.state().qd).max())
-
     def _failed(self, mode: Literal["fault", "lost"], why: str, quantity: str, value: float, most: float) -> None:
         # A stop that is not over is no longer waited for.
-        self.mode, self.fault, self._stop_began = mode, why, None
+        self.mode, self.fault = mode, why
+        self._forget_stops()
         self._evidence = LimitEvidence(quantity=quantity, value=value, low=0.0, high=most)
-        _log.error("%s: %s", self._driver.spec.name, why)
+        _log.error("%s: %s", robot_name(self._driver), why)
+
+    def _forget_stops(self) -> None:
+        for watch in self._arms.values():
+            watch.stop_began = None
 
     def _error(self, said: str) -> FaultError:
         return FaultError(said, phase=self.phase or Phase.CHECK, evidence=self._evidence)

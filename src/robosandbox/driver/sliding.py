@@ -19,11 +19,11 @@ class SlideGuard:
     """A guard that stops the arm before what is to stay slides; what presses a thing down holds it, what raises it frees it.
 
     Args:
-        sim: Whose arm; it tells contact by name.
+        driver: It tells contact by name; what its arms do together is what shoves.
     """
 
-    def __init__(self, sim: Driver) -> None:
-        self._sim = sim
+    def __init__(self, driver: Driver) -> None:
+        self._senses = driver.senses
         self._limits: Mapping[str, float] = {}
         self._friction = 0.0
         self._over: dict[str, int] = {}
@@ -36,7 +36,7 @@ class SlideGuard:
         """Return what is wrong with a shove that lasts longer than a knock; once, until it is over."""
         if not self._limits:
             return None
-        forces = self._sim.forces()
+        forces = self._senses.forces()
         for name, limit in self._limits.items():
             force = forces.get(name)
             x, y, z = (0.0, 0.0, 0.0) if force is None else force.tolist()

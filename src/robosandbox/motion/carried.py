@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robosandbox.types import DetectedObject, Observation, ObservedScene, Pose
+from robosandbox.types import ArmState, DetectedObject, ObservedScene, Pose
 
 
 class SinceLook:
@@ -14,7 +14,7 @@ class SinceLook:
         self._time: float | None = None
         self._tcp = Pose(xyz=(0.0, 0.0, 0.0))
 
-    def objects(self, seen: ObservedScene, state: Observation) -> tuple[DetectedObject, ...]:
+    def objects(self, seen: ObservedScene, state: ArmState) -> tuple[DetectedObject, ...]:
         """Return the objects where they are believed to be now.
 
         Args:

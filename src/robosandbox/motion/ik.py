@@ -16,7 +16,7 @@ from robosandbox.motion.time_optimal import optimal_trajectory
 from robosandbox.motion.timing import bounded_spline, join, time_path
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.robot import Robot
-from robosandbox.types import Array, Observation, Pose, Speed, Timing, Trajectory
+from robosandbox.types import ArmState, Array, Pose, Speed, Timing, Trajectory
 
 # Turn of the farthest-moving joint from one waypoint of a joint path to the next, rad; chosen as 5 cm at an arm's length.
 _JOINT_STEP = 0.06
@@ -61,7 +61,7 @@ class DLSMotionPlanner:
         self._solver: Kinematics | None = None
         self._checker: CollisionChecker | None = None
 
-    def use(self, planning: PlanningScene, state: Observation, *, held: str | None = None) -> None:
+    def use(self, planning: PlanningScene, state: ArmState, *, held: str | None = None) -> None:
         """Take the world to plan in.
 
         Args:

@@ -8,7 +8,7 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
-from robosandbox.driver import Simulated
+from robosandbox.driver import Driver
 from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.robot_shapes import RobotShapes
@@ -18,7 +18,7 @@ from robosandbox.robots.loader import robot_of
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.populated import populated
 from robosandbox.sim.world import World, build_world
-from robosandbox.types import Array, DetectedObject, Observation, ObservedScene, Scene
+from robosandbox.types import ArmState, Array, DetectedObject, ObservedScene, Scene
 
 # Two sightings of an object whose sizes differ by less than this share a compiled model, metres: the accuracy that
 # benchmarks/perception.py measures for the sizes of objects in depth pictures.
@@ -49,7 +49,7 @@ class PlanningScene:
         self._believed = believed
         self.seen: ObservedScene = seen
 
-    def twin(self, state: Observation) -> Simulated:
+    def twin(self, state: ArmState) -> Driver:
         """Return a simulated world that is what is believed and nothing else, to try things out in.
 
         Args:

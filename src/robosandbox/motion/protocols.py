@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 if TYPE_CHECKING:
     from robosandbox.errors import CollisionError
     from robosandbox.motion.planning_scene import PlanningScene
-    from robosandbox.types import Array, Observation, Pose, Speed, Trajectory
+    from robosandbox.types import ArmState, Array, Pose, Speed, Trajectory
 
 
 @runtime_checkable
 class MotionPlanner(Protocol):
     """Joint configurations and collision-checked paths on data of its own."""
 
-    def use(self, planning: PlanningScene, state: Observation, *, held: str | None = None) -> None:
+    def use(self, planning: PlanningScene, state: ArmState, *, held: str | None = None) -> None:
         """Take the world to plan in: objects as believed, the robot as it stands, `held` moving with the TCP."""
         ...
 

@@ -8,18 +8,18 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.gripper.calibrate import is_in_step
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import simulate
 from robosandbox.sim.saved_state import take_state
 from robosandbox.sim.world import World
-from robosandbox.types import Array, DetectedObject, GripperState, ObjectTruth, Observation, ObservedScene, Pose
+from robosandbox.types import ArmState, Array, DetectedObject, GripperState, ObjectTruth, ObservedScene, Pose
 
 # Seconds that a twin is given before anything is tried: ten time constants of MuJoCo's default contact (0.02 s), in which
 # things that are believed to overlap by a little have been pushed apart.
 _SETTLE_SECONDS = 0.2
 
 
-def make_twin(world: World, seen: ObservedScene, state: Observation) -> Modelled:
+def make_twin(world: World, seen: ObservedScene, state: ArmState) -> MuJoCoBackend:
     """Return a simulation of what is believed: objects at rest where they are seen, what the hand holds in the hand.
 
     Args:
@@ -36,7 +36,7 @@ def make_twin(world: World, seen: ObservedScene, state: Observation) -> Modelled
     return twin
 
 
-def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], state: Observation) -> Array:
+def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], state: ArmState) -> Array:
     """Return a model's positions, shape (nq,), with robot and objects where they are said to be.
 
     Args:
@@ -83,7 +83,7 @@ def closing_stiffness(world: World, closed: float) -> float:
     return float((np.abs(model.actuator_gainprm[ids, 0]) * travel).sum())
 
 
-def _command(world: World, data: mujoco.MjData, state: Observation) -> None:
+def _command(world: World, data: mujoco.MjData, state: ArmState) -> None:
     """Have the servos stay where the encoders say that the robot stands, and grip as they do."""
     robot = world.robot
     data.ctrl[robot.actuator_ids] = robot.control(np.clip(state.q, robot.lower, robot.upper))

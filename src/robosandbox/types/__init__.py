@@ -33,16 +33,19 @@ from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomi
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.types.scene import TABLE_HEIGHT, Scene
 from robosandbox.types.sensed import (
+    ArmState,
     DetectedObject,
     GripperState,
     Intrinsics,
     Observation,
     ObservedScene,
     PictureWindow,
+    Posture,
     RgbdFrame,
+    the_only,
 )
 from robosandbox.types.tempo import CAREFUL, DEFAULT_TEMPO, TEMPOS, Speed, Tempo, Timing, find_tempo, share_of
-from robosandbox.types.truth import Convex, ObjectTruth, Touch, Truth, Verdict
+from robosandbox.types.truth import ArmTruth, Convex, ObjectTruth, Touch, Truth, Verdict
 
 __all__ = [
     "CAREFUL",
@@ -56,6 +59,8 @@ __all__ = [
     "SIDE_AXES",
     "TABLE_HEIGHT",
     "TEMPOS",
+    "ArmState",
+    "ArmTruth",
     "Array",
     "Checkpoint",
     "Convex",
@@ -78,6 +83,7 @@ __all__ = [
     "Plan",
     "Pose",
     "Positive",
+    "Posture",
     "QuatXyzw",
     "Randomize",
     "Refusal",
@@ -107,4 +113,5 @@ __all__ = [
     "matrix_from_rotation_vector",
     "quat_xyzw_from_matrix",
     "share_of",
+    "the_only",
 ]

@@ -14,10 +14,12 @@ class Trajectory:
     Attributes:
         q: Shape (t, n); the first row is the start.
         dt: Seconds between rows.
+        goes_on: Whether another one follows at once, so that this one may end at a speed.
     """
 
     q: Array
     dt: float
+    goes_on: bool = False
 
     @property
     def duration(self) -> float:

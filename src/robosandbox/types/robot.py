@@ -9,8 +9,11 @@ import numpy as np
 
 from robosandbox.spatial import Array
 from robosandbox.types.limits import Limits
+from robosandbox.types.outline import Outline
 from robosandbox.types.scene import TABLE_HEIGHT
 
+# Names of the only arm and of the only hand of a cell.
+ARM, HAND = "arm", "hand"
 # Share of a cup's radius about its axis that has to be covered for it to seal. Chosen as the half: what is held then hangs
 # inside of what holds it, and a cup half over an edge, which leaks, covers none.
 _SEALED = 0.5
@@ -131,6 +134,7 @@ class RobotSpec:
         tool_bounds: (x_min, x_max, y_min, y_max) of what is at the TCP, in its frame; of an arm without a gripper its last link.
         limits: The sidecar's; what nobody's plan may pass.
         files: Where it comes from, if it has a sidecar of its own; None for a bundled or an inferred one.
+        outline: Points on its links; None where the joints do not tell where all of them are.
     """
 
     name: str
@@ -146,6 +150,7 @@ class RobotSpec:
     tool_bounds: tuple[float, float, float, float] = (-0.01, 0.01, -0.01, 0.01)
     limits: Limits | None = None
     files: RobotFiles | None = None
+    outline: Outline | None = None
 
     @property
     def n(self) -> int:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Annotated
+from dataclasses import dataclass, field, replace
+from typing import Annotated, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,27 @@ from robosandbox.shapes import Shape, shape_of
 from robosandbox.shapes.compound import Geometry
 from robosandbox.spatial import Array, Pose, Unsent, Vec3
 from robosandbox.types.objects import FIXED_KINDS, TABLE_AREA, Area, ObjectKind
+from robosandbox.types.robot import HAND
+
+T = TypeVar("T")
+
+
+def the_only(named: Mapping[str, T], what: str) -> T:
+    """Return the only value of a mapping by name.
+
+    Args:
+        named: Arms or hands, or what is told of each.
+        what: What they are, for the error.
+
+    Raises:
+        ValueError: There is not exactly one; it has to be named.
+    """
+    if len(named) != 1:
+        raise ValueError(
+            f"there are {len(named)} {what} ({', '.join(named) or 'none'}): say which is meant, by its name"
+        )
+    (value,) = named.values()
+    return value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,16 +59,15 @@ class GripperState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Observation:
-    """Proprioception, and pictures when they were asked for.
+class ArmState:
+    """Proprioception of one arm and of the gripper that it carries.
 
     Attributes:
-        time: Simulated seconds.
-        q: Arm configuration, radians or metres, shape (n,).
+        time: Seconds, by the driver's clock, when it was read.
+        q: Configuration, radians or metres, shape (n,).
         qd: Its rate, shape (n,).
         tcp_pose: The TCP in the world.
         gripper: The gripper's state; None for an arm without one.
-        images: RGB by camera name, each (height, width, 3) uint8.
     """
 
     time: float
@@ -55,7 +75,43 @@ class Observation:
     qd: Array
     tcp_pose: Pose
     gripper: GripperState | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Observation:
+    """Proprioception of every arm, and pictures when they were asked for.
+
+    What is asked of it without an arm's name is of the only arm, and a ValueError where there are several.
+
+    Attributes:
+        time: Seconds, by the driver's clock.
+        arms: States of the arms by name.
+        images: RGB by camera name, each (height, width, 3) uint8.
+    """
+
+    time: float
+    arms: Mapping[str, ArmState]
     images: Annotated[Mapping[str, NDArray[np.uint8]], Unsent(), Field(exclude=True)] = field(default_factory=dict)
+
+    @property
+    def q(self) -> Array:
+        """Configuration of the only arm, shape (n,)."""
+        return the_only(self.arms, "arms").q
+
+    @property
+    def qd(self) -> Array:
+        """Its rate, shape (n,)."""
+        return the_only(self.arms, "arms").qd
+
+    @property
+    def tcp_pose(self) -> Pose:
+        """The only arm's TCP in the world."""
+        return the_only(self.arms, "arms").tcp_pose
+
+    @property
+    def gripper(self) -> GripperState | None:
+        """State of the only arm's gripper; None where it carries none."""
+        return the_only(self.arms, "arms").gripper
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +167,19 @@ class PictureWindow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Posture:
+    """Joints of an arm and of its gripper.
+
+    Attributes:
+        q: Arm configuration, shape (n,).
+        gripper_q: All gripper joints, shape (g,); empty for an arm without one.
+    """
+
+    q: Array
+    gripper_q: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RgbdFrame:
     """A colour picture with a depth for each pixel, and how robot and camera stood when it was taken.
 
@@ -123,8 +192,7 @@ class RgbdFrame:
         depth: Metres along the optical axis, (height, width) float32; 0 where the sensor gave none.
         intrinsics: As calibrated.
         pose_camera_in_world: Of the optical frame (z forward, y down), as calibrated.
-        q: Arm configuration at the exposure, shape (n,).
-        gripper_q: All gripper joints at the exposure, shape (g,); empty for an arm without one.
+        arms: Postures of the arms at the exposure, by name.
     """
 
     camera: str
@@ -133,8 +201,7 @@ class RgbdFrame:
     depth: NDArray[np.float32]
     intrinsics: Intrinsics
     pose_camera_in_world: Pose
-    q: Array
-    gripper_q: Array
+    arms: Mapping[str, Posture]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,16 +252,19 @@ class DetectedObject:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObservedScene:
-    """The planner's scene: what perception sees, and what the gripper holds.
+    """The planner's scene: what perception sees, and what each hand holds.
+
+    Calls are made with one hand at a time: `held` is what that holds, `in_hands` what any does.
 
     Attributes:
         time: Simulated seconds of the look.
         objects: Everything seen.
         table_height: Metres.
         table_area: Least and largest x, then y, of the table's top, metres.
-        base_xy: Where the robot stands, metres; "nearest" is measured from there.
-        held: Id of the object in the gripper.
-        reach: Least and largest distance from `base_xy` at which the robot works, metres.
+        base_xy: Where the arm stands that calls are made with, metres; "nearest" is measured from there.
+        hands: Ids of the objects in the hands, by the hand's name; None in an empty one. Without an arm's gripper there is none.
+        hand: Name of the hand that calls are made with; needless where there is one.
+        reach: Least and largest distance from `base_xy` at which that arm works, metres.
         notes: What could not be seen well and why, in sentences.
     """
 
@@ -202,11 +272,43 @@ class ObservedScene:
     objects: tuple[DetectedObject, ...]
     table_height: float
     base_xy: tuple[float, float]
-    held: str | None = None
+    hands: Mapping[str, str | None] = field(default_factory=dict)
+    hand: str | None = None
     reach: tuple[float, float] = (0.22, 0.80)
     notes: tuple[str, ...] = ()
     table_area: Area = TABLE_AREA
 
+    def __hash__(self) -> int:
+        """Return a hash of the look and of what was seen: what is worked out of a scene is kept by it."""
+        return hash((self.time, self.objects))
+
     def find(self, object_id: str) -> DetectedObject | None:
         """Return the object with this id, or None."""
         return next((item for item in self.objects if item.id == object_id), None)
+
+    @property
+    def held(self) -> str | None:
+        """Id of what the hand holds that calls are made with; None in an empty one, or without one.
+
+        A ValueError where there are several hands and none is named.
+        """
+        if self.hand is not None:
+            return self.hands[self.hand]
+        return the_only(self.hands, "hands") if self.hands else None
+
+    @property
+    def in_hands(self) -> frozenset[str]:
+        """Ids of all that is held, in whichever hand."""
+        return frozenset(name for name in self.hands.values() if name is not None)
+
+    def holding(self, object_id: str | None, hand: str | None = None) -> ObservedScene:
+        """Return the scene with an object, or nothing, in a hand: the one named, or the one that calls are made with."""
+        if hand is None:
+            hand = self.hand or next(iter(self.hands), HAND)
+        return replace(self, hands={**self.hands, hand: object_id})
+
+    def letting_go(self, object_id: str) -> ObservedScene:
+        """Return the scene with no hand holding an object."""
+        if object_id not in self.in_hands:
+            return self
+        return replace(self, hands={hand: None if held == object_id else held for hand, held in self.hands.items()})

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from robosandbox.shapes.compound import Geometry
 from robosandbox.spatial import Array, Pose, Vec3
 from robosandbox.types.objects import TABLE_AREA, Area, ObjectKind
-from robosandbox.types.sensed import DetectedObject
+from robosandbox.types.sensed import DetectedObject, the_only
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,26 +102,52 @@ class ObjectTruth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ArmTruth:
+    """State of one arm as simulated.
+
+    Attributes:
+        q: Configuration, shape (n,).
+        home_q: The robot's home, shape (n,).
+    """
+
+    q: Array
+    home_q: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
     """The whole simulated state that success is judged on.
 
     Attributes:
         time: Simulated seconds since reset.
-        q: Arm configuration, shape (n,).
-        home_q: The robot's home, shape (n,).
+        arms: States of the arms by name.
         table_height: Metres.
         table_area: Least and largest x, then y, of the table's top, metres.
         objects: By id.
-        held: The object that both sides of the gripper touch.
+        hands: Objects that both sides of each hand touch, by the hand's name; None in an empty one.
     """
 
     time: float
-    q: Array
-    home_q: Array
+    arms: Mapping[str, ArmTruth]
     table_height: float
     objects: Mapping[str, ObjectTruth]
-    held: str | None = None
+    hands: Mapping[str, str | None]
     table_area: Area = TABLE_AREA
+
+    @property
+    def off_home(self) -> float:
+        """Distance of the joint that is farthest off its home, of any arm, radians or metres."""
+        return max(float(np.abs(arm.q - arm.home_q).max(initial=0.0)) for arm in self.arms.values())
+
+    @property
+    def in_hands(self) -> frozenset[str]:
+        """Ids of all that is held, in whichever hand."""
+        return frozenset(name for name in self.hands.values() if name is not None)
+
+    @property
+    def held(self) -> str | None:
+        """Object in the only hand; None in an empty one, or without one. A ValueError where there are several hands."""
+        return the_only(self.hands, "hands") if self.hands else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,9 @@ import numpy as np
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
-from robosandbox.driver import SafeDriver, Simulated, require, simulated
+from robosandbox.driver import SafeDriver, Simulated, require, robot_name, simulated
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.skills.manual import MANUAL
 from robosandbox.tasks.evaluate import aside, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts
@@ -31,14 +33,14 @@ class OpenedTask:
 
     Attributes:
         task: What is loaded.
-        sim: The driver, opened on the task's scene.
+        driver: Opened on the task's scene.
         agent: With a context made of that driver.
         layouts: The task's.
         seed: The layout that it was opened on.
     """
 
     task: Task
-    sim: SafeDriver
+    driver: SafeDriver
     agent: Agent[AgentContext]
     layouts: Layouts
     seed: int
@@ -57,7 +59,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         undoes: Whether a way back is kept from what moves something.
 
     Attributes:
-        sim: The driver.
+        driver: What moves the robot.
     """
 
     def __init__(self, opened: OpenedTask, *, open_task: OpenTask, undoes: bool = False) -> None:
@@ -67,7 +69,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     def _take(self, opened: OpenedTask) -> None:
         opened.agent.calls = ChainMap(opened.agent.skills, {move.name: move for move in MANUAL})
-        self.sim = opened.sim
+        self.driver = opened.driver
         self._layouts = opened.layouts
         self._start_state: Array | None = None
         self._begin(opened.seed)
@@ -75,16 +77,26 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
     @property
     def robot_name(self) -> str:
         """The robot's model."""
-        return self.sim.spec.name
+        return robot_name(self.driver)
 
     @property
     def cameras(self) -> tuple[str, ...]:
         """Names that `picture` takes."""
-        return tuple(self.sim.capabilities.cameras)
+        return tuple(self.driver.capabilities.cameras)
+
+    @property
+    def simulation(self) -> Simulated:
+        """The simulated world; raises UnsupportedError where there is none."""
+        return simulated(self.driver, "its state is asked for")
+
+    @property
+    def mujoco(self) -> MuJoCoBackend:
+        """The MuJoCo world, to be read; raises UnsupportedError where there is none."""
+        return require_mujoco(self.driver, "its model is asked for")
 
     def state(self) -> Observation:
-        """Return joints, TCP and gripper."""
-        return self.sim.state()
+        """Return joints, TCP and gripper of each arm."""
+        return self.driver.state()
 
     def truth(self) -> Truth:
         """Return the state to judge on.
@@ -92,7 +104,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         Raises:
             UnsupportedError: The driver knows no truth and has no referee.
         """
-        look = true_state(self.sim)
+        look = true_state(self.driver)
         if look is None:
             raise nobody_judges()
         return look()
@@ -103,7 +115,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         Raises:
             UnsupportedError: The driver knows no truth and has no referee.
         """
-        copy = aside(self.sim)
+        copy = aside(self.driver)
         look = true_state(copy)
         if look is None:
             raise nobody_judges()
@@ -111,20 +123,21 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     def wait(self, seconds: float) -> None:
         """Let time pass, the arm holding."""
-        self.sim.wait(seconds)
+        self.driver.wait(seconds)
 
     def elapsed(self) -> tuple[float, int | None]:
         """Return the driver's seconds since the last reset, and physics steps, where it simulates."""
-        return self.sim.time, self.sim.physics_steps if isinstance(self.sim, Simulated) else None
+        world = self.driver.simulation
+        return self.driver.time, None if world is None else world.physics_steps
 
     def photograph(self, camera: str, format: Literal["png", "jpeg"] = "png") -> tuple[bytes, Picture]:
         """Return a camera's picture as a file's bytes, with what there is to know of it."""
-        frame = self.sim.capture(camera)
+        frame = self.driver.senses.capture(camera)
         return encode(frame.rgb, format), Picture(
             camera=camera,
             boot_id="",
             stamp=time.time(),
-            time=self.sim.time,
+            time=self.driver.time,
             intrinsics=frame.intrinsics,
             format=format,
             pose_camera_in_world=frame.pose_camera_in_world,
@@ -132,12 +145,12 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     def recover(self) -> str:
         """End a fault of the driver."""
-        fault = self.sim.safety.fault
-        self.sim.recover()
+        fault = self.driver.fault
+        self.driver.recover()
         return fault
 
     def _lay_out(self, seed: int) -> None:
-        lay_out(self.sim, self._layouts, seed)
+        lay_out(self.driver, self._layouts, seed)
         self.agent.begin_anew()
         self._begin(seed)
 
@@ -157,12 +170,12 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
             wait_hook: Called again and again on the way; what it raises ends that, and this task stays.
             accept: Raises where what was opened is not to be had.
         """
-        require(self.sim, "reset", "loading another task does that")
+        require(self.driver, "reset", "loading another task does that")
         opened = self._open_task(task, robot, wait_hook)
         try:
             accept(opened)
         except BaseException:
-            opened.sim.close()
+            opened.driver.close()
             raise
         agent = self.agent
         self.close()
@@ -172,33 +185,34 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     def checkpoint(self) -> Checkpoint:
         """Return the world as it is."""
-        sim = simulated(self.sim, "a checkpoint is taken of it")
+        world = simulated(self.driver, "a checkpoint is taken of it")
         assert self._start_state is not None
         return Checkpoint(
             seed=self.seed,
-            scene=sim.scene,
+            scene=world.scene,
             start=tuple(self._start_state.tolist()),
-            state=tuple(sim.snapshot().tolist()),
-            physics_steps=sim.physics_steps,
+            state=tuple(world.snapshot().tolist()),
+            physics_steps=world.physics_steps,
         )
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Go back to a checkpoint of this task; the arm holds."""
-        sim = simulated(self.sim, "a checkpoint is put back into it")
-        sim.resume(checkpoint.scene, np.array(checkpoint.start), 0)
+        world = simulated(self.driver, "a checkpoint is put back into it")
+        world.resume(checkpoint.scene, np.array(checkpoint.start), 0)
         self._begin(checkpoint.seed)
-        sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
-        sim.stop()
+        world.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
+        self.driver.stop()
 
     def close(self) -> None:
         """Free the world."""
         super().close()
-        self.sim.close()
+        self.driver.close()
 
     def _begin(self, seed: int) -> None:
-        look = true_state(self.sim)
+        look = true_state(self.driver)
         self._start = None if look is None else look()
-        self._start_state = self.sim.snapshot() if isinstance(self.sim, Simulated) else None
+        world = self.driver.simulation
+        self._start_state = None if world is None else world.snapshot()
         self.seed = seed
 
 
@@ -209,6 +223,6 @@ def lay_out(driver: SafeDriver, layouts: Layouts, seed: int) -> None:
         InputError: The seed is negative or has no layout.
         UnsupportedError: The driver does not start over.
     """
-    sim = simulated(driver, "a layout is laid out by it; open the session with the seed")
+    world = simulated(driver, "a layout is laid out by it; open the session with the seed")
     clear_episode_caches()
-    layouts.lay_out(seed, lambda scene, q: sim.reset(scene, q=q))
+    layouts.lay_out(seed, lambda scene, q: world.reset(scene, q=q))

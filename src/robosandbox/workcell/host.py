@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Generic, Literal, TypeVar
 
 from robosandbox.agent.episode import Episode
-from robosandbox.driver import Simulated, come_to_rest
+from robosandbox.driver import come_to_rest
 from robosandbox.errors import BusyError, CancelledError, InternalError, RoboSandboxError, SkillError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
 from robosandbox.skills.events import EventStream, SkillStarted
@@ -103,7 +103,7 @@ class WorkcellHost:
         self._activities: deque[Activity[Any]] = deque()
         self._moved = False
         self._leave: list[Job] = []
-        driver = cell.sim if isinstance(cell, EmbeddedWorkcell) else None
+        driver = cell.driver if isinstance(cell, EmbeddedWorkcell) else None
         self.thread = WorldThread(driver, pace, self._next_job)
         self._changed = self.thread.changed
         self._studio = Studio(driver, self.read, boot_id) if driver is not None else None
@@ -307,7 +307,7 @@ class WorkcellHost:
         else:
             with self._studio.lock:
                 cell.load(task, robot, wait_hook=self.check, accept=self._check_recording)
-                self._studio.exchange(cell.sim)
+                self._studio.exchange(cell.driver)
         self._follow()
 
     def adopt(self) -> None:
@@ -406,7 +406,7 @@ class WorkcellHost:
 
     def _check_recording(self, opened: OpenedTask) -> None:
         if self._record is not None:
-            check_settings(self._record, opened.sim)
+            check_settings(self._record, opened.driver)
 
     def _follow(self) -> None:
         """Listen to the cell's events and ticks, and record it."""
@@ -418,9 +418,9 @@ class WorkcellHost:
             self._leave.append(recorder.close)
         self._leave.append(cell.ctx.events.subscribe(self._hear))
         if isinstance(cell, EmbeddedWorkcell):
-            self._leave.append(self.thread.own(cell.sim))
-            if isinstance(cell.sim, Simulated):
-                cell.sim.wait_hooks.append(self.check)
+            self._leave.append(self.thread.own(cell.driver))
+            if (world := cell.driver.simulation) is not None:
+                world.wait_hooks.append(self.check)
 
     def _let_go(self) -> None:
         while self._leave:
@@ -483,7 +483,7 @@ class WorkcellHost:
             try:
                 # A new goal of the context, in which no deadline and no earlier cancel counts.
                 with cell.ctx.goal():
-                    come_to_rest(cell.sim)
+                    come_to_rest(cell.driver)
                 return
             except SkillError as error:
                 # Another cancel, or a limit that the braking arm still passes.

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.driver import Driver
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.state_renderer import StateRenderer
 from robosandbox.types import Intrinsics, Pose, RgbdFrame
 
@@ -53,7 +54,8 @@ class Photographer(Protocol):
 
 def photographer(driver: Driver) -> Photographer:
     """Return who takes pictures of a driver: drawn from a copy of the state where it has a model, else as its cameras see."""
-    return _Drawing(driver) if isinstance(driver, Modelled) else _Capturing(driver)
+    world = mujoco_behind(driver)
+    return _Capturing(driver) if world is None else _Drawing(world)
 
 
 class _Drawing:
@@ -61,7 +63,7 @@ class _Drawing:
 
     hz = _DRAWN_HZ
 
-    def __init__(self, sim: Modelled) -> None:
+    def __init__(self, sim: MuJoCoBackend) -> None:
         self._sim = sim
         self._renderer: StateRenderer | None = None
 
@@ -103,7 +105,7 @@ class _Capturing:
         frames: dict[str, RgbdFrame | Exception] = {}
         for camera in cameras:
             try:
-                frames[camera] = self._driver.capture(camera)
+                frames[camera] = self._driver.senses.capture(camera)
             except Exception as error:
                 # Told to whoever asked for this camera; the others have delivered.
                 frames[camera] = error

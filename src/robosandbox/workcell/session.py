@@ -29,7 +29,7 @@ from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import resolve_task, with_robot
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Scene, find_tempo
+from robosandbox.types import Array, Scene, find_tempo, the_only
 from robosandbox.workcell.embedded import EmbeddedWorkcell, OpenedTask, lay_out
 from robosandbox.workcell.option_types import check_types
 from robosandbox.workcell.options import WorkcellOptions
@@ -69,11 +69,11 @@ def _open_task(options: WorkcellOptions, wait_hook: Callable[[], None] | None) -
     check_types(options)
     task = _task_of(options)
     skills: list[Operator] = [*load_skills()]
-    sim: SafeDriver
+    driver: SafeDriver
     planner_options = dict(options.planner_options or {})
     if options.camera is not None:
         camera = options.camera
-        planner_options["picture"] = lambda: sim.state([camera]).images[camera]
+        planner_options["picture"] = lambda: driver.state([camera]).images[camera]
     mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue)
     grasps: GraspPlanner = make_plugin("grasp_planners", GraspPlanner, options.grasp, options=options.grasp_options)
     paths: MotionPlanner = make_plugin("motion_planners", MotionPlanner, options.motion, options=options.motion_options)
@@ -87,14 +87,14 @@ def _open_task(options: WorkcellOptions, wait_hook: Callable[[], None] | None) -
     )
     layouts = Layouts(task, wait_hook)
     # With a robot of the caller's own the task is not to blame.
-    sim = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
+    driver = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
     try:
-        if options.camera is not None and options.camera not in sim.capabilities.cameras:
-            cameras = ", ".join(sim.capabilities.cameras)
+        if options.camera is not None and options.camera not in driver.capabilities.cameras:
+            cameras = ", ".join(driver.capabilities.cameras)
             raise InputError(f"{task.name}: camera {options.camera!r} is not one of {cameras}")
         ctx = AgentContext(
-            sim=eyes.view(sim),
-            safety=sim.safety,
+            sim=eyes.view(driver),
+            safety=driver.safety,
             perception=eyes,
             grasp=grasps,
             motion=paths,
@@ -103,12 +103,12 @@ def _open_task(options: WorkcellOptions, wait_hook: Callable[[], None] | None) -
             tempo=find_tempo(options.tempo),
         )
         agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
-        if sim.capabilities.reset and (options.seed != 0 or task.start_q is not None):
-            lay_out(sim, layouts, options.seed)
+        if driver.capabilities.reset and (options.seed != 0 or task.start_q is not None):
+            lay_out(driver, layouts, options.seed)
     except BaseException:
-        sim.close()
+        driver.close()
         raise
-    return OpenedTask(task=task, sim=sim, agent=agent, layouts=layouts, seed=options.seed)
+    return OpenedTask(task=task, driver=driver, agent=agent, layouts=layouts, seed=options.seed)
 
 
 def _front_door(options: Callable[P, WorkcellOptions]) -> Callable[P, EmbeddedWorkcell]:
@@ -180,7 +180,7 @@ def with_world(task: Task | Scene | Path | str | None, world: Path | str) -> Tas
 def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> SafeDriver:
     """Return the driver, opened on the task's scene: as written where it can start over, on the seed's layout where not."""
     try:
-        sim = connect(task.scene)
+        driver = connect(task.scene)
     except InputError as error:
         # A failure on a robot with a sidecar of its own is often the sidecar's. The checks infer a robot from its model,
         # which most worlds never need.
@@ -189,16 +189,16 @@ def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, se
         files = own_files(task.scene)
         text = f"{error}{advice(files, str(error)) if files else ''}"
         raise InputError(f"{blamed}: {text}" if blamed else text) from None
-    if sim.capabilities.reset or (seed == 0 and layouts.begin_as_written):
-        return sim
-    sim.close()
+    if driver.capabilities.reset or (seed == 0 and layouts.begin_as_written):
+        return driver
+    driver.close()
     return layouts.lay_out(seed, lambda scene, q: _begun_at(connect(scene, start_q=q), q, task))
 
 
-def _begun_at(sim: SafeDriver, q: Array, task: Task) -> SafeDriver:
+def _begun_at(driver: SafeDriver, q: Array, task: Task) -> SafeDriver:
     """Return a driver that stands where the task wants the arm to begin."""
-    off = float(np.abs(sim.state().q - q).max())
+    off = float(np.abs(the_only(driver.arms, "arms").state().q - q).max())
     if task.start_q is not None and off > _BEGUN:
-        sim.close()
+        driver.close()
         raise InputError(f"start_q: the driver begins {off:.3f} rad or m from there; use one that takes start_q")
-    return sim
+    return driver

@@ -59,7 +59,7 @@ def _put_in(scene: ObservedScene, a: str, c: str) -> ObservedScene:
 
 def _solids_in(scene: ObservedScene, vessel: DetectedObject, but: str) -> tuple[DetectedObject, ...]:
     """Return what lies in a container and takes room of its own there."""
-    within = {name for name, _ in contents(scene.objects, vessel)} - {but, scene.held}
+    within = {name for name, _ in contents(scene.objects, vessel)} - {but, *scene.in_hands}
     return tuple(item for item in scene.objects if item.id in within and not item.shape.is_granular)
 
 
@@ -73,7 +73,7 @@ def cargo_of(view: View, c: str) -> list[tuple[str, int]]:
 def inside(view: View, a: str, c: str) -> Finding:
     """An object, or nearly all of many, lies in a container."""
     item, vessel = view.get(a), view.get(c)
-    if not vessel.shape.holds_things or a == view.scene.held:
+    if not vessel.shape.holds_things or a in view.scene.in_hands:
         return Finding(holds=False, cause=f"{a} is not in {c}", help=f"put {a} into {c}")
     found = [relations.inside(part, vessel) for part in loose(item)]
     share = sum(map(bool, found)) / max(len(found), 1)

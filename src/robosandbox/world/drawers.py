@@ -9,6 +9,7 @@ from robosandbox.errors import DrawerError, Phase, SkillError
 from robosandbox.evidence import DrawerEvidence
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import DetectedObject, ObservedScene
+from robosandbox.world import parts
 from robosandbox.world.effects import slid
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.predicate import Finding, View, predicate, sentence
@@ -23,10 +24,15 @@ _PULLED_SHARE = 0.9
 
 def _opened(scene: ObservedScene, name: str) -> ObservedScene:
     drawer = scene.find(name)
+    if drawer is not None and parts.is_part(drawer):
+        return parts.moved_to(scene, name, _PULLED_SHARE)
     return scene if drawer is None else slid(scene, name, _PULLED_SHARE * drawer.shape.max_open(drawer.size))
 
 
 def _shut(scene: ObservedScene, name: str) -> ObservedScene:
+    drawer = scene.find(name)
+    if drawer is not None and parts.is_part(drawer):
+        return parts.moved_to(scene, name, 0.0)
     return slid(scene, name, 0.0)
 
 
@@ -38,10 +44,23 @@ def _slid_back(view: View, arguments: Sequence[Any], finding: Finding) -> SkillE
     return DrawerError(sentence(finding), phase=Phase.VERIFY, evidence=evidence)
 
 
+def _part_state(part: DetectedObject, margin: float, remedy: str) -> Finding:
+    """Return whether a part is as it should be, by the margin that its share of the way leaves."""
+    return Finding(
+        holds=margin > 0.0,
+        margin=margin,
+        is_sure=part.opening is not None,
+        cause=f"{part.id} is {parts.open_share(part):.0%} open",
+        help=remedy,
+    )
+
+
 @predicate("object", effect=_opened, lasts=True, lost=_slid_back)
 def open_(view: View, d: str) -> Finding:
-    """A drawer is open."""
+    """A drawer, door or lid is open."""
     drawer = view.get(d)
+    if parts.is_part(drawer):
+        return _part_state(drawer, parts.open_share(drawer) - parts.OPEN_SHARE, f"open {d} first")
     margin = (drawer.opening or 0.0) - _OPEN_SHARE * drawer.shape.max_open(drawer.size)
     return Finding(
         holds=drawer.shape.opens and margin > 0.0,
@@ -55,8 +74,10 @@ def open_(view: View, d: str) -> Finding:
 
 @predicate("object", effect=_shut, lasts=True, last=True, lost=_slid_back)
 def closed(view: View, d: str) -> Finding:
-    """A drawer is shut."""
+    """A drawer, door or lid is shut."""
     drawer = view.get(d)
+    if parts.is_part(drawer):
+        return _part_state(drawer, parts.CLOSED_SHARE - parts.open_share(drawer), f"close {d} first")
     margin = CLOSED_WITHIN + view.slack - (drawer.opening or 0.0)
     return Finding(
         holds=drawer.shape.opens and margin >= 0.0,

@@ -17,14 +17,14 @@ _CARRIED = 0.5
 
 def load_of(scene: ObservedScene, name: str) -> tuple[str, ...]:
     """Return the ids of what stands on an object or lies in it, however deep: it moves along."""
-    found: list[str] = []
+    found, held = list[str](), scene.in_hands
     below = [name]
     while below:
         base = scene.find(below.pop())
         if base is None:
             continue
         for item in scene.objects:
-            if item.id not in (name, base.id, scene.held, *found) and _rests(item, base):
+            if item.id not in (name, base.id, *held, *found) and _rests(item, base):
                 found.append(item.id)
                 below.append(item.id)
     return tuple(found)
@@ -42,20 +42,19 @@ def carried(scene: ObservedScene, name: str, pose: Pose) -> ObservedScene:
     return with_objects(scene, moved)
 
 
-def taken(scene: ObservedScene, name: str) -> ObservedScene:
-    """Return the scene with an object in the gripper, up in the air."""
+def taken(scene: ObservedScene, name: str, hand: str | None = None) -> ObservedScene:
+    """Return the scene with an object in a hand, the one that calls are made with where none is named, up in the air."""
     item = scene.find(name)
     if item is None:
         return scene
     up = scene.table_height + _CARRIED - bottom(item)
     lifted = Pose.from_matrix(item.pose.position + [0.0, 0.0, up], item.pose.rotation)
-    return replace(carried(scene, name, lifted), held=name)
+    return carried(scene, name, lifted).holding(name, hand)
 
 
 def put(scene: ObservedScene, name: str, pose: Pose) -> ObservedScene:
     """Return the scene with an object standing at a pose, no longer held."""
-    after = carried(scene, name, pose)
-    return replace(after, held=None) if after.held == name else after
+    return carried(scene, name, pose).letting_go(name)
 
 
 def shifted(scene: ObservedScene, name: str, offset: Array) -> ObservedScene:
@@ -84,7 +83,7 @@ def slid(scene: ObservedScene, name: str, opening: float) -> ObservedScene:
         return scene
     out = -drawer.pose.rotation[:, 0] * (opening - (drawer.opening or 0.0))
     shift = Pose(xyz=(float(out[0]), float(out[1]), float(out[2])))
-    within = {item for item, _ in contents(scene.objects, drawer) if item != scene.held}
+    within = {item for item, _ in contents(scene.objects, drawer) if item not in scene.in_hands}
     load = within.union(*(load_of(scene, item) for item in within))
     moved = [replace(drawer, opening=opening)]
     moved += [_with_shift(other, shift, drawer) for other in scene.objects if other.id in load]

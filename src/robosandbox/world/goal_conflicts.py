@@ -34,7 +34,8 @@ class _ConflictSearch:
         named = {name for goal in goals for name in lookup(goal).objects(goal.arguments)}
         self._left = {subject_of(goal) for goal in self._goals}
         kept = (item for item in start.objects if item.id in named or item.shape.stays_put)
-        self._scene = replace(start, held=None, objects=tuple(item for item in kept if item.id not in self._left))
+        emptied = dict.fromkeys(start.hands)
+        self._scene = replace(start, hands=emptied, objects=tuple(item for item in kept if item.id not in self._left))
         # By which goal each thing has been placed.
         self._placed: dict[str, Fact] = {}
 

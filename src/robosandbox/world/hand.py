@@ -27,20 +27,43 @@ _UNDER = 0.01
 
 
 def _not_holding(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
-    del arguments
-    return NotHoldingError(
-        sentence(finding),
-        phase=Phase.CHECK,
-        evidence=HoldingEvidence(held=view.scene.held, aperture=view.robot.aperture),
-    )
+    return NotHoldingError(sentence(finding), phase=Phase.CHECK, evidence=_evidence(view, arguments[1:]))
 
 
-def _already_holding(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
-    del arguments
-    return AlreadyHoldingError(
-        sentence(finding),
-        phase=Phase.CHECK,
-        evidence=HoldingEvidence(held=view.scene.held, aperture=view.robot.aperture),
+def _not_empty(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    return AlreadyHoldingError(sentence(finding), phase=Phase.CHECK, evidence=_evidence(view, arguments))
+
+
+def _not_ready(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    return AlreadyHoldingError(sentence(finding), phase=Phase.CHECK, evidence=_evidence(view, arguments[1:]))
+
+
+def _evidence(view: View, named: Sequence[Any]) -> HoldingEvidence:
+    held = _held(view.scene, str(named[0]) if named else None)
+    return HoldingEvidence(held=next(iter(held), None), aperture=view.robot.aperture)
+
+
+def _held(scene: ObservedScene, hand: str | None) -> tuple[str, ...]:
+    """Return what a hand holds: the one named, else the one that calls are made with, else any of several."""
+    if hand is None and scene.hand is None:
+        return tuple(held for held in scene.hands.values() if held is not None)
+    held = scene.hands.get(hand or scene.hand or "")
+    return () if held is None else (held,)
+
+
+def _holder(scene: ObservedScene, hand: str | None) -> str:
+    """Return what a hand is called in a sentence: the gripper, where there is one."""
+    name = hand or scene.hand
+    return f"the hand {name!r}" if name is not None and len(scene.hands) > 1 else "the gripper"
+
+
+def _unknown(scene: ObservedScene, hand: str | None) -> Finding | None:
+    """Return the finding for a hand that the robot has not."""
+    if hand is None or hand in scene.hands:
+        return None
+    there = f"there is {', '.join(scene.hands)}" if scene.hands else "it has none"
+    return Finding(
+        holds=False, cause=f"the robot has no hand {hand[:60]!r}", help=f"{there}{did_you_mean(hand, scene.hands)}"
     )
 
 
@@ -74,8 +97,8 @@ def not_seen_error(view: View, name: str) -> SkillError:
     )
 
 
-def _put_down(held: str | None) -> tuple[Fact, ...]:
-    return () if held is None else (fact("on", held, TABLE),)
+def _put_down(held: Sequence[str]) -> tuple[Fact, ...]:
+    return tuple(fact("on", name, TABLE) for name in held)
 
 
 @predicate("object")
@@ -84,30 +107,33 @@ def seen(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=view.scene.find(a) is not None)
 
 
-@predicate("object", effect=taken, lasts=True, last=True, blame=_not_holding, lost=_not_holding)
-def holding(view: View, a: str) -> Finding:
-    """The gripper holds an object."""
-    held = view.scene.held
-    now = "the gripper is empty" if held is None else f"the gripper holds {held}"
-    return Finding(holds=held == a, cause=now, help=f"pick {a} first", remedies=(fact("holding", a),))
+@predicate("object", "word?", effect=taken, lasts=True, last=True, blame=_not_holding, lost=_not_holding)
+def holding(view: View, a: str, hand: str | None = None) -> Finding:
+    """A hand holds an object: the one named, else the one that calls are made with, else any."""
+    if (unknown := _unknown(view.scene, hand)) is not None:
+        return unknown
+    held, holder = _held(view.scene, hand), _holder(view.scene, hand)
+    now = f"{holder} holds {' and '.join(held)}" if held else f"{holder} is empty"
+    named = () if hand is None else (hand,)
+    return Finding(holds=a in held, cause=now, help=f"pick {a} first", remedies=(fact("holding", a, *named),))
 
 
-@predicate(blame=_already_holding)
-def hand_empty(view: View) -> Finding:
-    """The gripper holds nothing."""
-    held = view.scene.held
-    return Finding(
-        holds=held is None, cause=f"the gripper holds {held}", help="place it first", remedies=_put_down(held)
-    )
+@predicate("word?", blame=_not_empty)
+def hand_empty(view: View, hand: str | None = None) -> Finding:
+    """A hand holds nothing: the one named, else the one that calls are made with, else none of them."""
+    if (unknown := _unknown(view.scene, hand)) is not None:
+        return unknown
+    held = _held(view.scene, hand)
+    cause = f"{_holder(view.scene, hand)} holds {' and '.join(held)}"
+    return Finding(holds=not held, cause=cause, help="place it first", remedies=_put_down(held))
 
 
-@predicate("object", blame=_already_holding)
-def hand_ready(view: View, a: str) -> Finding:
-    """The gripper is empty, or holds the object already."""
-    held = view.scene.held
-    return Finding(
-        holds=held in (None, a), cause=f"the gripper holds {held}", help="place it first", remedies=_put_down(held)
-    )
+@predicate("object", "word?", blame=_not_ready)
+def hand_ready(view: View, a: str, hand: str | None = None) -> Finding:
+    """A hand is empty, or holds the object already; which, as in `hand_empty`."""
+    held = _held(view.scene, hand)
+    cause = f"{_holder(view.scene, hand)} holds {' and '.join(held)}"
+    return Finding(holds=held in ((), (a,)), cause=cause, help="place it first", remedies=_put_down(held))
 
 
 @predicate(fixed=True, blame=_unsupported)

@@ -17,11 +17,13 @@ def location_of(scene: ObservedScene, item: DetectedObject) -> Fact | None:
 
     What stands on a thing in a container stands on that thing.
     """
-    if item.id == scene.held:
+    if item.id in scene.in_hands:
         return fact("holding", item.id)
     if item.shape.is_granular:
         return _within(scene, item)
-    others = [other for other in scene.objects if other.id not in (item.id, scene.held) and not other.shape.is_granular]
+    others = [
+        other for other in scene.objects if other.id not in {item.id, *scene.in_hands} and not other.shape.is_granular
+    ]
     solid = next((other for other in others if not other.shape.holds_things and stands_on(item, other)), None)
     if solid is not None:
         return fact("on", item.id, solid.id)
@@ -66,7 +68,7 @@ def as_before(view: View, a: str) -> Finding:
         return Finding(holds=False, is_sure=False, cause=f"it was not seen where {a} was before")
     below = str(was.arguments[-1])
     base, now = view.before.find(below), view.scene.find(below)
-    is_gone = base is None or now is None or now.id == view.scene.held or _aside(base, now) > AT_TOLERANCE
+    is_gone = base is None or now is None or now.id in view.scene.in_hands or _aside(base, now) > AT_TOLERANCE
     if was.relation != "holding" and is_gone:
         was = point_of(then)
     return Finding(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -100,7 +99,7 @@ class MeansEndsPlan:
             raise NoWayError(f"there is no skill {call.skill}")
         contract = bind(call, self._skills).contract
         for _ in range(_MOST_LACKING):
-            needs = contract.resolved(replace(self.scene, held=self._held)).needs
+            needs = contract.resolved(self.scene.holding(self._held)).needs
             lacking = first_refuted(sorted(needs, key=_is_of_the_hand), View.of(self.scene))
             if lacking is None:
                 break

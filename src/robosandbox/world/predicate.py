@@ -49,7 +49,8 @@ class View:
 
     def others(self, *names: object) -> list[DetectedObject]:
         """Return what is seen besides these and what is held."""
-        return [item for item in self.scene.objects if item.id not in (*names, self.scene.held)]
+        left_out = {*names, *self.scene.in_hands}
+        return [item for item in self.scene.objects if item.id not in left_out]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -35,7 +35,7 @@ def describe_scene(scene: ObservedScene) -> dict[str, Any]:
         "table_height": _length(scene.table_height),
         "robot_base": _lengths(scene.base_xy),
         "reach_from_base": [_length(near), _length(far)],
-        "held": scene.held,
+        "held": dict(scene.hands) if len(scene.hands) > 1 else scene.held,
         "objects": [_thing(item, scene) for item in scene.objects],
     }
     if scene.notes:
@@ -121,7 +121,7 @@ def _scattered(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
 
 def _contents(vessel: DetectedObject, scene: ObservedScene) -> list[str] | dict[str, int]:
     """Return what lies in a container: ids, and of beads how many."""
-    others = [item for item in scene.objects if item.id != scene.held]
+    others = [item for item in scene.objects if item.id not in scene.in_hands]
     counts = Counter(name for name, _ in contents(others, vessel))
     return dict(counts) if any(count > 1 for count in counts.values()) else list(counts)
 

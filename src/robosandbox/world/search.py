@@ -159,7 +159,8 @@ class Search:
         if not achievers:
             return self._mended(goal, state, path, goals)
         failure: NoWayError | None = None
-        for achiever in achievers:
+        # Skills for what an object is come first, and so does why they fail: a drawer is no door.
+        for achiever in sorted(achievers, key=lambda one: not _suits(one, state)):
             try:
                 return self._enabled(achiever, goal, state, (*path, goal), goals)
             except NoWayError as error:
@@ -299,7 +300,11 @@ class Search:
         for goal in goals:
             move = lookup(goal).effect
             item = None if move is None else move(self._start, *goal.arguments).find(subject_of(goal))
-            if item is not None and item.id != self._start.held and on_table(item, self._start.table_height).holds:
+            if (
+                item is not None
+                and item.id not in self._start.in_hands
+                and on_table(item, self._start.table_height).holds
+            ):
                 found.append(replace(item, id=_claim(item.id)))
         return found
 
@@ -311,4 +316,10 @@ def _claim(name: str) -> str:
 def _key(state: SearchState) -> tuple[object, ...]:
     """Return what tells one state from another, wherever on the table things were put aside."""
     openings = tuple(round(item.opening or 0.0, 3) for item in state.scene.objects)
-    return (state.scene.held, openings, frozenset(state.moved.items()))
+    held = frozenset((hand, name) for hand, name in state.scene.hands.items() if name is not None)
+    return (held, openings, frozenset(state.moved.items()))
+
+
+def _suits(achiever: Achiever, state: SearchState) -> bool:
+    """Tell whether objects are of the kind that a call is for."""
+    return all(state.find(need).holds for need in achiever.needs if lookup(need).is_fixed)

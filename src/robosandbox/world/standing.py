@@ -15,6 +15,7 @@ from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, P
 from robosandbox.world import relations
 from robosandbox.world.effects import put, slid
 from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.parts import at_value, is_part, open_value
 from robosandbox.world.placement_sampling import (
     Placement,
     about_z,
@@ -47,6 +48,8 @@ _OVERLAP = 0.01
 _FEELER = math.radians(4.0)
 # Least half-width of a face on which something stays, metres; chosen as the few millimetres that a placement is off by.
 _LEAST_FACE = 0.004
+# Shares of its way at which an opening door is looked at for what would stand in its way.
+_OPENINGS = (0.25, 0.5, 0.75, 1.0)
 _COMPASS = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 
 
@@ -178,7 +181,7 @@ def face_half_width(item: DetectedObject, up: float = 1.0) -> float:
 def on(view: View, a: str, b: str) -> Finding:
     """An object stands on another, or on the table."""
     item = view.get(a)
-    if a == view.scene.held:
+    if a in view.scene.in_hands:
         return Finding(holds=False, cause=f"{a} is in the gripper", help=f"place it on {b}")
     if b == TABLE:
         found, base = relations.on_table(item, view.scene.table_height), item
@@ -208,7 +211,7 @@ def beside(view: View, a: str, b: str, side: Side) -> Finding:
     item, other = view.get(a), view.get(b)
     found = relations.beside(item, other, side)
     return Finding(
-        holds=found.holds and a != view.scene.held,
+        holds=found.holds and a not in view.scene.in_hands,
         margin=BESIDE_GAP - found.detail["gap_mm"] / 1e3,
         tolerance=BESIDE_GAP,
         is_sure=is_clearly_seen(item, other),
@@ -225,7 +228,7 @@ def at(view: View, a: str, x: float, y: float, yaw: float | None = None) -> Find
     tolerance = AT_TOLERANCE + view.slack
     turned_off = 0.0 if yaw is None else abs(math.remainder(item.pose.yaw - yaw, math.tau))
     return Finding(
-        holds=off < tolerance and turned_off < _TURN_TOLERANCE and a != view.scene.held,
+        holds=off < tolerance and turned_off < _TURN_TOLERANCE and a not in view.scene.in_hands,
         margin=tolerance - off,
         tolerance=tolerance,
         is_sure=is_clearly_seen(item),
@@ -330,6 +333,11 @@ def _free_spots(view: View, a: str) -> Iterator[tuple[float, float]]:
     for other in scene.objects:
         if other.shape.opens:
             scene = slid(scene, other.id, other.shape.max_open(other.size))
+        elif is_part(other):
+            # All along its way.
+            opened = [at_value(other, open_value(other, share)) for share in _OPENINGS]
+            stations = (replace(one, id=f"{other.id}/{number}") for number, one in enumerate(opened))
+            scene = replace(scene, objects=(*scene.objects, *stations))
     # It is put aside since it is in the way where it is, or was picked: there it counts as standing still.
     down = scene.table_height - bottom(item)
     there = Pose.from_matrix(item.pose.position + [0.0, 0.0, down], item.pose.rotation)

@@ -35,13 +35,14 @@ def symbolic_state(scene: ObservedScene, robot: Abilities | None = None) -> tupl
 
 def _candidates(view: View) -> Iterator[Fact]:
     scene = view.scene
-    yield fact("hand_empty") if scene.held is None else fact("holding", scene.held)
+    yield from _of_hands(scene)
+    held = scene.in_hands
     for item in scene.objects:
         if item.shape.opens:
             yield from (fact("open", item.id), fact("closed", item.id))
         if item.shape.holds_things:
             yield fact("empty", item.id)
-        if item.id == scene.held:
+        if item.id in held:
             continue
         yield from (fact("inside", item.id, other.id) for other in view.others(item.id) if other.shape.holds_things)
         if item.shape.is_granular:
@@ -54,3 +55,12 @@ def _candidates(view: View) -> Iterator[Fact]:
         for other in view.others(item.id):
             if not other.shape.is_granular:
                 yield from (fact("beside", item.id, other.id, side) for side in SIDE_AXES)
+
+
+def _of_hands(scene: ObservedScene) -> Iterator[Fact]:
+    """Yield what each hand holds; the only hand goes unnamed."""
+    if len(scene.hands) < 2:
+        yield fact("hand_empty") if scene.held is None else fact("holding", scene.held)
+        return
+    for hand, held in scene.hands.items():
+        yield fact("hand_empty", hand) if held is None else fact("holding", held, hand)

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from robosandbox.types import Array, ObjectTruth, Pose, SceneObject, Truth, frozen_array
+from robosandbox.driver import ARM, HAND
+from robosandbox.types import ArmTruth, Array, ObjectTruth, Pose, SceneObject, Truth, frozen_array
 from robosandbox.types.solids import solids_as_written
 from robosandbox_pybullet.world import BulletWorld
 
@@ -36,11 +37,10 @@ def measured(world: BulletWorld, *, time: float, home_q: Array, felt: Mapping[st
     held = set.intersection(*(_touched(world, world.robot, finger) for finger in world.fingers)) & objects.keys()
     return Truth(
         time=time,
-        q=frozen_array(world.joint_states(world.arm)[:, 0]),
-        home_q=home_q,
+        arms={ARM: ArmTruth(q=frozen_array(world.joint_states(world.arm)[:, 0]), home_q=home_q)},
         table_height=world.scene.table_height,
         objects=objects,
-        held=min(held, default=None),
+        hands={HAND: min(held, default=None)},
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.events import SkillStarted
 from robosandbox.types import SkillCall
 from robosandbox.world.operators import Operator, bind, meant_by
@@ -22,7 +22,7 @@ class ContactMonitor:
     what it touched when the call began, and the call's destination with what is in it.
 
     Args:
-        sim: The world; the monitor hooks itself into its ticks.
+        world: Where; the monitor hooks itself into its ticks.
         skills: What may be called, by name.
 
     Attributes:
@@ -31,15 +31,15 @@ class ContactMonitor:
         worst_intended_force: The most that the robot pressed or pulled what it was to move, N; the sides of a grip cancel.
     """
 
-    def __init__(self, sim: Modelled, skills: Mapping[str, Operator]) -> None:
-        self._sim = sim
+    def __init__(self, world: MuJoCoBackend, skills: Mapping[str, Operator]) -> None:
+        self._world = world
         self._skills = skills
         self.touched: set[str] = set()
         self.worst_force: float = 0.0
         self.worst_intended_force: float = 0.0
         self._moved: frozenset[str] = frozenset()
         self._allowed: frozenset[str] = frozenset()
-        sim.subscribe(self._look)
+        world.subscribe(self._look)
 
     def hear(self, event: object) -> None:
         """Take note of the call that comes next, for an event stream."""
@@ -48,7 +48,7 @@ class ContactMonitor:
 
     def begin(self, call: SkillCall) -> None:
         """Take note of the call that comes next."""
-        truth = self._sim.truth(for_judging=False)
+        truth = self._world.truth(for_judging=False)
         named = {name: value for name, value in call.arguments.items() if value in truth.objects}
         moved = meant_by(bind(call, self._skills), truth.held) & set(truth.objects)
         destinations = set(named.values()) - moved
@@ -65,10 +65,10 @@ class ContactMonitor:
         self._moved = self._allowed = frozenset()
 
     def _look(self) -> None:
-        for name, pressed in self._sim.forces().items():
+        for name, pressed in self._world.forces().items():
             if name in self._moved:
                 self.worst_intended_force = max(self.worst_intended_force, float(np.linalg.norm(pressed)))
-        for body, other, force in self._sim.contacts_around(self._moved):
+        for body, other, force in self._world.contacts_around(self._moved):
             if body in self._moved and other in self._allowed:
                 continue
             self.touched.add(f"{body} on {other}")

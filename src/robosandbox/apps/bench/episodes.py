@@ -16,7 +16,7 @@ from robosandbox.errors import (
     ServiceError,
     ServiceUnavailableError,
 )
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.tasks.task import Task
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -159,7 +159,7 @@ class EpisodeRunner:
     def _begun(self, task: Task, seed: int, settings: BenchSettings) -> Workcell:
         """Return the task's world as it begins; a driver that does not start over is opened anew."""
         session = self.open(task, settings)
-        if isinstance(session, EmbeddedWorkcell) and not session.sim.capabilities.reset:
+        if isinstance(session, EmbeddedWorkcell) and not session.driver.capabilities.reset:
             if session.seed != seed or self._used:
                 self.close()
                 self._session, self._key = self._build(task, settings, seed), (task, settings)
@@ -178,8 +178,9 @@ class EpisodeRunner:
         if settings.recording is not None:
             self._recorder = open_recorder(settings.recording, session)
             self._recorder.follow()
-        if isinstance(session.sim, Modelled):
-            self._monitor = ContactMonitor(session.sim, session.agent.skills)
+        world = mujoco_behind(session.driver)
+        if world is not None:
+            self._monitor = ContactMonitor(world, session.agent.skills)
             session.ctx.events.subscribe(self._monitor.hear)
         return session
 

@@ -43,7 +43,7 @@ def look(
             {
                 "time": scene.time,
                 "objects": [_record(item) for item in scene.objects],
-                "held": scene.held,
+                "held": dict(scene.hands) if len(scene.hands) > 1 else scene.held,
                 "notes": list(scene.notes),
             }
         )

@@ -15,6 +15,7 @@ import typer
 from robosandbox.apps.commands.console import EXIT_DONE, end_now, ending_with_threads
 from robosandbox.apps.commands.recording import Video, VideoFps, record_settings
 from robosandbox.apps.commands.world import takes_world
+from robosandbox.driver import robot_name
 from robosandbox.errors import InputError
 from robosandbox.workcell.options import WorkcellOptions
 
@@ -153,7 +154,7 @@ def _serve(loader: TaskLoader, serving: Serving, settings: RecordSettings | None
             server.adopt(saved)
         with ending_with_threads(_PROGRAM), server:
             where = ", ".join(endpoints) or "the routers of the Zenoh config"
-            said = f"{serving.robot_id!r}: {cell.task.name} with {cell.sim.spec.name}"
+            said = f"{serving.robot_id!r}: {cell.task.name} with {robot_name(cell.driver)}"
             print(f"listening on {where} as {said}", flush=True)
             # A signal may be taken by one of Zenoh's threads; its handler runs when this thread wakes up next.
             looks, silent = server.host.thread.looks, 0.0
@@ -177,7 +178,7 @@ def _open(loader: TaskLoader, saved: SavedWorld | None) -> EmbeddedWorkcell:
         return loader.first()
     session = loader.resume(saved)
     print(
-        f"going on with {session.task.name} at {session.sim.time:.2f} s from the state file; remove it to start over",
+        f"going on with {session.task.name} at {session.driver.time:.2f} s from the state file; remove it to start over",
         file=sys.stderr,
         flush=True,
     )

@@ -38,13 +38,13 @@ def check_skill(skill: Skill, ctx: AgentContext, arguments: dict[str, object]) -
     demand(schema.get("additionalProperties") is False, f"{skill.name}: its schema admits unknown arguments")
     seen = ctx.look()
     check_contract(skill, seen, arguments)
-    before = ctx.sim.time
+    before = ctx.driver.time
     skills = {skill.name: skill}
     call = SkillCall(skill=skill.name, arguments=arguments)
     try:
         bind(SkillCall(skill=skill.name, arguments={**arguments, "no_such_argument": 1}), skills)
     except InvalidArgumentError:
-        demand(ctx.sim.time == before, f"{skill.name}: time passed before its arguments were checked")
+        demand(ctx.driver.time == before, f"{skill.name}: time passed before its arguments were checked")
     else:
         raise AssertionError(f"{skill.name}: accepted an unknown argument")
     try:

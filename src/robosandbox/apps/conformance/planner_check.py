@@ -99,21 +99,21 @@ def check_motion_planner(planner: MotionPlanner, ctx: SkillContext) -> None:
     Raises:
         AssertionError: With a sentence that says which promise is broken.
     """
-    sim, scene = ctx.sim, ctx.look()
-    before = sim.state()
+    arm, scene = ctx.arm, ctx.look()
+    before = arm.state()
     planner.use(ctx.planning(scene), before)
     home = before.q
     tcp = planner.forward(home)
     _demand(_same(tcp, before.tcp_pose), "forward() does not give the TCP pose that the world shows")
     goal = Pose.from_matrix(tcp.position + np.array([0.0, 0.0, _RISE]), tcp.rotation)
-    _check_kinematics(planner, sim.spec, home, goal)
+    _check_kinematics(planner, arm.spec, home, goal)
     _demand(planner.touch(home) is None, "touch() finds a collision where the arm stands free")
     q_goal = planner.ik(goal, home)
-    _check_trajectory(planner.plan_joints(home, q_goal), sim.spec, home, q_goal)
+    _check_trajectory(planner.plan_joints(home, q_goal), arm.spec, home, q_goal)
     line = planner.plan_line(home, goal)
-    _check_trajectory(line, sim.spec, home, None)
+    _check_trajectory(line, arm.spec, home, None)
     quick = planner.plan_line(home, goal, speed=Timing(share=1.0))
-    _check_trajectory(quick, sim.spec, home, None)
+    _check_trajectory(quick, arm.spec, home, None)
     _demand(
         quick.duration <= line.duration, "plan_line() takes longer when it is to be timed optimally at the full limits"
     )
@@ -121,10 +121,10 @@ def check_motion_planner(planner: MotionPlanner, ctx: SkillContext) -> None:
     _demand(bool(np.abs(points[:, :2] - tcp.position[:2]).max() <= _LINE_TOLERANCE), "plan_line() is not straight")
     _demand(_same(planner.forward(line.q[-1]), goal), "plan_line() does not end at its goal")
     through = planner.plan_through(home, [goal, tcp])
-    _check_trajectory(through, sim.spec, home, None)
+    _check_trajectory(through, arm.spec, home, None)
     _demand(_same(planner.forward(through.q[-1]), tcp), "plan_through() does not end at its last pose")
     _check_table(planner, scene, home, tcp)
-    after = sim.state()
+    after = arm.state()
     _demand(after.time == before.time and bool((after.q == before.q).all()), "planning moved the world")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robosandbox.driver import Driver
+from robosandbox.driver import Arm, Driver, Hand
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
 from robosandbox.robots.findings import CheckResult
@@ -16,7 +16,7 @@ from robosandbox.robots.loader import RobotModel
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.judge.checks import Displaced, Lifted
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Pose, Scene, SceneObject, Trajectory
+from robosandbox.types import Array, Pose, Scene, SceneObject, Trajectory, the_only
 from robosandbox.workcell.session import open_session
 
 CUBE = "red_cube"
@@ -63,15 +63,15 @@ def try_out(
     scene = Scene(robot_urdf=path, robot_config=config)
     try:
         with doing("opening a world with it"):
-            sim = open_mujoco(scene)
+            driver = open_mujoco(scene)
     except InputError as error:
         yield CheckResult("start", False, str(error), blame or _start_field(scene, robot, clear_home, str(error)))
         return
-    with closing(sim):
-        yield _home_is_held(sim, blame)
-        yield _servos_track(sim, blame)
+    with closing(driver):
+        yield _home_is_held(driver, blame)
+        yield _servos_track(driver, blame)
         if robot.gripper is not None:
-            yield _gripper_moves(sim, doubted)
+            yield _gripper_moves(driver, doubted)
     if robot.gripper is not None:
         yield _pick(path, config, robot, doubted, what_if=blame is None)
     else:
@@ -99,12 +99,16 @@ def _start_field(scene: Scene, robot: RobotModel, clear_home: tuple[float, ...],
     return "arm.home_qpos"
 
 
+def _arm(driver: Driver) -> Arm:
+    return the_only(driver.arms, "arms")
+
+
 @doing("holding home")
-def _home_is_held(sim: Driver, blame: str | None) -> CheckResult:
-    home = sim.spec.home_q
-    sim.wait(1.0)
-    off = np.abs(sim.state().q - home)
-    touching = [f"{a} on {b}" for a, b in sim.arm_contacts()]
+def _home_is_held(driver: Driver, blame: str | None) -> CheckResult:
+    home = _arm(driver).spec.home_q
+    driver.wait(1.0)
+    off = np.abs(_arm(driver).state().q - home)
+    touching = [f"{a} on {b}" for a, b in driver.senses.contacts()]
     worst = int(off.argmax())
     if touching:
         return CheckResult("home_held", False, f"at home {touching[0]}", blame or "arm.home_qpos")
@@ -112,15 +116,16 @@ def _home_is_held(sim: Driver, blame: str | None) -> CheckResult:
         return CheckResult(
             "home_held",
             False,
-            f"{sim.spec.joints[worst]} is {off[worst]:.3f} off home after a second: its servo is too weak",
+            f"{_arm(driver).spec.joints[worst]} is {off[worst]:.3f} off home after a second: its servo is too weak",
             blame or f"arm.actuators[{worst}]",
         )
     return CheckResult("home_held", True, f"within {off[worst]:.4f} of home after a second, nothing touched")
 
 
 @doing("trying the servos")
-def _servos_track(sim: Driver, blame: str | None) -> CheckResult:
-    robot = sim.spec
+def _servos_track(driver: Driver, blame: str | None) -> CheckResult:
+    arm = _arm(driver)
+    robot = arm.spec
     worst, who = 0.0, 0
     for joint in range(robot.n):
         target = robot.home_q.copy()
@@ -128,14 +133,14 @@ def _servos_track(sim: Driver, blame: str | None) -> CheckResult:
         target[joint] += step * (0.2 if np.isfinite(robot.upper[joint]) and robot.upper[joint] < 0.5 else 1.0)
         target = np.clip(target, robot.lower, robot.upper)
         for goal in (target, robot.home_q):
-            sim.follow(Trajectory(q=_ramp(sim.state().q, goal, robot.acceleration_limits), dt=0.01))
-            for _ in range(round(_TRACK_SECONDS / sim.control_timestep)):
-                if np.abs(sim.state().q - goal).max() < 0.2 * _TRACKED:
+            arm.follow(Trajectory(q=_ramp(arm.state().q, goal, robot.acceleration_limits), dt=0.01))
+            for _ in range(round(_TRACK_SECONDS / driver.control_timestep)):
+                if np.abs(arm.state().q - goal).max() < 0.2 * _TRACKED:
                     break
-                sim.trim(goal)
-            off = float(np.abs(sim.state().q - goal).max())
+                arm.trim(goal)
+            off = float(np.abs(arm.state().q - goal).max())
             if off > worst:
-                worst, who = off, int(np.abs(sim.state().q - goal).argmax())
+                worst, who = off, int(np.abs(arm.state().q - goal).argmax())
     if worst > _TRACKED:
         return CheckResult(
             "servos", False, f"{robot.joints[who]} stays {worst:.3f} off its command", blame or f"arm.actuators[{who}]"
@@ -152,18 +157,16 @@ def _ramp(start: Array, goal: Array, acceleration: Array) -> Array:
 
 
 @doing("trying the gripper")
-def _gripper_moves(sim: Driver, blame: str | None) -> CheckResult:
-    gripper = sim.spec.gripper
-    assert gripper is not None
-    geometry = gripper.geometry
+def _gripper_moves(driver: Driver, blame: str | None) -> CheckResult:
+    hand = the_only(driver.hands, "hands")
+    geometry = hand.spec.geometry
     if geometry.cup is not None:
-        return _cup_pulls(sim, blame)
+        return _cup_pulls(driver, hand, blame)
     widths = []
     for closed in (1.0, 0.0):
-        sim.set_gripper(closed)
-        sim.wait(2.0)
-        state = sim.state().gripper
-        widths.append(state.width if state else 0.0)
+        hand.set_gripper(closed)
+        driver.wait(2.0)
+        widths.append(hand.state().width)
     shut, opened = widths
     if opened < _OPENS * geometry.max_aperture or opened <= shut:
         return CheckResult("gripper", False, f"opens to {opened * 1000:.0f} mm only", blame or "gripper.open_qpos")
@@ -172,13 +175,12 @@ def _gripper_moves(sim: Driver, blame: str | None) -> CheckResult:
     return CheckResult("gripper", True, f"closes to {shut * 1000:.1f} mm, opens to {opened * 1000:.0f} mm")
 
 
-def _cup_pulls(sim: Driver, blame: str | None) -> CheckResult:
+def _cup_pulls(driver: Driver, hand: Hand, blame: str | None) -> CheckResult:
     pulls = []
     for closed in (1.0, 0.0):
-        sim.set_gripper(closed)
-        sim.wait(sim.control_timestep)
-        state = sim.state().gripper
-        pulls.append(state.force or 0.0 if state else 0.0)
+        hand.set_gripper(closed)
+        driver.wait(driver.control_timestep)
+        pulls.append(hand.state().force or 0.0)
     if not pulls[0] > pulls[1] == 0.0:
         detail = f"the cup pulls with {pulls[0]:.1f} N when it is to suck and {pulls[1]:.1f} N when it is not"
         return CheckResult("gripper", False, detail, blame or "gripper.actuator")

@@ -6,10 +6,11 @@ from typing import Literal
 
 import numpy as np
 
+from robosandbox.driver import Driver
 from robosandbox.errors import InputError
 from robosandbox.robots.kinematics import Kinematics
-from robosandbox.sim.modelled import Modelled
-from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector, the_only
 
 ActionKind = Literal["ee", "joint"]
 # What an end-effector action of 1 asks for within a second, metres; chosen as the fastest that the skills were measured
@@ -23,25 +24,29 @@ _FULL_TURN = np.pi
 
 
 class Controller:
-    """Carries out actions, one control period each; never faster than the joints' velocity limits.
+    """Carries out actions, one control period each, within the joints' limits of speed and acceleration.
 
     Args:
-        sim: The world.
+        driver: Of the robot.
+        world: Its model.
         kind: `ee`: translation and rotation of the TCP, world axes, and the gripper; `joint`: where each joint is to be
             between its limits, and the gripper. The gripper, -1 open and 1 closed, comes last; an arm without one has no
             such number.
         period: Seconds that an action takes.
     """
 
-    def __init__(self, sim: Modelled, kind: ActionKind, period: float) -> None:
-        self._sim = sim
+    def __init__(self, driver: Driver, world: MuJoCoBackend, kind: ActionKind, period: float) -> None:
+        self._arm = the_only(driver.arms, "arms")
+        self._hands = driver.hands
+        self._world = world
         self._kind = kind
         self._period = period
-        robot = sim.robot
-        self._solver = Kinematics.of(sim.model, robot)
+        robot = self._arm.spec
+        self._solver = Kinematics.of(world.model, world.robot)
         self._low = np.where(np.isfinite(robot.lower), robot.lower, -_FULL_TURN)
         self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
         self._q: Array = robot.home_q.copy()
+        self._velocity: Array = np.zeros(robot.n)
         self._position: Array = np.zeros(3)
         self._rotation: Array = np.eye(3)
         self.reset()
@@ -49,14 +54,15 @@ class Controller:
     @property
     def size(self) -> int:
         """The number of an action's components."""
-        return (6 if self._kind == "ee" else self._sim.robot.n) + (self._sim.robot.gripper is not None)
+        return (6 if self._kind == "ee" else self._arm.spec.n) + len(self._hands)
 
     def reset(self) -> None:
         """Begin where the arm stands."""
-        if self._solver.model is not self._sim.model:
+        if self._solver.model is not self._world.model:
             # A layout with other things in it is another model.
-            self._solver = Kinematics.of(self._sim.model, self._sim.robot)
-        self._q = self._sim.state().q.copy()
+            self._solver = Kinematics.of(self._world.model, self._world.robot)
+        self._q = self._arm.state().q.copy()
+        self._velocity = np.zeros(len(self._q))
         self._position, self._rotation = self._solver.forward(self._q)
 
     def apply(self, action: Array) -> None:
@@ -66,19 +72,33 @@ class Controller:
             InputError: It has another shape, or numbers that are not finite; nothing has moved.
             SkillError: A limit of the robot or task was passed; the arm holds.
         """
-        sim, robot = self._sim, self._sim.robot
+        robot = self._arm.spec
         given = np.asarray(action, dtype=float)
         if given.shape != (self.size,):
             raise InputError(f"action: has shape {given.shape}; {self._kind} actions have shape ({self.size},)")
         if not np.isfinite(given).all():
             raise InputError(f"action: {given.tolist()} holds a number that is not finite; give numbers in -1..1")
         action = np.clip(given, -1.0, 1.0)
-        if robot.gripper is not None:
-            sim.set_gripper(0.5 * (float(action[-1]) + 1.0))
+        for hand in self._hands.values():
+            hand.set_gripper(0.5 * (float(action[-1]) + 1.0))
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
-        step = robot.velocity_limits * self._period
-        start, self._q = self._q, np.clip(self._q + np.clip(goal - self._q, -step, step), robot.lower, robot.upper)
-        sim.follow(Trajectory(q=np.stack([start, self._q]), dt=self._period))
+        start, self._q = self._q, self._step_towards(goal)
+        self._velocity = (self._q - start) / self._period
+        self._arm.follow(Trajectory(q=np.stack([start, self._q]), dt=self._period, goes_on=True))
+
+    def _step_towards(self, goal: Array) -> Array:
+        """Return the configuration after a period on the way to another, within the joints' limits.
+
+        A joint changes its speed by what it can in a period, and is never quicker than it can brake from before its goal.
+        """
+        robot, period = self._arm.spec, self._period
+        change, away = robot.acceleration_limits * period, np.clip(goal, robot.lower, robot.upper) - self._q
+        # The most at which whole periods of braking, this one included, end at the goal.
+        braking = np.sqrt(0.25 * change**2 + 2.0 * robot.acceleration_limits * np.abs(away)) - 0.5 * change
+        wanted = np.sign(away) * np.minimum.reduce([np.abs(away) / period, braking, robot.velocity_limits])
+        velocity = np.clip(wanted, self._velocity - change, self._velocity + change)
+        found: Array = np.clip(self._q + velocity * period, robot.lower, robot.upper)
+        return found
 
     def joint_action(self, q: Array, closed: float = 0.0) -> Array:
         """Return the action of kind `joint` that asks for a configuration.
@@ -88,7 +108,7 @@ class Controller:
             closed: 0 for the open gripper, 1 for the closed one; of no matter to an arm without one.
         """
         action = 2.0 * (np.asarray(q, dtype=float) - self._low) / self._span - 1.0
-        return action if self._sim.robot.gripper is None else np.append(action, 2.0 * closed - 1.0)
+        return np.append(action, 2.0 * closed - 1.0) if self._hands else action
 
     @property
     def _span(self) -> Array:
@@ -97,7 +117,7 @@ class Controller:
 
     def _moved(self, action: Array) -> Array:
         """Return a configuration whose TCP is where the action asks for, or as near as one step comes."""
-        here = self._sim.state().tcp_pose.position
+        here = self._arm.state().tcp_pose.position
         asked = self._position + action[:3] * _METRES_PER_SECOND * self._period
         self._position = here + np.clip(asked - here, -_LEAD_METRES, _LEAD_METRES)
         self._rotation = matrix_from_rotation_vector(action[3:6] * _RADIANS_PER_SECOND * self._period) @ self._rotation

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from robosandbox.apps.envs.control import ActionKind, Controller
 from robosandbox.apps.envs.progress import potential
 from robosandbox.errors import InputError, SkillError
-from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.tasks.evaluate import longest_hold
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array
@@ -101,16 +102,18 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             if isinstance(task, EmbeddedWorkcell)
             else open_session(task, robot=robot, driver=driver, render_size=render_size)
         )
-        self._sim: Modelled = modelled(self.session.sim, "an environment starts it over and judges its state")
-        sim = self._sim
-        rows_per_frame(control_hz, sim.control_timestep, "control_hz")
+        self._world: MuJoCoBackend = require_mujoco(
+            self.session.driver, "an environment starts it over and judges its state"
+        )
+        world = self._world
+        rows_per_frame(control_hz, world.control_timestep, "control_hz")
         self.render_mode = render_mode
         self._cameras = tuple(cameras) if observation == "pixels" else ()
         if observation == "pixels" and not self._cameras:
-            raise InputError(f"cameras: pixels need one; the world has {', '.join(sim.cameras)}")
+            raise InputError(f"cameras: pixels need one; the world has {', '.join(world.cameras)}")
         for camera in self._cameras:
-            sim.camera_in_model(camera)
-        self._controller = Controller(sim, action, 1.0 / control_hz)
+            world.camera_in_model(camera)
+        self._controller = Controller(self.session.driver, world, action, 1.0 / control_hz)
         self._begun = False
         self._held_since: float | None = None
         self._dense = reward == "dense"
@@ -179,7 +182,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         """Return the scene camera's picture, RGB (height, width, 3) uint8; None without a render mode."""
         if self.render_mode is None:
             return None
-        return self._sim.state(("scene",)).images["scene"]
+        return self._world.state(("scene",)).images["scene"]
 
     def close(self) -> None:
         """Free the world."""
@@ -198,7 +201,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
 
     def _succeeded(self) -> bool:
         """Return whether the task's criterion holds and has held for as long as it asks."""
-        criterion, now = self.session.task.success, self._sim.truth()
+        criterion, now = self.session.task.success, self._world.truth()
         if not criterion.evaluate(self.session.start, now).holds:
             self._held_since = None
             return False
@@ -213,14 +216,14 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         return float(success) + self._potential - before
 
     def _closeness(self) -> float:
-        sim = self._sim
-        return potential(self.session.task.success, self.session.start, sim.truth(), sim.state().tcp_pose.position)
+        world = self._world
+        return potential(self.session.task.success, self.session.start, world.truth(), world.state().tcp_pose.position)
 
     def _info(self, success: bool) -> dict[str, Any]:
         return {"is_success": success, "layout": self.session.seed, "task_description": self.task_description}
 
     def _observe(self) -> Observation:
-        seen = self._sim.state(self._cameras)
+        seen = self._world.state(self._cameras)
         closed = [] if seen.gripper is None else [seen.gripper.closed]
         found: Observation = {
             "agent_pos": np.array([*seen.q, *closed], dtype=np.float32),
@@ -228,7 +231,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             "tcp_pose": np.array([*seen.tcp_pose.xyz, *seen.tcp_pose.quat_xyzw], dtype=np.float32),
         }
         if self._objects:
-            there = self._sim.truth(for_judging=False).objects
+            there = self._world.truth(for_judging=False).objects
             poses = [there[item].pose if item in there else None for item in self._objects]
             rows = [[*pose.xyz, *pose.quat_xyzw] if pose else [0.0] * _POSE for pose in poses]
             found["environment_state"] = np.array(rows, dtype=np.float32).ravel()
@@ -238,16 +241,15 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         return found
 
     def _space(self) -> spaces.Dict:
-        sim = self._sim
-        count = sim.robot.n
-        lengths = {"agent_pos": count + (sim.robot.gripper is not None), "agent_vel": count, "tcp_pose": _POSE}
+        count = self._world.robot.n
+        lengths = {"agent_pos": count + len(self._world.hands), "agent_vel": count, "tcp_pose": _POSE}
         if self._objects:
             lengths["environment_state"] = _POSE * len(self._objects)
         found: dict[str, spaces.Space[Any]] = {
             name: spaces.Box(-np.inf, np.inf, (length,), np.float32) for name, length in lengths.items()
         }
         if self._cameras:
-            picture = spaces.Box(0, 255, (*sim.render_size, 3), np.uint8)
+            picture = spaces.Box(0, 255, (*self._world.render_size, 3), np.uint8)
             several = len(self._cameras) > 1
             found["pixels"] = spaces.Dict(dict.fromkeys(self._cameras, picture)) if several else picture
         return spaces.Dict(found)

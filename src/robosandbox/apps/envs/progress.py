@@ -147,7 +147,7 @@ def _(check: Poured, start: Truth, now: Truth) -> float:
 def _(check: AtHome, start: Truth, now: Truth) -> float:
     del check, start
     # A radian of the joint that is farthest off counts as a metre.
-    return float(np.abs(now.q - now.home_q).max())
+    return now.off_home
 
 
 @_left.register

@@ -15,7 +15,7 @@ def scene_table(scene: ObservedScene) -> str:
     rows = [("id", "colour", "shape", "size (mm)", "x (m)", "y (m)", "z (m)", "")]
     for item in scene.objects:
         x, y, z = (_metres(value) for value in item.pose.xyz)
-        held = "held" if item.id == scene.held else ""
+        held = "held" if item.id in scene.in_hands else ""
         rows.append((item.id, item.colour, item.kind, item.shape.describe(item), x, y, z, held))
     return aligned(rows)
 

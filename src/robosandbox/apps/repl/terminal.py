@@ -121,7 +121,7 @@ class Terminal:
         if shell.away:
             parts.append("the sim is away")
         elif shell.scene is not None:
-            parts.append(f"holds {shell.scene.held or 'nothing'}")
+            parts.append(f"holds {', '.join(sorted(shell.scene.in_hands)) or 'nothing'}")
         return " " + " | ".join(parts)
 
 

@@ -7,7 +7,7 @@ from robosandbox.motion.carried import SinceLook
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.motion.twin import standing
 from robosandbox.sim.world import World
-from robosandbox.types import Observation, ObservedScene, Scene, frozen_array
+from robosandbox.types import Observation, ObservedScene, Scene, frozen_array, the_only
 
 
 class BelievedWorld:
@@ -34,5 +34,6 @@ class BelievedWorld:
             state: How the robot stands now.
         """
         self.world = self._scenes.world_of(seen)
-        qpos = frozen_array(standing(self.world, self._since_look.objects(seen, state), state))
-        return Frame(model=self.world.model, seen=state, held=seen.held, qpos=qpos)
+        arm = the_only(state.arms, "arms")
+        qpos = frozen_array(standing(self.world, self._since_look.objects(seen, arm), arm))
+        return Frame(model=self.world.model, seen=state, held=", ".join(seen.in_hands) or None, qpos=qpos)

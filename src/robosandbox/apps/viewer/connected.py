@@ -17,7 +17,7 @@ from robosandbox.apps.viewer.stream import FRAME_HZ
 from robosandbox.errors import InputError, RoboSandboxError
 from robosandbox.motion.twin import standing
 from robosandbox.sim.world import World, build_world_of
-from robosandbox.types import Array, Observation, Scene, frozen_array
+from robosandbox.types import Array, Observation, Scene, frozen_array, the_only
 from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.loop import Loop
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
@@ -183,9 +183,10 @@ class _Told:
     def frame(self, state: State) -> Frame:
         truth = self._robot.truth()
         # Robot and objects of one moment.
-        seen = _of_this_robot(replace(state.robot, q=truth.q), self.world)
-        qpos = frozen_array(standing(self.world, truth.objects.values(), seen))
-        return Frame(model=self.world.model, seen=seen, held=truth.held, qpos=qpos)
+        arms = {name: replace(arm, q=truth.arms[name].q) for name, arm in state.robot.arms.items()}
+        seen = _of_this_robot(replace(state.robot, arms=arms), self.world)
+        qpos = frozen_array(standing(self.world, truth.objects.values(), the_only(arms, "arms")))
+        return Frame(model=self.world.model, seen=seen, held=", ".join(truth.in_hands) or None, qpos=qpos)
 
 
 class _Supposed:

@@ -10,7 +10,7 @@ from robosandbox.apps.viewer.believed import BelievedWorld
 from robosandbox.apps.viewer.source import Blueprint, Frame, OnElsewhere, OnFrame
 from robosandbox.apps.viewer.stream import FRAME_HZ
 from robosandbox.apps.viewer.teleop import EmbeddedTeleop
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.workcell.host import WorkcellHost
 
 
@@ -34,8 +34,7 @@ class EmbeddedSource:
     @property
     def blueprint(self) -> Blueprint:
         """Blueprint of the world that is drawn."""
-        sim = self._cell.sim
-        return Blueprint.of(sim.world if isinstance(sim, Modelled) else self._believed.world)
+        return Blueprint.of(self._believed.world if self._world is None else self._world.world)
 
     @property
     def teleop(self) -> EmbeddedTeleop:
@@ -54,9 +53,9 @@ class EmbeddedSource:
     @contextmanager
     def changing(self) -> Iterator[None]:
         """Listen to the driver of what was loaded meanwhile."""
-        before = self._cell.sim
+        before = self._cell.driver
         yield
-        if self._cell.sim is not before:
+        if self._cell.driver is not before:
             self._adopt()
 
     def adopt(self) -> None:
@@ -68,10 +67,11 @@ class EmbeddedSource:
 
     def _adopt(self) -> None:
         self._leave()
-        sim = self._cell.sim
-        if not isinstance(sim, Modelled):
+        driver = self._cell.driver
+        self._world = mujoco_behind(driver)
+        if self._world is None:
             self._believed = BelievedWorld(self._cell.task.scene, self._cell.observe())
-        self._leave = sim.subscribe(self._between_ticks)
+        self._leave = driver.subscribe(self._between_ticks)
 
     def _between_ticks(self) -> None:
         now = time.monotonic()
@@ -84,10 +84,11 @@ class EmbeddedSource:
         self._on_frame(self._frame())
 
     def _frame(self) -> Frame:
-        sim = self._cell.sim
-        if not isinstance(sim, Modelled):
-            return self._believed.frame(self._cell.ctx.seen or self._cell.observe(), sim.state())
+        sim = self._world
+        if sim is None:
+            return self._believed.frame(self._cell.ctx.seen or self._cell.observe(), self._cell.driver.state())
         state = sim.snapshot()
         # A state begins with the time, and positions come next.
         qpos = state[1 : 1 + sim.model.nq]
-        return Frame(model=sim.model, seen=sim.state(), held=sim.held(), qpos=qpos, state=state)
+        held = ", ".join(filter(None, sim.in_hands().values())) or None
+        return Frame(model=sim.model, seen=sim.state(), held=held, qpos=qpos, state=state)

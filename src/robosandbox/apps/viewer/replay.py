@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosandbox.apps.viewer.source import Frame
+from robosandbox.driver import ARM
 from robosandbox.errors import InputError
-from robosandbox.sim.modelled import modelled
-from robosandbox.types import Array, GripperState, Observation, Pose, frozen_array
+from robosandbox.sim.opening import require_mujoco
+from robosandbox.types import ArmState, Array, GripperState, Observation, Pose, frozen_array
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.recording.episode import RecordedEpisode
 
@@ -42,7 +43,7 @@ def recorded_frames(episode: RecordedEpisode, session: EmbeddedWorkcell) -> Reco
     Raises:
         InputError: The world has other joints than the recorded one.
     """
-    model = modelled(session.sim, "its recorded states are drawn").model
+    model = require_mujoco(session.driver, "its recorded states are drawn").model
     q, qd, qpos, tcp = (episode[name] for name in ("q", "qd", "qpos", "tcp_pose"))
     if qpos.shape[1] != model.nq:
         raise InputError(f"{episode.name}: its robot or objects have other joints than when it was recorded")
@@ -56,13 +57,14 @@ def recorded_frames(episode: RecordedEpisode, session: EmbeddedWorkcell) -> Reco
             joint, width, closed, force = gripper[row].tolist()
             measured = force if np.isfinite(force) else None
             fingers = GripperState(joint=joint, width=width, closed=closed, force=measured)
-        seen = Observation(
+        arm = ArmState(
             time=float(times[row]),
             q=frozen_array(q[row]),
             qd=frozen_array(qd[row]),
             tcp_pose=Pose(xyz=(x, y, z), quat_xyzw=(i, j, k, w)),
             gripper=fingers,
         )
+        seen = Observation(time=arm.time, arms={ARM: arm})
         return Frame(model=model, seen=seen, held=None, qpos=frozen_array(qpos[row]))
 
     def said(row: int) -> str:

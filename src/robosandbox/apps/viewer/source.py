@@ -23,7 +23,7 @@ class Frame:
     Attributes:
         model: Whose.
         seen: Joints, TCP and gripper, and the simulated time.
-        held: Id of the held object.
+        held: Ids of what is held, for people; None where nothing is.
         qpos: Generalized positions, shape (nq,).
         state: The whole state of the physics, which contact forces follow from; None where it is not known.
     """

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from robosandbox.driver import Simulated
 from robosandbox.errors import InputError
-from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.sim.saved_state import continue_from, take_state
 from robosandbox.sim.sleep_timer import moving_count
 from robosandbox.types import Pose
@@ -35,7 +35,7 @@ class EmbeddedTeleop:
 
     def __init__(self, session: EmbeddedWorkcell, shown: Callable[[], None]) -> None:
         self._session = session
-        self._sim = session.sim
+        self._driver = session.driver
         self._shown = shown
 
     def place(self, object_id: str, pose: Pose) -> None:
@@ -71,7 +71,7 @@ class EmbeddedTeleop:
         give_up = sim.time + _FALL_SECONDS
         with self._session.ctx.goal():
             while sim.time < give_up:
-                sim.wait(_LOOK_SECONDS)
+                self._driver.wait(_LOOK_SECONDS)
                 speeds = [np.abs(item.linear_velocity).max() for item in sim.truth().objects.values()]
                 if max(speeds, default=0.0) < _STILL:
                     return
@@ -82,15 +82,16 @@ class EmbeddedTeleop:
         Raises:
             SkillError: It is out of reach, something is in the way, or a limit forbids it.
         """
-        ctx, sim = self._session.ctx, self._sim
+        ctx, driver = self._session.ctx, self._driver
         scene = ctx.look()
-        ctx.motion.use(ctx.planning(scene), sim.state(), held=scene.held)
+        arm = driver.arms[ctx.arm.name]
+        ctx.motion.use(ctx.planning(scene), arm.state(), held=scene.held)
         ctx.motion.allow(*self._touched(scene.held))
-        seen = sim.state()
+        seen = arm.state()
         goal = Pose.from_matrix(seen.tcp_pose.position + change.position, seen.tcp_pose.rotation @ change.rotation)
         with ctx.goal():
-            sim.follow(ctx.motion.plan_line(seen.q, goal, speed=_JOG_SPEED))
-            sim.wait(_ARRIVAL)
+            arm.follow(ctx.motion.plan_line(seen.q, goal, speed=_JOG_SPEED))
+            driver.wait(_ARRIVAL)
 
     def grip(self, closed: bool) -> None:
         """Close or open the gripper.
@@ -98,23 +99,23 @@ class EmbeddedTeleop:
         Raises:
             InputError: The robot has none.
         """
-        sim = self._sim
-        if sim.spec.gripper is None:
-            raise InputError(f"{sim.spec.name} has no gripper")
-        sim.set_gripper(1.0 if closed else 0.0)
+        ctx = self._session.ctx
+        if ctx.hand is None:
+            raise InputError(f"{ctx.arm.spec.name} has no gripper")
+        self._driver.hands[ctx.hand.name].set_gripper(1.0 if closed else 0.0)
         with self._session.ctx.goal():
-            sim.wait(_GRIP_SECONDS)
+            self._driver.wait(_GRIP_SECONDS)
 
     @property
-    def _simulation(self) -> Modelled:
-        return modelled(self._sim, "things are put elsewhere in it by hand")
+    def _simulation(self) -> MuJoCoBackend:
+        return require_mujoco(self._driver, "things are put elsewhere in it by hand")
 
     def _touched(self, held: str | None) -> set[str]:
         """Return what is known to be touched already, which must not keep the arm from moving on, or away."""
-        sim = self._sim
+        driver = self._driver
         touched = {held} if held is not None else set()
-        if sim.capabilities.contact == "named":
-            touched |= {other for _, other in sim.arm_contacts()}
-        if held is not None and isinstance(sim, Simulated):
-            touched |= set(sim.truth().objects[held].contacts)
+        if driver.capabilities.contact == "named":
+            touched |= {other for _, other in driver.senses.contacts(self._session.ctx.arm.name)}
+        if held is not None and driver.simulation is not None:
+            touched |= set(driver.simulation.truth().objects[held].contacts)
         return touched

@@ -10,7 +10,7 @@ from robosandbox.motion.carried import SinceLook
 from robosandbox.motion.twin import standing
 from robosandbox.sim.step_recorder import StepColumns
 from robosandbox.sim.world import World
-from robosandbox.types import Array, Pose
+from robosandbox.types import Array, Pose, the_only
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 # Where a model has to put a thing of which nothing was seen yet: metres under the floor, out of every picture. Chosen.
@@ -49,7 +49,7 @@ class BeliefRecorder:
 
     def add(self) -> None:
         """Take down the state as it is now."""
-        state, seen = self._host.sim.state(), self._host.ctx.seen
+        state, seen = the_only(self._host.driver.arms, "arms").state(), self._host.ctx.seen
         believed = self._since_look.objects(seen, state) if seen is not None else ()
         known = {item.id: item for item in believed}
         objects = [

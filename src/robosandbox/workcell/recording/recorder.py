@@ -15,9 +15,9 @@ from pydantic_core import to_json
 
 from robosandbox.agent import episode as events
 from robosandbox.driver import Driver
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.world import World, build_world_of
-from robosandbox.types import Array, ObservedScene, Verdict
+from robosandbox.types import Array, ObservedScene, Verdict, the_only
 from robosandbox.types.robot import RobotSpec
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -46,7 +46,7 @@ _LOG_ROWS = 1000
 class _Open:
     """The episode that is being written."""
 
-    def __init__(self, folder: Path, sim: Driver, log: StepLog, videos: list[VideoWriter]) -> None:
+    def __init__(self, folder: Path, driver: Driver, log: StepLog, videos: list[VideoWriter]) -> None:
         self.folder = folder
         self.log = log
         self.writer = StepWriter(folder, log)
@@ -54,7 +54,7 @@ class _Open:
         # A line each, at once: what was told before the process died is there.
         self.events = (folder / EVENTS).open("wb", buffering=0)
         self.begun = time.monotonic()
-        self.sim_begun = sim.time
+        self.sim_begun = driver.time
         self.ended: int | None = None
         self.episode: events.Episode | None = None
         self.interrupted = ""
@@ -87,9 +87,9 @@ class Recorder:
         self.cut_short: str | None = None
         self._folder = folder
         self._host = host
-        self._sim = host.sim
+        self._driver = host.driver
         # None for a driver without a model: then it is taken down what its senses tell and where things are believed.
-        self._simulated = host.sim if isinstance(host.sim, Modelled) else None
+        self._simulated = mujoco_behind(host.driver)
         self._believed = build_world_of(host.task.scene) if self._simulated is None else None
         self._seen: ObservedScene | None = None
         self._video = video
@@ -97,11 +97,11 @@ class Recorder:
         self._leave_events: Callable[[], None] = _nothing
         self._alone = False
         self._log: tuple[int, StepLog] | None = None
-        self._leave = self._sim.subscribe(self._tick)
+        self._leave = self._driver.subscribe(self._tick)
         if self._simulated is not None:
             self._simulated.jump_hooks.append(self._jumped)
         self._task: dict[str, Any] = host.task.model_dump(mode="json")
-        self._robot = _robot_meta(self._sim.spec, self._world, self._simulated is not None)
+        self._robot = _robot_meta(the_only(self._driver.arms, "arms").spec, self._world, self._simulated is not None)
         self._skills = tuple(
             {"name": skill.name, "description": skill.description, "arguments": dict(skill.schema)}
             for skill in host.skills
@@ -133,10 +133,10 @@ class Recorder:
         """
         self.finish()
         self.cut_short = None
-        sim, host, world = self._sim, self._host, self._world
+        driver, host, world = self._driver, self._host, self._world
         folder = new_folder(self._folder, f"{self._task['name']}-seed{host.seed:04d}")
         videos = (
-            [VideoWriter(folder, camera, sim, self._video) for camera in self._video.cameras] if self._video else []
+            [VideoWriter(folder, camera, driver, self._video) for camera in self._video.cameras] if self._video else []
         )
         meta = Meta(
             prompt=prompt,
@@ -146,7 +146,7 @@ class Recorder:
             objects=tuple(world.object_bodies),
             bodies=world.names,
             skills=self._skills,
-            control_timestep=sim.control_timestep,
+            control_timestep=driver.control_timestep,
             checkpoint=host.checkpoint() if self._simulated is not None else None,
             columns=COLUMNS,
             videos=tuple(video.meta for video in videos),
@@ -156,7 +156,7 @@ class Recorder:
         log = self._step_recorder()
         try:
             write_whole(folder / META, meta.model_dump_json() + "\n")
-            self._open = _Open(folder, sim, log, videos)
+            self._open = _Open(folder, driver, log, videos)
         except OSError as error:
             self._cut_short(folder, error)
             return
@@ -168,7 +168,7 @@ class Recorder:
         if self._open is None:
             return
         row = self._open.writer.rows - 1
-        line = {"event": event, "time": round(self._sim.time, 6), "row": row, "stamp": time.time(), **content}
+        line = {"event": event, "time": round(self._driver.time, 6), "row": row, "stamp": time.time(), **content}
         try:
             self._open.events.write(to_json(line) + b"\n")
         except OSError as error:
@@ -330,7 +330,7 @@ class Recorder:
             detail=detail,
             steps=rows,
             ended=rows - 1 if current.ended is None else current.ended,
-            sim_secs=round((rows - 1) * self._sim.control_timestep, 6),
+            sim_secs=round((rows - 1) * self._driver.control_timestep, 6),
             wall_secs=round(time.monotonic() - current.begun, 6),
             episode=episode.record() if episode else None,
             judged=judged,
@@ -348,7 +348,7 @@ def _robot_meta(robot: RobotSpec, world: World, simulated: bool) -> RobotMeta:
         home_q=tuple(robot.home_q.tolist()),
         actuators=tuple(actuators),
         gripper=(geometry.min_aperture, geometry.max_aperture) if geometry else None,
-        sidecar=world.sidecar.model_dump(mode="json"),
+        sidecar=the_only(world.sidecars, "arms").model_dump(mode="json"),
     )
 
 

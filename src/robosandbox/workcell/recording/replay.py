@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robosandbox.driver import made_safe
 from robosandbox.errors import InputError
-from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.sim.step_recorder import Ragged
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Verdict
+from robosandbox.types import Array, Verdict, the_only
 from robosandbox.validation import validate
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -57,13 +59,14 @@ class Replay:
         session: A world of the episode's robot and task; see `open_replay`.
 
     Attributes:
-        sim: The world.
+        world: What the actions are sent to.
     """
 
     def __init__(self, episode: RecordedEpisode, session: EmbeddedWorkcell) -> None:
         self.episode = episode
         self.session = session
-        self.sim: Modelled = modelled(session.sim, "recorded actions go to its actuators")
+        self._safe = made_safe(session.driver)
+        self.world: MuJoCoBackend = require_mujoco(session.driver, "recorded actions go to its actuators")
         self.row: int = 0
         if episode.meta.checkpoint is None:
             raise InputError(
@@ -78,16 +81,16 @@ class Replay:
 
     def step(self) -> None:
         """Let the next recorded tick pass; after the last one the last commands are held."""
-        sim = self.sim
         if self.row + 1 >= len(self._actions):
-            sim.wait(sim.control_timestep)
+            self._safe.wait(self._safe.control_timestep)
             return
         self.row += 1
-        sim.replay(self._actions[self.row], self._push(self.row))
+        controls, push = self._actions[self.row], self._push(self.row)
+        self._safe.run_again(lambda: self.world.replay(controls, push))
 
     def run(self) -> Replayed:
         """Run all that is left, and judge where the recording was judged."""
-        episode, sim = self.episode, self.sim
+        episode = self.episode
         result = episode.result
         verdict = None
         if result is not None and result.judged is not None:
@@ -96,7 +99,7 @@ class Replay:
             verdict = self.session.judge()
         while self.row + 1 < len(self._actions):
             self.step()
-        truth = sim.truth()
+        truth = self.world.truth()
         recorded = episode.object_poses[-1]
         errors = {
             name: 1000.0 * float(np.linalg.norm(truth.objects[name].pose.position - pose[:3]))
@@ -105,7 +108,7 @@ class Replay:
         then, now = episode.meta.versions, versions()
         return Replayed(
             object_error_mm=errors,
-            joint_error=float(np.abs(truth.q - episode["q"][-1]).max(initial=0.0)),
+            joint_error=float(np.abs(the_only(truth.arms, "arms").q - episode["q"][-1]).max(initial=0.0)),
             recorded=result.judged.success if result is not None and result.judged is not None else None,
             judged=verdict,
             changed_versions=tuple(
@@ -118,9 +121,9 @@ class Replay:
         return None if begin == end else np.asarray(self._pushes.values[begin:end], dtype=float).reshape(-1, 6)
 
     def _check(self) -> None:
-        meta, sim = self.episode.meta, self.sim
-        found = tuple(sim.model.actuator(index).name for index in range(sim.model.nu))
-        if found != meta.robot.actuators or tuple(sim.object_bodies) != meta.objects:
+        meta, world = self.episode.meta, self.world
+        found = tuple(world.model.actuator(index).name for index in range(world.model.nu))
+        if found != meta.robot.actuators or tuple(world.object_bodies) != meta.objects:
             raise InputError(
                 f"{self.episode.name}: {meta.robot.name} has other actuators or objects than when it was recorded; "
                 "replay needs the same model"

@@ -74,7 +74,7 @@ def open_recorder(settings: RecordSettings, cell: EmbeddedWorkcell) -> Recorder:
     Raises:
         InputError: The settings do not fit it, or a package is missing.
     """
-    check_settings(settings, cell.sim)
+    check_settings(settings, cell.driver)
     try:
         from robosandbox.workcell.recording.recorder import Recorder
     except ModuleNotFoundError as error:

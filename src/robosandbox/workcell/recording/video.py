@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.driver import Driver
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.opening import mujoco_behind
 from robosandbox.workcell.recording.files import VIDEOS, VideoMeta
 from robosandbox.workcell.recording.settings import VideoSettings, rows_per_frame
 
@@ -61,22 +61,24 @@ class VideoWriter:
     Args:
         folder: The episode's.
         camera: Its name.
-        sim: The driver.
+        driver: Whose camera.
         settings: What is filmed.
     """
 
-    def __init__(self, folder: Path, camera: str, sim: Driver, settings: VideoSettings) -> None:
-        height, width = sim.render_size if isinstance(sim, Modelled) else sim.state((camera,)).images[camera].shape[:2]
-        every = rows_per_frame(settings.fps, sim.control_timestep, "--video-fps")
+    def __init__(self, folder: Path, camera: str, driver: Driver, settings: VideoSettings) -> None:
+        world = mujoco_behind(driver)
+        size = driver.state((camera,)).images[camera].shape[:2] if world is None else world.render_size
+        height, width = size
+        every = rows_per_frame(settings.fps, driver.control_timestep, "--video-fps")
         self.meta = VideoMeta(camera=camera, every=every, fps=settings.fps, width=width, height=height)
-        self._sim = sim
+        self._driver = driver
         (folder / VIDEOS).mkdir(exist_ok=True)
         self._film = Film(folder / VIDEOS / f"{camera}.mp4", settings.fps, (height, width))
 
     def add(self, row: int) -> None:
         """Film the world as it is at a row of the steps, if a frame is due."""
         if row % self.meta.every == 0:
-            self._film.add(self._sim.state((self.meta.camera,)).images[self.meta.camera])
+            self._film.add(self._driver.state((self.meta.camera,)).images[self.meta.camera])
 
     def close(self) -> None:
         """End the film."""

@@ -72,7 +72,7 @@ def _tip(arm: Manipulator, item: DetectedObject) -> None:
     """
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.start, held=item.id)
-    tcp = arm.sim.state().tcp_pose
+    tcp = arm.state.tcp_pose
     half = item.shape.hull(item.size).half_extents
     lean = _SHARE * float(np.arctan2(min(half[0], half[1]), half[2]))
     failures: list[SkillError] = []
@@ -96,7 +96,7 @@ def _tip(arm: Manipulator, item: DetectedObject) -> None:
 
 def _drop(arm: Manipulator, item: DetectedObject, tcp: Pose) -> float:
     """Return by how much the hand has to rise at a TCP pose so that what it holds touches the table; negative is down."""
-    there = tcp @ (arm.sim.state().tcp_pose.inverse() @ item.pose)
+    there = tcp @ (arm.state.tcp_pose.inverse() @ item.pose)
     return arm.start.table_height + _ABOVE - bottom(with_pose(item, there))
 
 
@@ -105,14 +105,14 @@ def _let_fall(arm: Manipulator, name: str) -> None:
     scene = arm.look()
     arm.use(scene, held=name)
     arm.motion.allow("table", name)
-    tcp = arm.sim.state().tcp_pose
+    tcp = arm.state.tcp_pose
     down = arm.motion.plan_line(arm.q, raised(tcp, _drop(arm, arm.find(name, scene), tcp)), speed=arm.tempo.lower)
     arm.follow(down, Phase.LOWER, yielding=True)
     arm.ctx.enter(Phase.RELEASE)
     arm.open()
     arm.use(arm.look())
     arm.motion.allow("table", name)
-    tcp = arm.sim.state().tcp_pose
+    tcp = arm.state.tcp_pose
     for distance in _BACK:
         try:
             arm.follow(arm.motion.plan_line(arm.q, withdrawn(tcp, distance), speed=arm.tempo.lower), Phase.RETREAT)

@@ -213,7 +213,8 @@ class State(Message):
         seq: Counts messages.
         stamp: Unix seconds when it was read.
         robot: How the robot stands.
-        held: Id of the held object: as contacts tell, or without them as perception believed at its last look.
+        hands: Ids of the held objects by hand, None in an empty one: as contacts tell, or without them as perception believed at
+            its last look.
         goal_id: The running goal.
         skill: Its skill.
         phase: Its phase.
@@ -225,7 +226,7 @@ class State(Message):
     seq: Count
     stamp: Finite
     robot: Observation
-    held: str | None
+    hands: dict[str, str | None]
     goal_id: GoalId | None = None
     skill: str | None = None
     phase: str | None = None

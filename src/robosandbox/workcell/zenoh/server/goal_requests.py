@@ -178,7 +178,7 @@ class GoalRequests:
 
     @property
     def _now(self) -> float:
-        return self._host.embedded.sim.time
+        return self._host.embedded.driver.time
 
     def _named(self, request: Request) -> str:
         """Return the goal that a request is about, which has to be one of the skill in its key."""

@@ -9,9 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robosandbox.driver import Simulated
-from robosandbox.sim.modelled import Modelled
-from robosandbox.types import GraspSearch, Intent, Trajectory, Truth, frozen_array
+from robosandbox.sim.opening import mujoco_behind
+from robosandbox.types import ArmTruth, GraspSearch, Intent, Trajectory, Truth, frozen_array, the_only
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.host import Activity, WorkcellHost
 from robosandbox.workcell.zenoh.messages import Camera, GripperInfo, Info, Joint, Objects, SkillInfo, State, TrueState
@@ -39,7 +38,7 @@ def info_of(
         pace: How simulated time passes.
         sizes: (height, width) of pictures in pixels, by camera.
     """
-    robot = served.sim.spec
+    robot = the_only(served.driver.arms, "arms").spec
     joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
     geometry = robot.gripper.geometry if robot.gripper else None
     return Info(
@@ -68,7 +67,7 @@ def info_of(
         task=served.task.model_dump(mode="json"),
         seed=served.seed,
         pace=pace,
-        control_timestep=served.sim.control_timestep,
+        control_timestep=served.driver.control_timestep,
         truth=truth,
         unprotected=served.ctx.safety.unprotected if served.ctx.safety is not None else (),
     )
@@ -106,8 +105,8 @@ class Readings:
             boot_id=self._boot_id,
             seq=0,
             stamp=time.time(),
-            robot=cell.sim.state(),
-            held=self._held(),
+            robot=cell.driver.state(),
+            hands=self._hands(),
             goal_id=goal.goal_id if goal else None,
             skill=goal.what if goal else None,
             phase=cell.ctx.phase if goal else None,
@@ -118,33 +117,38 @@ class Readings:
     def objects(self) -> Objects:
         """Return what perception sees; while a goal runs in a world that does not stand still for a look, what it saw last."""
         ctx = self._cell.ctx
-        moving = self._goal is not None and not self._cell.sim.capabilities.truth
+        moving = self._goal is not None and not self._cell.driver.capabilities.truth
         return Objects(boot_id=self._boot_id, scene=ctx.seen if moving and ctx.seen is not None else ctx.look())
 
     def truth(self) -> TrueState:
         """Return the simulated state; without objects where it is not told or not known."""
-        sim = self._cell.sim
-        if isinstance(sim, Simulated):
-            truth = sim.truth()
+        driver = self._cell.driver
+        if driver.simulation is not None:
+            truth = driver.simulation.truth()
         else:
-            seen, height = sim.state(), self._cell.task.scene.table_height
-            truth = Truth(time=seen.time, q=seen.q, home_q=sim.spec.home_q, table_height=height, objects={}, held=None)
+            truth = Truth(
+                time=driver.time,
+                arms={name: ArmTruth(q=arm.state().q, home_q=arm.spec.home_q) for name, arm in driver.arms.items()},
+                table_height=self._cell.task.scene.table_height,
+                objects={},
+                hands=dict.fromkeys(driver.hands),
+            )
         return TrueState(
             boot_id=self._boot_id,
             physics_steps=self._physics_steps(),
-            truth=truth if self._with_truth else replace(truth, objects={}, held=None),
+            truth=truth if self._with_truth else replace(truth, objects={}, hands=dict.fromkeys(truth.hands)),
         )
 
-    def _held(self) -> str | None:
-        """Return what contacts say is held, where they are known, else what perception believed at its last look."""
-        sim, seen = self._cell.sim, self._cell.ctx.seen
-        if isinstance(sim, Modelled):
-            return sim.held()
-        return seen.held if seen is not None else None
+    def _hands(self) -> dict[str, str | None]:
+        """Return what contacts say is held in each hand, where they are known, else what perception believed at its last look."""
+        world, seen = mujoco_behind(self._cell.driver), self._cell.ctx.seen
+        if world is not None:
+            return world.in_hands()
+        return dict(seen.hands) if seen is not None else dict.fromkeys(self._cell.driver.hands)
 
     def _physics_steps(self) -> int | None:
-        sim = self._cell.sim
-        return sim.physics_steps if isinstance(sim, Simulated) else None
+        world = self._cell.driver.simulation
+        return None if world is None else world.physics_steps
 
 
 def thinned(intent: Intent) -> Intent:

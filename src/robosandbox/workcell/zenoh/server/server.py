@@ -79,7 +79,7 @@ class SimServer:
         self._default_pace: Pace = pace
         self._truth = truth
         if state_file is not None:
-            simulated(cell.sim, "--state-file keeps its world")
+            simulated(cell.driver, "--state-file keeps its world")
         self.host = WorkcellHost(cell, pace=pace, record=record, boot_id=self.boot_id)
         self._kept = KeptCheckpoints()
         self._pace_owner: str | None = None
@@ -191,7 +191,7 @@ class SimServer:
         request.answer(self._info.model_copy(update={"doing": self.host.doing, "pace": self.host.thread.pace}))
 
     def _on_picture(self, request: Request) -> None:
-        require(self._cell.sim, "cameras", "a picture was asked for")
+        require(self._cell.driver, "cameras", "a picture was asked for")
         self._cameras.on_request(request)
 
     def _reading(self, read: Callable[[], Message]) -> Callable[[Request], None]:
@@ -206,12 +206,12 @@ class SimServer:
     def _true_state(self) -> TrueState:
         if not self._truth:
             raise ForbiddenError("truth: this sim was started with --no-ground-truth; use obs/objects")
-        require(self._cell.sim, "truth", "truth answers with it (obs/objects tells what perception believes)")
+        require(self._cell.driver, "truth", "truth answers with it (obs/objects tells what perception believes)")
         return self._readings.truth()
 
     def _save_checkpoint(self) -> Saved:
-        require(self._cell.sim, "fork", "a checkpoint is a copy of it")
-        return Saved(checkpoint=self._kept.keep(self._cell.checkpoint()), time=self._cell.sim.time)
+        require(self._cell.driver, "fork", "a checkpoint is a copy of it")
+        return Saved(checkpoint=self._kept.keep(self._cell.checkpoint()), time=self._cell.driver.time)
 
     # Changes of the world.
 
@@ -219,7 +219,7 @@ class SimServer:
         message = request.message(Reset)
         if (message.seed is None) == (message.checkpoint is None):
             raise _wrong("seed", "give a seed or a checkpoint, one of the two")
-        require(self._cell.sim, "reset", "reset does that")
+        require(self._cell.driver, "reset", "reset does that")
 
         def put() -> None:
             if message.seed is not None:
@@ -239,7 +239,7 @@ class SimServer:
         message = request.message(Load)
         if (message.task is None) == (message.document is None):
             raise _wrong("task", "give a task's name or a document, one of the two")
-        require(self._cell.sim, "reset", "loading another task does that")
+        require(self._cell.driver, "reset", "loading another task does that")
 
         def load() -> TrueState:
             self.host.exchange(*self._wanted(message))
@@ -265,10 +265,10 @@ class SimServer:
             return
 
         def step() -> TrueState:
-            sim = self._cell.sim
-            for _ in range(max(1, round(seconds / sim.control_timestep))):
+            driver = self._cell.driver
+            for _ in range(max(1, round(seconds / driver.control_timestep))):
                 self.host.check()
-                sim.wait(sim.control_timestep)
+                driver.wait(driver.control_timestep)
             return self._readings.truth()
 
         self._change("clock", request, step, message.client_id)
@@ -283,7 +283,7 @@ class SimServer:
             self._cell,
             robot_id=self._robot_id,
             boot_id=self.boot_id,
-            truth=self._truth and self._cell.sim.capabilities.truth,
+            truth=self._truth and self._cell.driver.capabilities.truth,
             pace="fast" if self.host.thread.pace == "fast" else "realtime",
             sizes=self.host.studio.sizes,
         )

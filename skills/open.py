@@ -1,0 +1,67 @@
+"""Open: lead a door, drawer or lid of a scene's file open by what can be taken hold of."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from robosandbox.skills.base import Skill
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.parts import RESISTED, lead, stuck
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
+from robosandbox.world.parts import OPEN_SHARE, open_share, open_value
+
+# Shares of what was asked for that are tried, the most first: a hand that cannot go all the way still opens it.
+_SHARES = (1.0, 0.85, 0.7)
+
+
+class Open(Skill):
+    """Lead a part open along its hinge or slide."""
+
+    name = "open"
+
+    def contract(self, *, part: str, share: float = 0.9) -> Contract:
+        """Return what leading a part open needs and brings about."""
+        del share
+        return Contract(
+            needs=(
+                fact("has_gripper"),
+                fact("movable_part", part),
+                fact("hand_empty"),
+                fact("may_press", RESISTED),
+                fact("reachable", part),
+                fact("room_to_swing", part),
+            ),
+            gives=(fact("open", part),),
+        )
+
+    def run(self, ctx: SkillContext, *, part: str, share: Annotated[float, Field(gt=0.5, le=1.0)] = 0.9) -> SkillResult:
+        """Take hold of a door, drawer or lid and lead it open.
+
+        Args:
+            part: Id of the part, as cupboard.door.
+            share: How far, as a share of its way.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            GraspError: Nothing of it fits between the fingers, or they missed it.
+            UnreachableError: Its handle, or its way, is out of reach.
+            CollisionError: Something is in the way.
+            DrawerError: It is locked or blocked, or the hand slipped off.
+        """
+        arm = Manipulator(ctx)
+        before = arm.find(part)
+        if open_share(before) > OPEN_SHARE:
+            return SkillResult(
+                skill=self.name, detail={"part": part, "open_share": open_share(before), "already_open": True}
+            )
+        goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > OPEN_SHARE]
+        _, force = lead(arm, part, goals)
+        now = arm.find(part, arm.look())
+        if open_share(now) <= OPEN_SHARE:
+            raise stuck(before, now, goals[0], force)
+        return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})

@@ -1,0 +1,58 @@
+"""Press: push a button or switch of a scene's file in, and let go."""
+
+from __future__ import annotations
+
+from robosandbox.errors import Phase, TapError
+from robosandbox.evidence import TapEvidence
+from robosandbox.skills.base import Skill
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.parts import RESISTED, press_part
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
+
+# Share of its way that a button has to go to be pressed.
+_PRESSED = 0.7
+
+
+class Press(Skill):
+    """Push a button in and let go."""
+
+    name = "press"
+
+    def contract(self, *, part: str) -> Contract:
+        """Return what pressing a part needs and brings about."""
+        return Contract(
+            needs=(
+                fact("movable_part", part),
+                fact("hand_empty"),
+                fact("accessible", part),
+                fact("may_press", RESISTED),
+                fact("reachable", part),
+            ),
+            gives=(fact("pressed", part),),
+        )
+
+    def run(self, ctx: SkillContext, *, part: str) -> SkillResult:
+        """Push a button or switch in along its slide with the closed fingers, and let go.
+
+        Args:
+            part: Id of the part, as bell.button.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            AlreadyHoldingError: The gripper is full.
+            UnreachableError: It is out of reach.
+            CollisionError: Something is in the way.
+            TapError: It did not go in.
+        """
+        arm = Manipulator(ctx)
+        share, force = press_part(arm, part)
+        if share < _PRESSED:
+            raise TapError(
+                f"{part} went in by {share:.0%} of its way and resisted with {force:.1f} N; it is locked, or stiffer than that",
+                phase=Phase.VERIFY,
+                evidence=TapEvidence(object=part, force=force, moved=share),
+            )
+        return SkillResult(skill=self.name, detail={"part": part, "pressed_share": share, "force_n": force})
