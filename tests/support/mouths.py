@@ -22,7 +22,7 @@ import numpy as np
 import zenoh
 from mcp import Client as McpClient
 from mcp.client.stdio import StdioServerParameters
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 from support.processes import SimProcess, mcp_command, mcp_over_http
 
 from robosandbox.agent.episode import Episode
@@ -484,10 +484,26 @@ def _repl(*options: str) -> Iterator[Mouth]:
         yield ReplMouth(cell)
 
 
+_BROWSERS: list[Browser] = []
+
+
+@contextmanager
+def _chromium() -> Iterator[Browser]:
+    """Open a browser, or the one that is open: a thread has one of Playwright's loops at a time."""
+    if _BROWSERS:
+        yield _BROWSERS[0]
+        return
+    with sync_playwright() as playwright:
+        _BROWSERS.append(playwright.chromium.launch(executable_path=CHROMIUM, args=CHROMIUM_FLAGS))
+        try:
+            yield _BROWSERS[0]
+        finally:
+            _BROWSERS.pop().close()
+
+
 @contextmanager
 def _viewer(*options: str) -> Iterator[Mouth]:
-    with sync_playwright() as playwright, open_session(**_keywords(options), render_size=(120, 160)) as cell:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=CHROMIUM_FLAGS)
+    with _chromium() as browser, open_session(**_keywords(options), render_size=(120, 160)) as cell:
         viewer = Viewer(EmbeddedSource(WorkcellHost(cell, pace="watched" if "--realtime" in options else "fast")), 0)
         viewer.start()
         try:
@@ -496,9 +512,9 @@ def _viewer(*options: str) -> Iterator[Mouth]:
             page.locator("input[name=prompt]").first.wait_for(timeout=1000 * PATIENCE)
             page.add_style_tag(content=".mantine-Notifications-root { display: none }")
             yield ViewerMouth(viewer, page)
+            page.close()
         finally:
             viewer.stop()
-            browser.close()
 
 
 @contextmanager
