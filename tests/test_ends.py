@@ -26,9 +26,9 @@ GoalNews.feedback = panic
 SILENCE = """
 import threading
 from robosandbox.apps.commands import sim
-from robosandbox.workcell.zenoh.server.execution import Executor
+from robosandbox.workcell.host import WorkcellHost
 sim._MOST_SILENT_SECONDS = 1.0
-Executor.execute = lambda *_: threading.Event().wait()
+WorkcellHost.perform = lambda *_: threading.Event().wait()
 """
 
 
