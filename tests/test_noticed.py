@@ -400,11 +400,17 @@ def test_a_hand_on_the_destination_of_what_it_carries_counts_as_touching_it() ->
         assert monitor.worst_force > 0.0
 
 
+def swing(q: np.ndarray, goal: np.ndarray) -> Trajectory:
+    """A way that begins and ends at rest."""
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 120))[:, None]
+    return Trajectory(q=q + share * (goal - q), dt=0.01)
+
+
 def test_an_arm_that_is_stopped_stays_where_it_was_stopped() -> None:
     with world(CUBE) as (session, _):
         sim, stopped = session.driver, list[np.ndarray]()
         goal = sim.state().q + 0.5
-        way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
+        way = swing(sim.state().q, goal)
 
         def guard() -> Exception | None:
             if sim.state().q[0] < goal[0] - 0.25:
@@ -422,7 +428,7 @@ def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
     with world(CUBE) as (session, _):
         sim, at = session.driver, list[np.ndarray]()
         goal = sim.state().q + 0.5
-        way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
+        way = swing(sim.state().q, goal)
 
         def watch() -> None:
             if not at and sim.state().q[0] > goal[0] - 0.25:

@@ -26,6 +26,7 @@ from robosandbox.agent.tools import (
 from robosandbox.errors import InputError, SkillError
 from robosandbox.printable import printable
 from robosandbox.types import (
+    ArmState,
     Observation,
     ObservedScene,
     SkillResult,
@@ -194,9 +195,9 @@ def seen(scene: ObservedScene) -> dict[str, Any]:
 
 
 def state_data(state: Observation) -> dict[str, Any]:
-    """Return the arm's state as JSON data."""
-    data: dict[str, Any] = TypeAdapter(Observation).dump_python(state, mode="json")
-    return data
+    """Return the arm's state as JSON data; of several arms, each by its name."""
+    arms: dict[str, Any] = TypeAdapter(dict[str, ArmState]).dump_python(dict(state.arms), mode="json")
+    return next(iter(arms.values())) if len(arms) == 1 else arms
 
 
 def base64_text(data: bytes) -> str:
