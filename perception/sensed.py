@@ -15,8 +15,6 @@ from robosandbox.types import Array, Truth
 class SensedDriver(PassingDriver):
     """A driver without the truth: joints, cameras and commands are those behind it; no contact is told by what it is with."""
 
-    simulation = None
-
     @property
     def capabilities(self) -> Capabilities:
         """Capabilities of the driver, less those that only a simulation has."""
@@ -33,6 +31,11 @@ class SensedDriver(PassingDriver):
     def senses(self) -> Senses:
         """Cameras, and contact and forces without what they are with."""
         return _Senses(super().senses)
+
+    @property
+    def simulation(self) -> None:
+        """None: what a simulation knows is not told."""
+        return None
 
     @property
     def referee(self) -> Callable[[], Truth] | None:
