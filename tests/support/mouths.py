@@ -326,10 +326,10 @@ class McpMouth(Mouth):
         return str(self.data("reset")["task"])
 
     def tcp(self) -> tuple[float, ...]:
-        return tuple(self.data("look")["state"]["arms"]["arm"]["tcp_pose"]["xyz"])
+        return tuple(self.data("look")["state"]["tcp_pose"]["xyz"])
 
     def speed(self) -> float:
-        return max(map(abs, self.data("look")["state"]["arms"]["arm"]["qd"]))
+        return max(map(abs, self.data("look")["state"]["qd"]))
 
     def pid(self) -> int:
         return self._pid()
