@@ -57,7 +57,7 @@ def met(other: str) -> CollisionError:
 
 
 def test_what_calls_lack_comes_before_them() -> None:
-    holding = replace(SCENE, held="can")
+    holding = SCENE.holding("can")
     assert told(solve((PICK,), holding, SKILLS))[-1] == str(PICK)  # type: ignore[index]
     assert told(solve((PICK, PLACE), SCENE, SKILLS)) == [str(PICK), str(PLACE)]
 
