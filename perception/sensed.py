@@ -7,13 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from robosandbox.driver import Capabilities, Hand, PassingDriver, PassingHand, PassingSenses, Senses
+from robosandbox.driver import Capabilities, Hand, PassingDriver, PassingHand, PassingSenses, Senses, Simulated
 from robosandbox.errors import UnsupportedError
 from robosandbox.types import Array, Truth
 
 
 class SensedDriver(PassingDriver):
     """A driver without the truth: joints, cameras and commands are those behind it; no contact is told by what it is with."""
+
+    @property
+    def simulation(self) -> Simulated | None:
+        """None: the true state is nobody's business."""
+        return None
 
     @property
     def capabilities(self) -> Capabilities:
@@ -31,11 +36,6 @@ class SensedDriver(PassingDriver):
     def senses(self) -> Senses:
         """Cameras, and contact and forces without what they are with."""
         return _Senses(super().senses)
-
-    @property
-    def simulation(self) -> None:
-        """None: what a simulation knows is not told."""
-        return None
 
     @property
     def referee(self) -> Callable[[], Truth] | None:
