@@ -36,7 +36,7 @@ def thing(name: str, kind: str, size: tuple[float, ...], xyz: tuple[float, float
 CUBE = thing("cube", "box", (0.02, 0.02, 0.02), (0.1, 0.1, 0.06))
 CAN = thing("can", "cylinder", (0.02, 0.03), (0.15, 0.1, 0.07))
 BIN = thing("bin", "bin", (0.08, 0.08, 0.06), (0.1, -0.2, 0.04))
-SCENE = ObservedScene(time=0.0, table_height=0.04, base_xy=(-0.3, 0.0), objects=(CUBE, CAN, BIN))
+SCENE = ObservedScene(time=0.0, table_height=0.04, base_xy=(-0.3, 0.0), objects=(CUBE, CAN, BIN), hands={"hand": None})
 PICK = SkillCall(skill="pick", arguments={"object": "cube"})
 PLACE = SkillCall(skill="place_in", arguments={"container": "bin"})
 HOME = SkillCall(skill="home")

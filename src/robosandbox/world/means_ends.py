@@ -99,7 +99,8 @@ class MeansEndsPlan:
             raise NoWayError(f"there is no skill {call.skill}")
         contract = bind(call, self._skills).contract
         for _ in range(_MOST_LACKING):
-            needs = contract.resolved(self.scene.holding(self._held)).needs
+            scene = self.scene.holding(self._held) if self._held else self.scene
+            needs = contract.resolved(scene).needs
             lacking = first_refuted(sorted(needs, key=_is_of_the_hand), View.of(self.scene))
             if lacking is None:
                 break
