@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Sequence
 from dataclasses import InitVar, dataclass, field, replace
-from typing import Self
+from typing import Any, Self
 
 from robosandbox.agent.goal import GoalContext
+from robosandbox.agent.preview import preview
 from robosandbox.driver import Arm, Driver, Hand, Safety, made_safe
-from robosandbox.errors import CancelledError, ErrorCode, Failure, GoalTimeoutError, Phase, Repair, SkillError
+from robosandbox.errors import (
+    CancelledError,
+    ErrorCode,
+    Failure,
+    GoalTimeoutError,
+    InvalidArgumentError,
+    Phase,
+    Repair,
+    SkillError,
+)
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.grasp.hand import FRICTION
 from robosandbox.grasp.protocols import GraspPlanner
@@ -17,9 +28,9 @@ from robosandbox.motion.protocols import MotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.protocols import Glancing, Perception
 from robosandbox.skills.base import Skill
-from robosandbox.skills.executor import Executor
+from robosandbox.skills.executor import Executor, require
 from robosandbox.skills.primitives.sliding import slides_under
-from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, SkillResult, Tempo, force_limits, the_only
+from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, Plan, SkillResult, Tempo, force_limits, the_only
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import BoundCall, meant_by
@@ -209,6 +220,29 @@ class AgentContext(GoalContext):
         from robosandbox.agent.repairs import find_repairs
 
         return find_repairs(self, failed)
+
+    def simulate(self, calls: Sequence[BoundCall], *, tick: Callable[[], None] | None = None) -> dict[str, Any]:
+        """Return what comes of calls on the twin, as JSON data."""
+        plan = Plan(steps=tuple(call.call for call in calls))
+        return preview(self, plan, {call.name: call.skill for call in calls}, tick=tick).told()
+
+    def foreseen(self, call: BoundCall) -> Failure | None:
+        """Return the failure, with repairs, that a call would end in before it moves anything; None where there is none to tell."""
+        scene = self.look()
+        try:
+            require(self, call.contract, scene)
+        except InvalidArgumentError:
+            return None
+        except SkillError as error:
+            failed = FailedCall(
+                call=call.call,
+                error=error.failure,
+                contract=call.contract.resolved(scene),
+                before=scene,
+                scene=scene,
+            )
+            return error.with_(repairs=error.repairs or self.repairs_for(failed)).failure
+        return None
 
     def advice_for(self, failure: Failure) -> str:
         """Return what static checks find wrong with the robot's sidecar; nothing for other failures and bundled robots."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 import logging
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 from robosandbox.errors import ErrorCode, Failure, InternalError, Phase, RoboSandboxError, SkillError, UnsupportedError
 from robosandbox.skills.events import EventStream, Intended, PhaseEntered, SkillEnded, SkillFailed, SkillStarted
-from robosandbox.types import Intent, ObservedScene, Plan, SkillCall, SkillResult
+from robosandbox.types import Intent, ObservedScene, SkillCall, SkillResult
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.operators import BoundCall, Operator
 
@@ -90,13 +90,27 @@ class GoalContext(ABC):
         """Return what is known here of what the robot can do; of one elsewhere what the scene tells."""
         return Abilities()
 
-    def simulate(self, plan: Plan) -> dict[str, Any]:
-        """Return what would come of a plan, as whoever has the world and a twin of it says.
+    def simulate(self, calls: Sequence[BoundCall], *, tick: Callable[[], None] | None = None) -> dict[str, Any]:
+        """Return what would come of calls as JSON data, as whoever has the world and a twin of it says.
+
+        Args:
+            calls: What to try.
+            tick: Called at each control tick of a twin here; a SkillError that it raises ends the trial.
 
         Raises:
             UnsupportedError: Nobody has one.
         """
-        raise UnsupportedError(f"simulate: nobody has a twin to try {plan} on; use `check`")
+        del tick
+        said = ", ".join(map(str, calls))
+        raise UnsupportedError(f"simulate: nobody has a twin to try {said} on; use `check`")
+
+    def foreseen(self, call: BoundCall) -> Failure | None:
+        """Return the failure, with repairs, that a call would end in before it moves anything.
+
+        None where it would begin to move, where its arguments say enough already, and where nobody here can try repairs.
+        """
+        del call
+        return None
 
     def cancel(self) -> None:
         """Stop what runs, from any thread: it ends in a CancelledError, with the arm holding."""

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
-from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
+from robosandbox.types import ObservedScene, Plan, Refusal
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import apply_effects, lookup
+from robosandbox.world.contracts import lookup
 from robosandbox.world.facts import Fact, parse_facts
-from robosandbox.world.operators import Operator, bind
+from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import predicates
 
 
@@ -19,52 +19,27 @@ class GoalPlanner:
 
     Args:
         skills: What it may call.
-        robot: What the robot can do; None denies nothing but what is far out of reach.
+        robot: What the robot can do; None denies what the scene tells that it cannot.
     """
 
     def __init__(self, skills: Sequence[Operator], robot: Abilities | None = None) -> None:
-        self._skills = {skill.name: skill for skill in skills}
+        self._skills = tuple(skills)
         self._robot = robot
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the cheapest calls found after which the goals hold.
 
-        After a failure its first repair, which was tried on the twin, comes before what is planned for the scene that it would
-        leave; calls that failed are planned anew only where nothing else would do, not even an untried way around them.
-
         Raises:
             InputError: The prompt is no list of relations.
         """
-        goals = read_goals(prompt)
-        if history and history[-1].error.repairs:
-            return self._after(history[-1].error.repairs[0].calls, goals, scene, history)
-        answer = self._after((), goals, scene, history)
-        failed = [attempt.failed for attempt in history]
-        if history and (isinstance(answer, Refusal) or any(call in failed for call in answer.steps)):
-            # It searches, too.
-            from robosandbox.agent.detours import Detours
-
-            detours = Detours(history, scene, self._skills)
-            found = detours.around_clearing()
-            if way := found[0] if found else detours.around_failure():
-                return self._after(way, goals, scene, history)
-        return answer
-
-    def _after(
-        self, calls: tuple[SkillCall, ...], goals: Sequence[Fact], scene: ObservedScene, history: Sequence[Attempt]
-    ) -> Plan | Refusal:
-        """Return calls, and behind them what reaches the goals from the scene that they would leave."""
         # Sentences need no search: commands that are given one start without it.
-        from robosandbox.world.achieve import achieve
+        from robosandbox.world.solve import solve
 
-        for call in calls:
-            scene = apply_effects(bind(call, self._skills).contract, scene)
-        failed = tuple(attempt.failed for attempt in history)
-        answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot, failed=failed)
-        if isinstance(answer, Refusal):
+        goals = read_goals(prompt)
+        answer = solve(goals, scene, self._skills, robot=self._robot, tried=history)
+        if isinstance(answer, Refusal) or answer.steps:
             return answer
-        so = "" if calls or answer.steps else f"It is so already: {', '.join(map(str, goals))}."
-        return Plan(steps=(*calls, *answer.steps), answer=so)
+        return Plan(steps=(), answer=f"It is so already: {', '.join(map(str, goals))}.")
 
 
 def is_goal(prompt: str) -> bool:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from robosandbox.agent.context import AgentContext
 from robosandbox.driver import Driver
 from robosandbox.errors import Failure, SkillError
 from robosandbox.types import ObservedScene, Plan, SkillCall, SkillResult
 from robosandbox.world.operators import Operator, bind
+from robosandbox.world.scene_json import scene_changes
+
+if TYPE_CHECKING:
+    from robosandbox.agent.context import AgentContext
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +56,20 @@ class Preview:
             "error": self.error.model_dump(mode="json") if self.error else None,
             "touched": list(self.touched),
         }
+
+    def told(self) -> dict[str, Any]:
+        """Return what would come of the plan as JSON data, for a model or client that asks before it calls."""
+        data: dict[str, Any] = {
+            "ok": self.success,
+            "seconds": self.seconds,
+            "would_work": [str(call) for call, _ in self.steps],
+            "side_effects": [effect for _, result in self.steps for effect in result.side_effects],
+            "would_touch": list(self.touched),
+            "changes": scene_changes(self.begin, self.end),
+        }
+        if self.failed is not None and self.error is not None:
+            data |= {"would_fail": str(self.failed), "error": self.error.model_dump(mode="json")}
+        return data
 
     def lines(self) -> list[str]:
         """Return a line for each call, for a person."""

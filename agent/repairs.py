@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING
 
-from robosandbox.agent.candidates import Calls, Candidates
-from robosandbox.errors import CancelledError, ErrorCode, Repair, SkillError
+from robosandbox.errors import CancelledError, Repair, SkillError
 from robosandbox.types import ObservedScene
 from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import bind
 from robosandbox.world.relations import moved
+from robosandbox.world.workarounds import Calls, cheapest
 
 if TYPE_CHECKING:
     from robosandbox.agent.context import AgentContext
@@ -22,17 +22,6 @@ _ENOUGH = 2
 _MOST_TRIED = 16
 # Less than this an object is not taken to have been moved, metres; chosen as what the benchmarks count as disturbed.
 _MOVED = 0.010
-# Ends of a call that say nothing of the world.
-_NO_FAILURE = frozenset(
-    {
-        ErrorCode.CANCELLED,
-        ErrorCode.GOAL_TIMEOUT,
-        ErrorCode.INTERNAL,
-        ErrorCode.BUSY,
-        ErrorCode.CONNECTION_LOST,
-        ErrorCode.FAULT,
-    }
-)
 
 
 class _SpentError(Exception):
@@ -55,7 +44,7 @@ class _Budget:
         return _SpentError() if self._left < 0.0 else None
 
 
-def find_repairs(ctx: AgentContext, failure: FailedCall) -> tuple[Repair, ...]:
+def find_repairs(ctx: AgentContext, failed: FailedCall) -> tuple[Repair, ...]:
     """Return skill calls that bring about on the twin what the failed call promised.
 
     What moves the fewest other things there comes first, then what takes the least time. Candidates are tried one after
@@ -64,16 +53,14 @@ def find_repairs(ctx: AgentContext, failure: FailedCall) -> tuple[Repair, ...]:
 
     Args:
         ctx: Where it failed; the world as the failure left it.
-        failure: What failed, and how.
+        failed: What failed, and how.
 
     Raises:
         CancelledError: Somebody cancelled meanwhile.
     """
-    if failure.error.code in _NO_FAILURE:
-        return ()
     budget: _Budget | None = None
     found: list[tuple[int, Repair]] = []
-    for number, (calls, why) in enumerate(Candidates(failure, ctx.skills).cheapest()):
+    for number, (calls, why) in enumerate(cheapest(failed, ctx.skills)):
         if len(found) >= _ENOUGH or number >= _MOST_TRIED:
             break
         with ctx.twin() as copy:
@@ -89,9 +76,9 @@ def find_repairs(ctx: AgentContext, failure: FailedCall) -> tuple[Repair, ...]:
             except SkillError as error:
                 _log.debug("%s would fail too: %s", ", ".join(map(str, calls)), error)
                 continue
-            if failure.is_mended(after):
+            if failed.is_mended(after):
                 cost, believed = round(copy.driver.time - begin, 3), not ctx.driver.capabilities.truth
-                others = _moved(failure, after)
+                others = _moved(failed, after)
                 found.append((others, Repair(calls=calls, why=why, cost=cost, believed=believed)))
     return tuple(repair for _, repair in sorted(found, key=lambda pair: (pair[0], pair[1].cost)))
 
@@ -107,7 +94,7 @@ def _rolled_out(copy: AgentContext, calls: Calls) -> ObservedScene:
     return copy.look()
 
 
-def _moved(failure: FailedCall, after: ObservedScene) -> int:
+def _moved(failed: FailedCall, after: ObservedScene) -> int:
     """Return how many things have moved that the call is not about."""
-    pairs = ((item, after.find(item.id)) for item in failure.scene.objects if item.id not in failure.contract.objects)
+    pairs = ((item, after.find(item.id)) for item in failed.scene.objects if item.id not in failed.contract.objects)
     return sum(now is None or moved(item, now) > _MOVED for item, now in pairs)

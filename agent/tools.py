@@ -12,23 +12,19 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, ValidationError, field_validator
 from pydantic_core import ErrorDetails
 
-from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Step
 from robosandbox.agent.flat_schema import flat
 from robosandbox.agent.goal import GoalContext
-from robosandbox.agent.preview import preview
-from robosandbox.errors import Failure, InputError, InvalidArgumentError, SkillError
+from robosandbox.errors import Failure, InputError
 from robosandbox.printable import printable
-from robosandbox.skills.executor import require
-from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
-from robosandbox.world.achieve import achieve
-from robosandbox.world.alternatives import Attempt, FailedCall
+from robosandbox.types import ObservedScene, Plan, RefusalCode, SkillCall, StrictModel
+from robosandbox.world.alternatives import Attempt
 from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import Fact, parse_facts
-from robosandbox.world.operators import Operator, bind
+from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import View
 from robosandbox.world.scene_json import scene_changes
-from robosandbox.world.verifier import MAX_STEPS, Constraints, verify
+from robosandbox.world.verifier import MAX_STEPS, Constraints, Verification, verify
 
 # Decimals that are told of a number. Chosen: a tenth of a millimetre, of a milliradian.
 _DECIMALS = 4
@@ -161,9 +157,11 @@ def checked(
     plan: Plan, scene: ObservedScene, skills: Sequence[Operator], constraints: Constraints | None = None
 ) -> dict[str, Any]:
     """Return what is wrong with a plan; `constraints` is what the person asked besides."""
-    verdict = verify(plan, scene, skills, constraints=constraints)
-    problems = [problem.record() for problem in verdict.problems]
-    return {"ok": not problems, "problems": problems}
+    return _told(verify(plan, scene, skills, constraints=constraints))
+
+
+def _told(verdict: Verification) -> dict[str, Any]:
+    return {"ok": not verdict.problems, "problems": [problem.record() for problem in verdict.problems]}
 
 
 def simulated(
@@ -183,37 +181,10 @@ def simulated(
         constraints: What the person asked besides.
         tick: Called at each control tick of a twin here; a SkillError that it raises ends the trial.
     """
-    verdict = checked(plan, ctx.look(), list(skills.values()), constraints)
-    if not verdict["ok"]:
-        return verdict
-    if not isinstance(ctx, AgentContext):
-        return ctx.simulate(plan)
-    tried = preview(ctx, plan, skills, tick=tick)
-    data: dict[str, Any] = {
-        "ok": tried.success,
-        "seconds": tried.seconds,
-        "would_work": [str(call) for call, _ in tried.steps],
-        "side_effects": [effect for _, result in tried.steps for effect in result.side_effects],
-        "would_touch": list(tried.touched),
-        "changes": scene_changes(tried.begin, tried.end),
-    }
-    if tried.failed is not None and tried.error is not None:
-        data |= {"would_fail": str(tried.failed), "error": error_data(tried.error)}
-    return rounded(data)
-
-
-def wanted(
-    arguments: AchieveArguments,
-    scene: ObservedScene,
-    skills: Sequence[Operator],
-    constraints: Constraints | None = None,
-) -> Plan | Refusal:
-    """Return the calls that bring relations about.
-
-    Raises:
-        InputError: One of them is no relation, or takes other arguments.
-    """
-    return achieve(relations(arguments.goals), scene, skills, constraints=constraints)
+    verdict = verify(plan, ctx.look(), list(skills.values()), constraints=constraints)
+    if verdict.problems:
+        return _told(verdict)
+    return rounded(ctx.simulate(verdict.calls, tick=tick))
 
 
 def relations(texts: Sequence[str]) -> tuple[Fact, ...]:
@@ -243,30 +214,6 @@ def not_holding(facts: Sequence[Fact], scene: ObservedScene) -> list[str]:
 
 def _is_seen(name: str, scene: ObservedScene) -> bool:
     return name == "table" or scene.find(name) is not None
-
-
-def why_not(ctx: GoalContext, skills: Mapping[str, Operator], call: SkillCall) -> Failure | None:
-    """Return the error with evidence and repairs that a call would end in before it moves anything.
-
-    None where it would begin to move, where its arguments say enough already, and where repairs cannot be tried out.
-    """
-    if not isinstance(ctx, AgentContext):
-        return None
-    scene = ctx.look()
-    try:
-        contract = bind(call, skills).contract
-    except InvalidArgumentError:
-        return None
-    try:
-        require(ctx, contract, scene)
-    except InvalidArgumentError:
-        return None
-    except SkillError as error:
-        failed = FailedCall(
-            call=call, error=error.failure, contract=contract.resolved(scene), before=scene, scene=scene
-        )
-        return error.with_(repairs=error.repairs or ctx.repairs_for(failed)).failure
-    return None
 
 
 def outcome(

@@ -25,8 +25,8 @@ from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.task import Task
 from robosandbox.types import Plan, Refusal
 from robosandbox.workcell.session import open_session
-from robosandbox.world.achieve import achieve
 from robosandbox.world.facts import fact
+from robosandbox.world.solve import solve
 
 FEWEST, MOST = 3, 12
 TWENTY = 20
@@ -82,7 +82,7 @@ def plan(problem: Problem, skills: Sequence[Any]) -> tuple[Plan | Refusal, float
     """Return the plan for a problem, and the CPU time that it took, ms."""
     scene = scene_of(objects_of(problem))
     begin = time.process_time()
-    answer = achieve(problem.goals, scene, skills)
+    answer = solve(problem.goals, scene, skills)
     return answer, 1e3 * (time.process_time() - begin)
 
 

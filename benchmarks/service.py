@@ -149,18 +149,18 @@ def pictures(seconds: float) -> dict[str, Any]:
         with connect(endpoint) as client:
             robot = client.robot()
             robot.send("pick", {"object": "red_cube"}).wait(60.0)
-            unseen = server.studio.frames
+            unseen = server.host.studio.frames
             try:
                 payload, about = robot.picture("scene")
             except (ServiceError, UnsupportedError) as error:
                 return {"frames_without_listener": unseen, "no_pictures": error.message}
             rate = _frame_rate(robot, seconds)
         time.sleep(0.3)
-        after = server.studio.frames
+        after = server.host.studio.frames
         time.sleep(1.0)
         return {
             "frames_without_listener": unseen,
-            "frames_after_the_listener_left": server.studio.frames - after,
+            "frames_after_the_listener_left": server.host.studio.frames - after,
             "size": f"{about.intrinsics.width}x{about.intrinsics.height}",
             "jpeg_bytes": len(payload),
             "frames_per_s": rate,

@@ -1,4 +1,4 @@
-"""Write protocol.md from the models in workcell/zenoh/messages/, errors.py and evidence.py: `python docs/make_protocol.py`."""
+"""Write protocol.md from the models in workcell/zenoh/messages/, errors.py, evidence.py and the skills: `python docs/make_protocol.py`."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pydantic.json_schema import models_json_schema
 
 from robosandbox import errors, skill_errors
 from robosandbox.evidence import Evidence
+from robosandbox.skills import push, tap
 from robosandbox.workcell.zenoh import messages as wire
 from robosandbox.workcell.zenoh.server.loader import MOST_BODIES, MOST_GEOMS
 
@@ -27,7 +28,7 @@ KEYS: tuple[tuple[str, str, type[wire.Message] | str, type[wire.Message] | str, 
     ("skill/<name>/get_result", "query", wire.GoalRef, wire.Goal, f"how far it is; the last {wire.KEPT_RESULTS} kept"),
     ("goal/<goal_id>/status", "publication", "", wire.Goal, "each change; late joiners ask get_result"),
     ("goal/<goal_id>/feedback", "publication", "", wire.Feedback, "each phase that begins"),
-    ("goal/<goal_id>/intent", "publication", "", wire.Intended, "what it is about to do, for goals that ask for it"),
+    ("goal/<goal_id>/intent", "publication", "", wire.GoalIntent, "what it is about to do, for goals that ask for it"),
     ("obs/state", "publication, query", wire.Ask, wire.State, f"{wire.STATE_HZ:g} times a second"),
     ("obs/objects", "publication, query", wire.Ask, wire.Objects, "what perception sees; while somebody listens"),
     ("obs/camera/<name>/rgb", "publication, query", "", "picture", "JPEG; while somebody listens"),
@@ -46,7 +47,7 @@ ANSWERS = (
         wire.Info,
         wire.Goal,
         wire.Feedback,
-        wire.Intended,
+        wire.GoalIntent,
         wire.State,
         wire.Objects,
         wire.TrueState,
@@ -58,8 +59,9 @@ ANSWERS = (
 # Classes of errors, by how they are drawn in `errors`.
 ERRORS = [
     kind
-    for kind in vars(skill_errors).values()
-    if isinstance(kind, type) and issubclass(kind, errors.SkillError) and kind.__base__ is not errors.RoboSandboxError
+    for module in (skill_errors, push, tap)
+    for kind in vars(module).values()
+    if isinstance(kind, type) and issubclass(kind, errors.SkillError) and kind.__module__ == module.__name__
 ]
 EVIDENCE = list(dict.fromkeys(kind.evidence_type for kind in ERRORS if kind.evidence_type is not None))
 
@@ -220,7 +222,7 @@ def error_table() -> str:
     """Return the table of error codes."""
     lines = ["| code | class | meaning | evidence |", "|---|---|---|---|"]
     for kind in ERRORS:
-        if "code" not in vars(kind):
+        if kind is errors.SkillError or "code" not in vars(kind):
             continue
         said = " ".join((kind.__doc__ or "").split())
         evidence = _link(kind.evidence_type.__name__) if kind.evidence_type else "null"

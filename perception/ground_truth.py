@@ -61,6 +61,7 @@ class GroundTruthPerception:
             base_xy=(float(robot.base_position[0]), float(robot.base_position[1])),
             hands=truth.hands,
             reach=robot.reach,
+            grips=robot.gripper is not None,
         )
         self._seen = driver.episode, seen
         return seen

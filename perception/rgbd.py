@@ -297,6 +297,7 @@ class RgbdPerception:
             base_xy=(float(base[0]), float(base[1])),
             hands=dict.fromkeys(driver.hands, held),
             reach=robot.reach,
+            grips=robot.gripper is not None,
             notes=(*self.notes, *unclear),
         )
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robosandbox.driver import Capabilities, Hand, PassingDriver, PassingHand, PassingSenses, Senses
+from robosandbox.driver import Capabilities, Hand, PassingDriver, PassingHand, PassingSenses, Senses, Simulated
 from robosandbox.errors import UnsupportedError
 from robosandbox.types import Array, Truth
 
@@ -15,7 +15,10 @@ from robosandbox.types import Array, Truth
 class SensedDriver(PassingDriver):
     """A driver without the truth: joints, cameras and commands are those behind it; no contact is told by what it is with."""
 
-    simulation = None
+    @property
+    def simulation(self) -> Simulated | None:
+        """None: the true state is nobody's business."""
+        return None
 
     @property
     def capabilities(self) -> Capabilities:

@@ -92,7 +92,7 @@ class ControlledSimulation(Simulation):
             raise ValueError(f"closed is {closed}; it takes 0 (open) to 1 (closed)")
         if force is not None and not force > 0.0:
             raise ValueError(f"force is {force}; give newtons above 0, or leave it out")
-        gripper = self.world.grippers[hand]
+        gripper = self._loaded.grippers[hand]
         goal = gripper.geometry.control(closed)
         self._live.ctrl[gripper.actuator_ids] = goal
         self._grips.pop(hand, None)
@@ -102,7 +102,7 @@ class ControlledSimulation(Simulation):
     def _tick(self, guards: Sequence[Guard] = ()) -> None:
         if self._grips:
             for hand, (goal, force) in self._grips.items():
-                self._hold_back(self.world.grippers[hand], goal, force)
+                self._hold_back(self._loaded.grippers[hand], goal, force)
         super()._tick(guards)
 
     def _hold_back(self, gripper: Gripper, goal: Array, force: float) -> None:
@@ -151,7 +151,7 @@ class ControlledSimulation(Simulation):
             self._trims[name] = np.zeros(robot.n)
             data.qpos[robot.qpos_indices] = start
             data.ctrl[robot.actuator_ids] = robot.control(start)
-        for gripper in self.world.grippers.values():
+        for gripper in self._loaded.grippers.values():
             geometry = gripper.geometry
             data.qpos[gripper.joint_indices] = gripper.joints_at(geometry.open_joint)
             data.ctrl[gripper.actuator_ids] = geometry.control(0.0)

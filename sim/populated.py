@@ -55,6 +55,8 @@ def robot_base_of(scene: Scene, file: SceneFile) -> tuple[tuple[float, float, fl
         return scene.robot_base, "as it was asked for"
     if file.sidecar.robot_base is not None:
         return file.sidecar.robot_base, "as the sidecar says"
+    if file.robot_base is not None:
+        return file.robot_base, "where the file's own robot stood"
     return robot_place(file, _robot(scene))
 
 

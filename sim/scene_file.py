@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -42,6 +42,8 @@ _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
 # behind, where most robots stand, none is.
 _AROUND = (-39.0, 39.0, -60.0, 60.0, 0.0, -90.0, 90.0, -120.0, 120.0)
 _STEEP = 0.7
+# Numbers of a texture that its mean colour is taken of.
+_PIXELS = 20_000
 _NO_ID = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
@@ -76,6 +78,7 @@ class SceneFile:
         bodies: Names of the bodies of each object, the first carries its pose, by id.
         keyframes: The file's, by joints.
         eye: Where a camera sees most of it, metres.
+        robot_base: Where the file's own robot stood: x, y and z, metres, and the turn about z, radians; None where it has none.
         notes: What was found, in sentences.
     """
 
@@ -88,6 +91,7 @@ class SceneFile:
     bodies: dict[str, tuple[str, ...]]
     keyframes: tuple[Keyframe, ...] = ()
     eye: Vec3 = (1.0, -1.0, 1.0)
+    robot_base: tuple[float, float, float, float] | None = None
     notes: tuple[str, ...] = ()
 
     def bodies_of(self, body: str) -> tuple[str, ...]:
@@ -139,14 +143,16 @@ def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
     keyframes = keyframes_of(model)
     left_out = {name: "the sidecar leaves it out" for name in said.leave_out}
     _check_names(model, said, path)
-    left_out |= _robots(model)
+    robots = _robots(model)
+    base = None if not robots else _stood(model, next(iter(robots)))
+    left_out |= robots
     for name in left_out:
         spec.delete(spec.body(name))
     if left_out:
         for key in list(spec.keys):
             spec.delete(key)
         model = _compiled(spec, path)
-    return _Reader(path, said, model, left_out, keyframes).read()
+    return replace(_Reader(path, said, model, left_out, keyframes).read(), robot_base=base)
 
 
 class _Reader:
@@ -180,11 +186,19 @@ class _Reader:
     def read(self) -> SceneFile:
         made = (self._thing(body) for body in self._children.get(0, ()) if self._is_free(body))
         things = [item for item in made if item is not None]
-        roots = [body for top in self._children.get(0, ()) if not self._is_free(top) for body in self._units(top)]
+        groups = {top: [*self._units(top)] for top in self._children.get(0, ()) if not self._is_free(top)}
+        roots = [body for units in groups.values() for body in units]
+        # What is alone in a body without geoms is called by that.
+        called = {
+            unit: str(self._model.body(top).name)
+            for top, units in groups.items()
+            for unit in units
+            if sum(not self._moves(one) for one in units) == 1 and not self._moves(unit)
+        }
         table = self._table(roots, things)
         objects = list(things)
         for body in roots:
-            objects += self._fixture(body, table)
+            objects += self._fixture(body, table, called.get(body))
         return SceneFile(
             path=self._path,
             sidecar=self._said,
@@ -249,7 +263,7 @@ class _Reader:
             return self._made(body, bodies, pieces, kind_of(pieces), mass)
         return self._made(body, bodies, None, kind, mass, size)
 
-    def _fixture(self, body: int, table: Table) -> Iterator[SceneObject]:
+    def _fixture(self, body: int, table: Table, called: str | None) -> Iterator[SceneObject]:
         """Yield a fixture and its parts."""
         name = str(self._model.body(body).name)
         if self._moves(body):
@@ -260,7 +274,8 @@ class _Reader:
         if name != table.body:
             pieces = self._pieces(bodies, body)
             if pieces:
-                made = self._made(body, bodies, pieces, "fixture", max(float(self._model.body_mass[bodies].sum()), 1.0))
+                mass = max(float(self._model.body_mass[bodies].sum()), 1.0)
+                made = self._made(body, bodies, pieces, "fixture", mass, name=called)
                 prefix = made.id
                 yield made
         for at in bodies:
@@ -336,7 +351,7 @@ class _Reader:
         return made
 
     def _unique(self, name: str) -> str:
-        plain = _NO_ID.sub("_", name).strip("_.-")[:60] or "thing"
+        plain = _NO_ID.sub("_", name).strip("_.-").removesuffix("_main")[:60] or "thing"
         found, number = plain, 2
         while found in self._ids:
             found, number = f"{plain}_{number}", number + 1
@@ -522,6 +537,14 @@ def _check_names(model: mujoco.MjModel, said: SceneSidecar, path: Path) -> None:
         )
 
 
+def _stood(model: mujoco.MjModel, name: str) -> tuple[float, float, float, float]:
+    """Return where a body on the world stands: x, y, z, and its turn about z."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    pose = Pose.from_matrix(data.body(name).xpos, data.body(name).xmat.reshape(3, 3))
+    return (*pose.xyz, pose.yaw)
+
+
 def _robots(model: mujoco.MjModel) -> dict[str, str]:
     """Return the bodies of arms, by name, with why: hinges in a row that motors drive."""
     found: dict[str, str] = {}
@@ -575,7 +598,7 @@ def _sphere() -> Array:
     k = np.arange(64) + 0.5
     z = 1.0 - k / 32.0
     angle, level = np.pi * (1.0 + np.sqrt(5.0)) * k, np.sqrt(1.0 - (1.0 - k / 32.0) ** 2)
-    return np.column_stack([level * np.cos(angle), level * np.sin(angle), z])
+    return np.column_stack([level * np.cos(angle), level * np.sin(angle), z]).astype(np.float64)
 
 
 def _primitive(pieces: tuple[Piece, ...]) -> tuple[str | None, tuple[float, ...]]:
@@ -615,7 +638,7 @@ def _geom_colour(model: mujoco.MjModel, geom: int) -> tuple[float, float, float,
             start = int(model.tex_adr[textures[0]])
             channels = int(model.tex_nchannel[textures[0]])
             count = int(model.tex_width[textures[0]]) * int(model.tex_height[textures[0]]) * channels
-            pixels = model.tex_data[start : start + count].reshape(-1, channels)[:, :3]
+            pixels = model.tex_data[start : start + count].reshape(-1, channels)[:: max(1, count // _PIXELS), :3]
             rgba = np.array([*(pixels.mean(axis=0) / 255.0 * rgba[:3]), rgba[3]])
     red, green, blue, alpha = (float(np.clip(c, 0.0, 1.0)) for c in rgba)
     return round(red, 3), round(green, 3), round(blue, 3), round(alpha, 3)

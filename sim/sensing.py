@@ -208,7 +208,7 @@ class SensedSimulation(ControlledSimulation):
 
     def grip_on(self, hand: str, object_id: str | None) -> float:
         """Return with how much force each side of a hand presses on an object, N; None is whatever is there."""
-        return Contacts(self._loaded, self._live).grip_on(self.world.grippers[hand], object_id)
+        return Contacts(self._loaded, self._live).grip_on(self._loaded.grippers[hand], object_id)
 
     def contacts(self, arm: str | None = None) -> tuple[tuple[str, str], ...]:
         """Return the pairs (body of an arm, other body) that touch now, without the arm's own; of all where none is named."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import Phase, TapError
-from robosandbox.evidence import TapEvidence
+from typing import ClassVar
+
+from robosandbox.errors import Phase, SkillError
+from robosandbox.evidence import Evidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.parts import RESISTED, press_part
@@ -14,6 +16,27 @@ from robosandbox.world.facts import fact
 
 # Share of its way that a button has to go to be pressed.
 _PRESSED = 0.7
+
+
+class PressEvidence(Evidence):
+    """How far a button went in, and what it resisted with.
+
+    Attributes:
+        part: Id.
+        force: The largest felt, N.
+        share: Of its way.
+    """
+
+    part: str
+    force: float
+    share: float
+
+
+class PressError(SkillError):
+    """A button did not go in."""
+
+    code = "press"
+    evidence_type: ClassVar[type[Evidence] | None] = PressEvidence
 
 
 class Press(Skill):
@@ -45,14 +68,14 @@ class Press(Skill):
             AlreadyHoldingError: The gripper is full.
             UnreachableError: It is out of reach.
             CollisionError: Something is in the way.
-            TapError: It did not go in.
+            PressError: It did not go in.
         """
         arm = Manipulator(ctx)
         share, force = press_part(arm, part)
         if share < _PRESSED:
-            raise TapError(
+            raise PressError(
                 f"{part} went in by {share:.0%} of its way and resisted with {force:.1f} N; it is locked, or stiffer than that",
                 phase=Phase.VERIFY,
-                evidence=TapEvidence(object=part, force=force, moved=share),
+                evidence=PressEvidence(part=part, force=force, share=share),
             )
         return SkillResult(skill=self.name, detail={"part": part, "pressed_share": share, "force_n": force})

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from robosandbox.errors import Phase, PushError
-from robosandbox.evidence import PushEvidence
+from robosandbox.errors import ErrorCode, Phase, SkillError
+from robosandbox.evidence import Evidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
@@ -42,6 +42,39 @@ _PROGRESS = 0.002
 _AGAINST = 0.005
 
 
+class PushEvidence(Evidence):
+    """Distance that the object went.
+
+    Attributes:
+        object: Id.
+        wanted: Metres along the direction.
+        along: Metres gone along it.
+        across: Metres gone beside it.
+        reason: It went elsewhere ("missed"), or did not give way to as much force as is allowed ("resisted").
+        force: The most that the hand pressed on it with in the last stroke, N; None where the driver does not tell.
+        blocking: What it stands against on the side that it was to go to.
+    """
+
+    object: str
+    wanted: float
+    along: float
+    across: float
+    reason: Literal["missed", "resisted"] = "missed"
+    force: float | None = None
+    blocking: tuple[str, ...] = ()
+
+    def met(self) -> tuple[str, ...]:
+        """Return what the object stands against."""
+        return self.blocking
+
+
+class PushError(SkillError):
+    """The object did not go where it was pushed."""
+
+    code = ErrorCode.PUSH
+    evidence_type: ClassVar[type[Evidence] | None] = PushEvidence
+
+
 class Push(Skill):
     """Slide an object along the table."""
 
@@ -70,7 +103,10 @@ class Push(Skill):
         before, now = failed.before.find(object), failed.scene.find(object)
         if before is None or now is None:
             return
-        left = round(distance - displacement(before, now, direction).detail["along_mm"] / 1000.0, 4)
+        evidence = failed.error.evidence
+        measured = evidence.along if isinstance(evidence, PushEvidence) else None
+        gone = displacement(before, now, direction).detail["along_mm"] / 1000.0 if measured is None else measured
+        left = round(distance - gone, 4)
         if failed.had_begun and left > _PROGRESS:
             rest = SkillCall(skill=self.name, arguments={"object": object, "direction": direction, "distance": left})
             yield Alternative(why="what is left of the way", call=rest)

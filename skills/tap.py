@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 
 from robosandbox.driver import require
-from robosandbox.errors import CollisionError, Phase, SkillError, TapError, UnreachableError
-from robosandbox.evidence import TapEvidence
+from robosandbox.errors import CollisionError, ErrorCode, Phase, SkillError, UnreachableError
+from robosandbox.evidence import Evidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import follow_free, follow_until
 from robosandbox.skills.primitives.manipulator import (
@@ -45,6 +46,27 @@ _YAWS = 8
 _LEANS = (0.0, 0.35, 0.7)
 # Places on a rim that are tried.
 _RIM_TAPS = 4
+
+
+class TapEvidence(Evidence):
+    """Force of a touch, and what it moved.
+
+    Attributes:
+        object: Id.
+        force: The largest felt, N.
+        moved: How far the object went, metres.
+    """
+
+    object: str
+    force: float
+    moved: float
+
+
+class TapError(SkillError):
+    """The touch was not felt, or it moved the object."""
+
+    code = ErrorCode.TAP
+    evidence_type: ClassVar[type[Evidence] | None] = TapEvidence
 
 
 class Tap(Skill):

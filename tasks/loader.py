@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from robosandbox.errors import InputError
 from robosandbox.suggestions import did_you_mean_file
 from robosandbox.tasks.bundled import ALL_SUITES, bundled_task, bundled_tasks as bundled_tasks
+from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.named_files import BUILTIN, YCB, builtin_file, ycb_object
 from robosandbox.tasks.task import Task
 from robosandbox.types import Scene, SceneObject
 from robosandbox.validation import did_you_mean, load_yaml_model
 
+DEFAULT_TASK = "pick_from_three"
 _MODEL_SUFFIXES = (".urdf", ".xml")
 
 
@@ -39,6 +42,41 @@ def find_task(name: str) -> Task:
     if task.name != name:
         raise InputError(f"{name}.yaml: name: {task.name!r} is not the file's; call the file {task.name}.yaml")
     return task
+
+
+def with_robot(scene: Scene, robot: Path | str) -> Scene:
+    """Return a scene with another robot; what was said of the one before is left out."""
+    said = {"robot_config": None, "robot_arm": None, "robot_gripper": None}
+    return scene.model_copy(update={"robot_urdf": Path(robot), **said})
+
+
+def resolve_task(task: Task | Scene | Path | str | None) -> Task:
+    """Return the task that a value names.
+
+    Raises:
+        InputError: There is none of that name, or its file is wrong.
+    """
+    match task:
+        case None:
+            return find_task(DEFAULT_TASK)
+        case Task():
+            return task
+        case Scene():
+            return Task(
+                name="scene" if task.world is None else _task_name(task.world),
+                prompt="go home",
+                scene=task,
+                success=AtHome(kind="at_home"),
+            )
+        case Path():
+            return load_task(task)
+        case _:
+            return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
+
+
+def _task_name(world: Path) -> str:
+    """Return a name for what is done in a scene's file."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "_", world.stem).strip("_.-")[:60] or "scene"
 
 
 def tasks_of_suite(suite: str) -> list[Task]:

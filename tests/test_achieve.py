@@ -17,17 +17,19 @@ import pytest
 from robosandbox.agent.goal_planner import GoalPlanner, is_goal
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import run_app
+from robosandbox.errors import CollisionError, Phase
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.task import Task
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
 from robosandbox.workcell.session import open_session
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.achieve import achieve
 from robosandbox.world.achievers import Achievers
+from robosandbox.world.alternatives import Attempt
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, Fact, fact, parse_facts
 from robosandbox.world.goal_conflicts import find_conflict
 from robosandbox.world.predicate import View
+from robosandbox.world.solve import solve
 from robosandbox.world.verifier import Constraints, verify
 
 SKILLS = load_skills()
@@ -104,7 +106,7 @@ def test_plans_for_towers_are_as_short_as_a_references(count: int) -> None:
     for _ in range(12):
         start, goal = drawn(names, draw), drawn(names, draw)
         scene = block_scene(start)
-        answer = achieve(facts_of(goal), scene, SKILLS)
+        answer = solve(facts_of(goal), scene, SKILLS)
         assert isinstance(answer, Plan), (start, goal, answer)
         end = verify(answer, scene, SKILLS).end
         assert all(find(one, View.of(end)).holds for one in facts_of(goal))
@@ -130,7 +132,7 @@ BOWL = thing("bowl", "bowl", (0.06, 0.045), (0.0, 0.3, 0.04))
     ],
 )
 def test_what_a_goal_needs_is_done_first_and_drawers_are_left_as_they_were(goal: str, calls: str) -> None:
-    answer = achieve(parse_facts(goal), scene_of(DRAWER, CUBE, BALL, BOWL), SKILLS)
+    answer = solve(parse_facts(goal), scene_of(DRAWER, CUBE, BALL, BOWL), SKILLS)
     assert isinstance(answer, Plan), answer
     assert [call.skill for call in answer.steps] == calls.split()
 
@@ -146,7 +148,7 @@ def test_what_a_goal_needs_is_done_first_and_drawers_are_left_as_they_were(goal:
     ],
 )
 def test_why_there_is_no_plan_is_said(goal: str, constraints: Constraints, cause: str) -> None:
-    answer = achieve(parse_facts(goal), scene_of(DRAWER, CUBE, BALL, BOWL), SKILLS, constraints=constraints)
+    answer = solve(parse_facts(goal), scene_of(DRAWER, CUBE, BALL, BOWL), SKILLS, constraints=constraints)
     assert isinstance(answer, Refusal) and cause in answer.message
 
 
@@ -155,7 +157,7 @@ TOWER = block_scene({"a": None, "b": None, "c": "a", "d": "c"})
 
 
 def planned_for(goal: str, scene: ObservedScene, **asked: object) -> list[str]:
-    answer = achieve(parse_facts(goal), scene, SKILLS, **asked)  # type: ignore[arg-type]
+    answer = solve(parse_facts(goal), scene, SKILLS, **asked)  # type: ignore[arg-type]
     assert isinstance(answer, Plan), answer
     return [str(call) for call in answer.steps]
 
@@ -170,7 +172,7 @@ def planned_for(goal: str, scene: ObservedScene, **asked: object) -> list[str]:
     ],
 )
 def test_goals_that_exclude_one_another_are_told(goal: str, cause: str) -> None:
-    answer = achieve(parse_facts(goal), scene_of(TRAY, *TOWER.objects), SKILLS)
+    answer = solve(parse_facts(goal), scene_of(TRAY, *TOWER.objects), SKILLS)
     assert isinstance(answer, Refusal) and cause in answer.message
 
 
@@ -181,7 +183,7 @@ def test_things_of_one_tower_that_go_to_the_table_do_not_exclude_one_another() -
 
 def test_what_is_in_the_way_is_put_back_where_that_is_asked() -> None:
     assert planned_for("on(a, b)", TOWER)[-1] == "stack(object=a, target=b)"
-    answer = achieve(parse_facts("on(a, b)"), TOWER, SKILLS, constraints=Constraints(put_back=True))
+    answer = solve(parse_facts("on(a, b)"), TOWER, SKILLS, constraints=Constraints(put_back=True))
     assert isinstance(answer, Plan)
     end = verify(answer, TOWER, SKILLS).end
     place = {name: tuple(round(v, 2) for v in end.find(name).pose.xyz[:2]) for name in "cd"}  # type: ignore[union-attr]
@@ -189,7 +191,7 @@ def test_what_is_in_the_way_is_put_back_where_that_is_asked() -> None:
 
 
 def test_verifier_holds_a_plan_to_putting_back() -> None:
-    answer = achieve(parse_facts("on(a, b)"), TOWER, SKILLS)
+    answer = solve(parse_facts("on(a, b)"), TOWER, SKILLS)
     assert isinstance(answer, Plan)
     asked = Constraints(put_back=True, end=(fact("on", "a", "b"),))
     problems = verify(answer, TOWER, SKILLS, constraints=asked).problems
@@ -212,15 +214,16 @@ def test_what_the_robot_denies_of_a_plan_is_searched_around() -> None:
     robot = LameOnTheLeft()
     calls = planned_for("clear(a)", TOWER, robot=robot)
     assert all("y=-" in call for call in calls if call.startswith("place_at")) and robot.asked
-    answer = achieve(parse_facts("at(b, 0.1, 0.2)"), TOWER, SKILLS, robot=robot)
+    answer = solve(parse_facts("at(b, 0.1, 0.2)"), TOWER, SKILLS, robot=robot)
     assert isinstance(answer, Refusal) and "it is on the left" in answer.message
 
 
 def test_call_that_has_failed_is_planned_around() -> None:
     first = planned_for("clear(c)", TOWER)
-    failed = [SkillCall(skill="stack", arguments={"object": "d", "target": "b"})]
-    assert [str(call) for call in failed] == first
-    assert planned_for("clear(c)", TOWER, failed=failed)[0] == "pick(object=d)"
+    failed = SkillCall(skill="stack", arguments={"object": "d", "target": "b"})
+    assert [str(failed)] == first
+    tried = Attempt(completed=(), failed=failed, error=CollisionError("the hand meets b", phase=Phase.PLAN).failure)
+    assert planned_for("clear(c)", TOWER, tried=[tried])[0] == "pick(object=d)"
 
 
 @pytest.mark.parametrize("number", range(0, 80, 9))

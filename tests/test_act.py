@@ -108,7 +108,11 @@ def test_looking_checking_and_trying_out_move_nothing(world: EmbeddedWorkcell) -
     assert all(after.objects[name].pose == item.pose for name, item in before.objects.items())
     looked, wrong, left = results(server.requests[2])
     assert {thing["id"] for thing in looked["scene"]["objects"]} >= {"red_cube", "grey_bin"}
-    assert not wrong["ok"] and wrong["problems"][0]["help"] == "pick something first" and "not_begun" in left
+    assert (
+        not wrong["ok"]
+        and wrong["problems"][0]["error"]["message"].endswith("pick something first")
+        and "not_begun" in left
+    )
     checked, tried = results(server.requests[3])
     assert checked == {"ok": True, "problems": []}
     assert tried["ok"] and tried["would_work"] == ["pick(object=red_cube)", "place_in(container=grey_bin)"]
@@ -120,7 +124,10 @@ def test_a_call_that_lacks_something_is_turned_down_with_the_cause_and_nothing_m
     with ScriptedServer(NO_SCHEMA, tool_calls(PLACE, PICK), refuse) as server:
         episode = act(world, server)
     place, pick = results(server.requests[2])
-    assert place["turned_down"][0]["cause"] == "the gripper is empty" and place["error"]["code"] == "not_holding"
+    assert (
+        place["turned_down"][0]["error"]["message"].startswith("the gripper is empty")
+        and place["error"]["code"] == "not_holding"
+    )
     assert pick["not_begun"] == "place_in before it did not work"
     assert not episode.steps and not episode.attempts and world.observe().held is None
 

@@ -22,11 +22,11 @@ from robosandbox.errors import (
     GoalTimeoutError,
     GraspError,
     InputError,
-    PushError,
     SensorError,
 )
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.push import PushError
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.workcell.session import open_session
 from robosandbox.world.contracts import Contract
@@ -59,6 +59,7 @@ class Clock:
     simulation = None
     senses = None
     fault = ""
+    control_timestep = 0.01
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -73,8 +74,8 @@ class Clock:
         pass
 
     def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
-        for _ in range(round(seconds / 0.01)):
-            self.time += 0.01
+        for _ in range(round(seconds / self.control_timestep)):
+            self.time += self.control_timestep
             self.loop.ticked(self.stop, guards)
 
 

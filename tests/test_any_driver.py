@@ -24,11 +24,12 @@ from robosandbox.apps.export.lerobot import export_lerobot
 from robosandbox.apps.viewer.app import Viewer
 from robosandbox.apps.viewer.connected import ConnectedSource
 from robosandbox.apps.viewer.embedded import EmbeddedSource
-from robosandbox.apps.viewer.operator import Came, Complaint, News
+from robosandbox.apps.viewer.news import Came, Complaint, News
 from robosandbox.apps.viewer.replay import recorded_frames
 from robosandbox.apps.viewer.source import Frame
 from robosandbox.errors import InputError, UnsupportedError
 from robosandbox.types import Pose
+from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.recording.drawing import contact_force, frames, plot, world_of
 from robosandbox.workcell.recording.episode import RecordedEpisode
@@ -134,11 +135,12 @@ def test_a_state_file_of_hardware_is_refused_before_it_is_served(tmp_path: Path)
 @pytest.fixture(scope="module")
 def watched() -> Iterator[tuple[Viewer, list[Frame], list[News]]]:
     session = open_session(_TASK, driver="hardware", driver_options={"seed": 3}, perception="rgbd")
-    viewer = Viewer(EmbeddedSource(session, lambda task, robot: session), 0)
+    viewer = Viewer(EmbeddedSource(WorkcellHost(session, pace="watched")), 0)
     frames: list[Frame] = []
     news: list[News] = []
     viewer.control.listeners.append(news.append)
     viewer.stream.start()
+    viewer.source.host.start()
     viewer.source.start(frames.append, lambda loaded: None)
     yield viewer, frames, news
     viewer.stop()
@@ -146,9 +148,7 @@ def watched() -> Iterator[tuple[Viewer, list[Frame], list[News]]]:
 
 def finish(viewer: Viewer) -> None:
     """Wait until nothing is under way."""
-    idle = threading.Event()
-    viewer.source.order(idle.set)
-    assert idle.wait(60.0)
+    assert viewer.source.host.wait_idle(60.0)
 
 
 @pytest.mark.slow
@@ -157,7 +157,7 @@ def test_the_viewer_draws_what_is_believed_of_hardware(watched: tuple[Viewer, li
     viewer, frames, news = watched
     viewer.control.run("pick up the red cube")
     finish(viewer)
-    came, verdict = (item.answer for item in news if isinstance(item, Came))
+    came, verdict = (item.result for item in news if isinstance(item, Came))
     assert came.failure is None and verdict.data["success"]
     last = frames[-1]
     assert viewer.source.blueprint.model is last.model
@@ -192,7 +192,7 @@ def test_the_viewer_says_what_dragging_and_resetting_need(watched: tuple[Viewer,
 @pytest.mark.gl
 def test_a_viewer_of_a_sim_process_draws_what_is_believed_of_hardware(sim: SimProcess) -> None:
     with connect(sim.endpoint) as client:
-        source = ConnectedSource(RemoteWorkcell(client.robot()))
+        source = ConnectedSource(WorkcellHost(RemoteWorkcell(client.robot())))
         came = threading.Event()
         frames: list[Frame] = []
 
@@ -200,13 +200,15 @@ def test_a_viewer_of_a_sim_process_draws_what_is_believed_of_hardware(sim: SimPr
             frames.append(frame)
             came.set()
 
+        source.host.start()
         source.start(take, lambda loaded: None)
         try:
             assert came.wait(20.0)
             assert "red_cube" in source.blueprint.object_bodies
             assert frames[0].model is source.blueprint.model
         finally:
-            source.close()
+            source.stop()
+            source.host.close()
 
 
 # Recording.

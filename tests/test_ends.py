@@ -26,9 +26,9 @@ GoalNews.feedback = panic
 SILENCE = """
 import threading
 from robosandbox.apps.commands import sim
-from robosandbox.workcell.zenoh.server.execution import Executor
+from robosandbox.workcell.host import WorkcellHost
 sim._MOST_SILENT_SECONDS = 1.0
-Executor.execute = lambda *_: threading.Event().wait()
+WorkcellHost.perform = lambda *_: threading.Event().wait()
 """
 
 
@@ -42,10 +42,9 @@ Executor.execute = lambda *_: threading.Event().wait()
 def test_a_sim_whose_world_is_stuck_ends_with_a_line_and_code_3(fault: str, said: str, tmp_path: Path) -> None:
     log = tmp_path / "log"
     with SimProcess(log=log, first=fault) as sim, connect(sim.endpoint, reconnect=1.0) as client:
-        goal = client.robot().send("home")
-        assert sim.ended() == 3
         with pytest.raises(ServiceUnavailableError):
-            goal.wait(30.0)
+            client.robot().send("home").wait(30.0)
+        assert sim.ended() == 3
     assert said in log.read_text()
 
 

@@ -11,14 +11,15 @@ from support.performing import bound
 
 from robosandbox.driver import Capabilities
 from robosandbox.driver.force import ForceGuard
-from robosandbox.errors import LimitError, Phase, PushError
-from robosandbox.evidence import LimitEvidence, PushEvidence
+from robosandbox.errors import LimitError, Phase
+from robosandbox.evidence import LimitEvidence
 from robosandbox.perception.sensed import SensedDriver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.primitives.sliding import slides_under
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.push import PushError, PushEvidence
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import Array, Limits, Pose, Scene, SceneObject, SkillCall, SkillResult, Trajectory, force_limits
 from robosandbox.workcell.embedded import EmbeddedWorkcell

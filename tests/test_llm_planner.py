@@ -299,7 +299,7 @@ def test_reading_any_text_ends_in_a_call_or_a_correction(text: str) -> None:
         (says('{"objects": ["red_cube"]}'), "calls nothing"),
         (tool_calls(("refuse", '{"code": "ambiguous", "message": " "}')), "says nothing"),
         (tool_calls(("plan", '{"steps": [{"skill"'), finish="length"), "cut off"),
-        (plan(("explode", {})), "there is no skill 'explode'"),
+        (plan(("explode", {})), "no skill 'explode'"),
         (plan(("pik", {"object": "red_cube"})), "did you mean 'pick'"),
         (plan(("pick", {"object": "elephant"})), "no object 'elephant'"),
         (plan(("pick", {"object": "red cube"})), "did you mean 'red_cube'"),

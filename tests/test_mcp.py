@@ -29,6 +29,7 @@ from robosandbox.apps.mcp.robot import McpRobot
 from robosandbox.apps.mcp.server import build_server
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.session import open_session
 
 PROGRAM = mcp_command()
@@ -51,7 +52,9 @@ async def over_http(*arguments: str) -> AsyncIterator[Client]:
 
 
 def here(session: EmbeddedWorkcell, timeout: float = 120.0) -> McpRobot:
-    return McpRobot(session, timeout=timeout)
+    host = WorkcellHost(session)
+    host.start()
+    return McpRobot(host, timeout=timeout)
 
 
 @contextlib.asynccontextmanager

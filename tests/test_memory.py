@@ -15,7 +15,7 @@ from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.world import World
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.session import open_session
-from robosandbox.workcell.zenoh.server.studio import Studio
+from robosandbox.workcell.studio import Studio
 
 
 def pick(object_id: str) -> Plan:

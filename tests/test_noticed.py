@@ -11,12 +11,13 @@ from support.behind import backend
 from support.listening import on_phases
 
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
-from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError, PushError
-from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence, TrackingEvidence
+from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError
+from robosandbox.evidence import GraspEvidence, PlacementEvidence, TrackingEvidence
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.primitives.gripping import needed_force
 from robosandbox.skills.primitives.guarded import MetError, follow_free
 from robosandbox.skills.primitives.manipulator import Manipulator, raised
+from robosandbox.skills.push import PushError, PushEvidence
 from robosandbox.types import Pose, Scene, SceneObject, SkillCall, Trajectory
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
@@ -399,11 +400,17 @@ def test_a_hand_on_the_destination_of_what_it_carries_counts_as_touching_it() ->
         assert monitor.worst_force > 0.0
 
 
+def swing(q: np.ndarray, goal: np.ndarray) -> Trajectory:
+    """A way that begins and ends at rest."""
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 120))[:, None]
+    return Trajectory(q=q + share * (goal - q), dt=0.01)
+
+
 def test_an_arm_that_is_stopped_stays_where_it_was_stopped() -> None:
     with world(CUBE) as (session, _):
         sim, stopped = session.driver, list[np.ndarray]()
         goal = sim.state().q + 0.5
-        way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
+        way = swing(sim.state().q, goal)
 
         def guard() -> Exception | None:
             if sim.state().q[0] < goal[0] - 0.25:
@@ -421,7 +428,7 @@ def test_an_arm_whose_watcher_fails_stays_where_it_was() -> None:
     with world(CUBE) as (session, _):
         sim, at = session.driver, list[np.ndarray]()
         goal = sim.state().q + 0.5
-        way = Trajectory(q=np.linspace(sim.state().q, goal, 50), dt=0.01)
+        way = swing(sim.state().q, goal)
 
         def watch() -> None:
             if not at and sim.state().q[0] > goal[0] - 0.25:

@@ -82,8 +82,10 @@ def test_plans_are_made_checked_and_tried(client: JsonClient) -> None:
     plan = client.order("plan", prompt="pick up the red cube")["answer"]["plan"]
     assert plan == STEPS and client.order("check", steps=plan)["answer"]["ok"]
     assert client.order("simulate", steps=plan)["answer"]["would_work"] == ["pick(object=red_cube)"]
-    assert client.ask("obs/state")["held"] is None
-    assert client.order("follow", steps=plan)["status"] == "succeeded" and client.ask("obs/state")["held"] == "red_cube"
+    assert client.ask("obs/state")["hands"] == {"hand": None}
+    assert client.order("follow", steps=plan)["status"] == "succeeded" and client.ask("obs/state")["hands"] == {
+        "hand": "red_cube"
+    }
 
 
 def test_goals_are_reached_and_the_task_is_judged(client: JsonClient) -> None:

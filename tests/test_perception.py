@@ -7,7 +7,6 @@ from support.behind import backend
 
 from robosandbox.apps.cli import app
 from robosandbox.apps.commands.console import run_app
-from robosandbox.driver import Simulated
 from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
@@ -342,12 +341,11 @@ def test_neither_skills_nor_planner_reach_the_simulated_truth(session, monkeypat
         raise AssertionError("the simulated state was read")
 
     with monkeypatch.context() as patch:
-        for name in ("truth", "held", "arm_contacts", "snapshot", "fork", "object_bodies", "world"):
+        for name in ("truth", "in_hands", "contacts", "snapshot", "fork", "object_bodies", "world"):
             patch.setattr(MuJoCoBackend, name, property(refuse) if name in ("object_bodies", "world") else refuse)
         episode = session.run()
     assert episode.success and session.judge().success
-    assert not isinstance(session.ctx.driver, Simulated)
-    assert not hasattr(session.ctx.driver, "truth")
+    assert session.ctx.driver.simulation is None and session.ctx.driver.referee is None
 
 
 @pytest.mark.gl
@@ -393,10 +391,12 @@ def test_a_reset_forgets_what_was_seen_before(session):
 
 @pytest.mark.gl
 def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch):
-    whole = session.driver.senses.capture
-    monkeypatch.setattr(
-        session.driver, "capture", lambda name: replace(whole(name), rgb=np.zeros((480, 640, 3), np.uint8))
-    )
+    whole = session.mujoco.capture
+
+    def dark(name, window=None):
+        return replace(whole(name, window), rgb=np.zeros((480, 640, 3), np.uint8))
+
+    monkeypatch.setattr(session.mujoco, "capture", dark)
     scene = session.observe()
     assert scene.objects == () and len(scene.notes) == 3 and "too dark" in scene.notes[0]
 

@@ -85,7 +85,7 @@ def test_a_thing_is_picked_by_the_models_name_without_the_simulated_truth(monkey
 
     with ScriptedServer(points(("apple", *at["red_cube"]))) as server, session_on(server) as session:
         with monkeypatch.context() as patch:
-            for name in ("truth", "held", "snapshot", "fork"):
+            for name in ("truth", "in_hands", "snapshot", "fork"):
                 patch.setattr(MuJoCoBackend, name, refuse)
             episode = session.run("pick up the apple")
             held = session.observe().held

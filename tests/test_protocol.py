@@ -15,7 +15,7 @@ from support.processes import SimProcess
 from robosandbox.errors import Failure
 from robosandbox.types import ArmState, Grasp, GraspSearch, GripperState, Observation, Pose, Trajectory, frozen_array
 from robosandbox.workcell.zenoh.client import connect
-from robosandbox.workcell.zenoh.messages import Feedback, Goal, Intended, SendGoal, State, decode
+from robosandbox.workcell.zenoh.messages import Feedback, Goal, GoalIntent, SendGoal, State, decode
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -33,10 +33,10 @@ def test_values_come_back_from_the_wire_as_they_were() -> None:
     pose = Pose(xyz=(0.1, 0.0, 0.2))
     grasp = Grasp(object="mug", tcp_pose=pose, width=0.03, quality=0.5, how="rim")
     goal_id = "2b2a598c-17ec-499e-9e06-4558f2c5bc3f"
-    told = decode(Intended(goal_id=goal_id, intent=GraspSearch(candidates=(grasp,), chosen=0)).encode(), Intended)
+    told = decode(GoalIntent(goal_id=goal_id, intent=GraspSearch(candidates=(grasp,), chosen=0)).encode(), GoalIntent)
     assert told.intent == GraspSearch(candidates=(grasp,), chosen=0)
     path = Trajectory(q=frozen_array([[0.0, 0.5], [0.25, 0.75]]), dt=0.1)
-    back = decode(Intended(goal_id=goal_id, intent=path).encode(), Intended).intent
+    back = decode(GoalIntent(goal_id=goal_id, intent=path).encode(), GoalIntent).intent
     assert isinstance(back, Trajectory) and back.dt == path.dt and not back.q.flags.writeable
     np.testing.assert_array_equal(back.q, path.q)
     gripper = GripperState(joint=0.01, width=0.02, closed=0.5, force=None, commanded=0.4)

@@ -27,6 +27,7 @@ from robosandbox.apps.repl.showing import object_names, scene_table
 from robosandbox.cache import state_file
 from robosandbox.errors import CancelledError, RenderingError
 from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_session
 from robosandbox.workcell.zenoh.client import connect
@@ -252,7 +253,7 @@ def test_stop_typed_while_it_moves_stops_it_and_other_lines_wait_their_turn(peop
 
 def test_a_robot_is_checked_tried_and_judged_in_the_conversation():
     with open_session("pick_from_three") as session:
-        shell = Shell(session)
+        shell = Shell(WorkcellHost(session))
         assert shell.execute("/simulate pick up the green cube").text == "pick(object=green_cube): would work"
         assert shell.execute("/check").text == "pick(object=green_cube): nothing speaks against it"
         assert "gripper is empty" in shell.execute("/check place_on(target=green_cube)").text
@@ -365,7 +366,7 @@ def test_what_others_asked_for_can_be_cancelled_and_a_reset_undone(endpoint):
     with connect(endpoint) as other, connect(endpoint) as client:
         robot = client.robot()
         session = RemoteWorkcell(robot, WorkcellOptions(dialogue=True))
-        shell = Shell(session, Link(client, robot))
+        shell = Shell(WorkcellHost(session), Link(client, robot))
         goal = other.robot().send("pick", {"object": "red_cube"})
         assert any(feedback is not None for feedback in goal.follow())
         assert shell.execute("/cancel").text == "cancelled: pick"
@@ -374,7 +375,7 @@ def test_what_others_asked_for_can_be_cancelled_and_a_reset_undone(endpoint):
         assert shell.execute("/reset 3").text == "reset: pick_from_three with seed 3"
         start = session.start
         assert shell.execute("/reset 4").code == EXIT_DONE and session.seed == 4
-        assert shell.execute("/undo").text == "undone: /reset 4"
+        assert shell.execute("/undo").text == "undone: reset to seed 4"
         assert session.seed == 3 and session.start is start
 
 
@@ -472,7 +473,7 @@ def test_wrong_options_are_one_line(options, code, named, capsys):
 @pytest.fixture(scope="module")
 def shell() -> Iterator[Shell]:
     with open_session(dialogue=True) as session:
-        yield Shell(session)
+        yield Shell(WorkcellHost(session))
 
 
 @pytest.mark.parametrize(
@@ -509,14 +510,14 @@ def test_words_of_other_programs_leave_and_help_too(shell):
 
 def test_reset_is_undone_like_everything_else():
     with open_session() as session:
-        shell = Shell(session)
+        shell = Shell(WorkcellHost(session))
         before = session.observe().objects
         assert shell.execute("/reset 3").text == "reset: pick_from_three with seed 3"
         assert session.observe().objects != before and session.seed == 3
-        assert shell.execute("/undo").text == "undone: /reset 3"
+        assert shell.execute("/undo").text == "undone: reset to seed 3"
         assert session.seed == 0
         assert [item.pose for item in session.observe().objects] == [item.pose for item in before]
-        assert "/undo -> undone: /reset 3" in shell.execute("/log").text
+        assert "/undo -> undone: reset to seed 3" in shell.execute("/log").text
 
 
 def test_a_photo_without_opengl_is_a_line_with_the_remedy(shell, monkeypatch, tmp_path):
@@ -530,7 +531,7 @@ def test_a_photo_without_opengl_is_a_line_with_the_remedy(shell, monkeypatch, tm
 @pytest.mark.gl
 def test_photos_are_of_the_kind_that_their_names_say(tmp_path):
     with open_session() as session:
-        shell = Shell(session)
+        shell = Shell(WorkcellHost(session))
         try:
             session.picture("scene")
         except RenderingError as error:

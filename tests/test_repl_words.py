@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from robosandbox.apps.repl.shell import Shell
+from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.session import open_session
 from robosandbox.workcell.workcell import Workcell
 
 
 def test_a_command_may_be_said_without_its_slash() -> None:
     with open_session(dialogue=True) as session:
-        shell = Shell(session)
+        shell = Shell(WorkcellHost(session))
         assert shell.execute("again").text == "/again: nothing was said yet; say what to do first"
         assert shell.execute("Undo.").text == "nothing to undo"
         assert shell.execute("stop").text == "nothing runs; Ctrl-C stops what does"

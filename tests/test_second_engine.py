@@ -49,7 +49,8 @@ def test_it_is_commanded_within_the_limits_alone_and_seen_to_stand_after_a_stop(
     goal = q + 0.5 * np.eye(len(q))[0]
     with pytest.raises(LimitError, match=r"would move at 5 rad/s .* its limit is 2\.17"):
         safe.arms["arm"].follow(Trajectory(q=np.array([q, goal]), dt=0.1))
-    safe.arms["arm"].follow(Trajectory(q=np.array([q, goal]), dt=0.25))
+    share = (1.0 - np.cos(np.linspace(0.0, np.pi, 61))) / 2.0
+    safe.arms["arm"].follow(Trajectory(q=q + share[:, None] * (goal - q), dt=0.01))
     safe.stop()
     safe.wait(safe.safety.stop_deadline)
     assert safe.safety.mode == "stopped" and safe.safety.stopped_after is not None

@@ -478,7 +478,7 @@ def test_references_are_what_a_task_file_must_have() -> None:
         assert [(part, name) for part, name, _ in check(**fields).references()] == named
     kinds = {kind for _, _, kinds in check(**IN_TRAY).references() for kind in kinds}
     assert {"bin", "drawer", "bowl", "cup"} <= kinds and "box" not in kinds
-    assert [set(kinds) for _, _, kinds in check(**CLOSED).references()] == [{"drawer"}]
+    assert [set(kinds) for _, _, kinds in check(**CLOSED).references()] == [{"drawer", "part"}]
 
 
 # What carries a thing, and whether it is at rest: by forces at its contacts.

@@ -7,10 +7,9 @@ from support.behind import backend
 from support.performing import perform
 
 from robosandbox.driver import Driver
-from robosandbox.errors import CollisionError, TapError
-from robosandbox.evidence import TapEvidence
+from robosandbox.errors import CollisionError
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.skills.tap import Tap
+from robosandbox.skills.tap import Tap, TapError, TapEvidence
 from robosandbox.types import ObservedScene, Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session

@@ -158,7 +158,8 @@ POSSIBLE = [
 def test_impossible_plan_is_refused_with_its_cause(task: str, text: str, step: int, relation: str) -> None:
     found = check(task, text).problems
     assert [(problem.step, problem.relation.relation) for problem in found] == [(step, relation)]
-    assert found[0].cause and found[0].help
+    cause, _, remedy = found[0].error.message.partition("; ")
+    assert cause and remedy
 
 
 @pytest.mark.parametrize(
@@ -166,7 +167,7 @@ def test_impossible_plan_is_refused_with_its_cause(task: str, text: str, step: i
 )
 def test_turn_takes_an_angle_or_something_to_align_with(given: str, said: str) -> None:
     [problem] = check("stack_three", f"turn {given}").problems
-    assert problem.relation == fact("arguments", "turn") and said in problem.cause
+    assert problem.relation == fact("arguments", "turn") and said in problem.error.message
 
 
 @pytest.mark.parametrize(("task", "text"), POSSIBLE)

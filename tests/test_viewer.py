@@ -38,9 +38,9 @@ from robosandbox.apps.viewer.app import Viewer
 from robosandbox.apps.viewer.connected import ConnectedSource
 from robosandbox.apps.viewer.dragging import level
 from robosandbox.apps.viewer.embedded import EmbeddedSource
-from robosandbox.apps.viewer.framing import FOV, View, Window, first_view
+from robosandbox.apps.viewer.framing import FOV, Viewpoint, Window, first_view
 from robosandbox.apps.viewer.layers.grasps import glyph
-from robosandbox.apps.viewer.operator import Began, Came, Complaint, Doing, News, Presence, Went
+from robosandbox.apps.viewer.news import Began, Came, Complaint, Doing, News, Presence, Went
 from robosandbox.apps.viewer.panels.order_form import answer_form
 from robosandbox.apps.viewer.panels.prompt import PromptPanel
 from robosandbox.apps.viewer.panels.repairs import RepairsPanel
@@ -48,12 +48,12 @@ from robosandbox.apps.viewer.panels.strip import Lane, strip
 from robosandbox.apps.viewer.server import open_server
 from robosandbox.apps.viewer.sidecar_file import Changes, SidecarFile
 from robosandbox.apps.viewer.source import Frame
-from robosandbox.apps.viewer.timeline import Phase, Recording, Timeline
+from robosandbox.apps.viewer.timeline import PhaseSpan, Recording, Timeline
 from robosandbox.errors import InputError
 from robosandbox.robots.locate import resolve_robot
-from robosandbox.tasks.task import Task
 from robosandbox.types import Array, GraspSearch, Scene, Trajectory
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.options import USUAL
 from robosandbox.workcell.session import open_session
 from robosandbox.workcell.zenoh.client import connect
@@ -79,10 +79,8 @@ def browser() -> Iterator[Browser]:
 
 @contextmanager
 def serving(task: str, robot: str | None = None, *, what_if: bool = True, max_replans: int = 3) -> Iterator[Viewer]:
-    def open_it(task: Task | str, robot: str | None) -> EmbeddedWorkcell:
-        return open_session(task, robot=robot, render_size=(120, 160), what_if=what_if, max_replans=max_replans)
-
-    viewer = Viewer(EmbeddedSource(open_it(task, robot), open_it), 0)
+    cell = open_session(task, robot=robot, render_size=(120, 160), what_if=what_if, max_replans=max_replans)
+    viewer = Viewer(EmbeddedSource(WorkcellHost(cell, pace="watched")), 0)
     viewer.start()
     try:
         yield viewer
@@ -144,7 +142,7 @@ class Desk:
 
 @pytest.fixture
 def desk(open_viewer: Viewer, first_page: Page) -> Iterator[Desk]:
-    session = open_viewer.source.workcell
+    session = open_viewer.source.host.cell
     assert isinstance(session, EmbeddedWorkcell)
     listeners, made = list(open_viewer.control.listeners), Desk(open_viewer, session, first_page)
     yield made
@@ -285,7 +283,7 @@ def test_what_runs_is_what_the_box_shows_however_fast_it_is_typed_or_pasted(
 @needs_chromium
 @pytest.mark.parametrize("by", ["button", "scene"])
 def test_a_question_is_answered_by_a_click(first_three: Page, three: Viewer, by: str) -> None:
-    page, session = first_three, three.source.workcell
+    page, session = first_three, three.source.host.cell
     three.control.reset(0)
     page.get_by_text("seed 0", exact=True).wait_for(timeout=1000 * PATIENCE)
     say(page, "pick up the cube")
@@ -468,7 +466,7 @@ def test_an_unreachable_pose_is_drawn_beside_the_nearest_reachable_one(browser: 
 @pytest.mark.slow
 def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Browser, tmp_path: Path) -> None:
     with serving(task_file(tmp_path, ENCLOSED), max_replans=0) as viewer, page_of(browser, viewer) as page:
-        session = viewer.source.workcell
+        session = viewer.source.host.cell
         assert isinstance(session, EmbeddedWorkcell)
         button(page, "Run").click()
         page.get_by_text("collision during plan").wait_for(timeout=1000 * PATIENCE)
@@ -484,7 +482,7 @@ def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Brow
 @pytest.mark.slow
 def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
-        session = viewer.source.workcell
+        session = viewer.source.host.cell
         assert isinstance(session, EmbeddedWorkcell)
         before = session.driver.state().tcp_pose.position
         page.keyboard.press("u")
@@ -522,9 +520,9 @@ def test_two_browsers_see_the_same_world_and_another_one_can_be_loaded(browser: 
         one.get_by_role("option", name="pick_from_three", exact=True).click()
         button(one, "Load").click()
         two.get_by_text("loaded pick_from_three").wait_for(timeout=1000 * PATIENCE)
-        assert viewer.source.workcell.task.name == "pick_from_three"
+        assert viewer.source.host.cell.task.name == "pick_from_three"
         assert scene_names(viewer, "green_cube")
-        assert field(two, "Prompt").input_value() == viewer.source.workcell.task.prompt
+        assert field(two, "Prompt").input_value() == viewer.source.host.cell.task.prompt
 
 
 @needs_chromium
@@ -551,20 +549,20 @@ def test_a_slider_writes_the_sidecar_back_with_its_comments(browser: Browser, tm
 def test_a_picture_with_what_perception_sees_is_rendered_only_when_asked_for(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         source = viewer.source
-        assert isinstance(source, EmbeddedSource) and source.pictures == 0
+        assert isinstance(source, EmbeddedSource) and source.host.studio.frames == 0
         page.get_by_role("tab", name="Camera").click()
         page.get_by_text("Live picture", exact=True).locator("xpath=following::input[1]").check()
         page.get_by_text("red box at").wait_for(timeout=1000 * PATIENCE)
-        assert source.pictures == 1
+        assert source.host.studio.frames == 1
         time.sleep(0.5)
-        assert source.pictures == 1, "nothing moves, so nothing is drawn"
+        assert source.host.studio.frames == 1, "nothing moves, so nothing is drawn"
 
 
 @needs_chromium
 @pytest.mark.slow
 def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer):
-        session = viewer.source.workcell
+        session = viewer.source.host.cell
         assert isinstance(session, EmbeddedWorkcell)
         wait_until(lambda: viewer.stream.drawn > 0, "the first frame")
         time.sleep(1.0)
@@ -582,7 +580,7 @@ def colour_of(page: Page, name: str) -> str:
 @needs_chromium
 def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
-        session = viewer.source.workcell
+        session = viewer.source.host.cell
         assert isinstance(session, EmbeddedWorkcell)
         # However slowly the browser draws: half a second into the run the arm waits until the page was looked at.
         looked = threading.Event()
@@ -643,7 +641,7 @@ def test_what_a_person_stopped_is_no_failure_to_repair() -> None:
         control.listeners.append(lambda news: ended.append(news) if isinstance(news, Came) else None)
         control.run("pick up the red cube")
         wait_until(lambda: bool(ended) and control.doing is Doing.NOTHING, "the end")
-        assert ended[0].answer.data["reason"] == "cancelled" and not repairs._folder.visible
+        assert ended[0].result.data["reason"] == "cancelled" and not repairs._folder.visible
 
 
 def test_a_complaint_does_not_stand_under_the_order_before() -> None:
@@ -655,7 +653,7 @@ def test_a_complaint_does_not_stand_under_the_order_before() -> None:
         assert "the prompt is empty" in prompt._board.content and "asdf" not in prompt._board.content
 
 
-def projected(points: Array, view: View, window: Window) -> Array:
+def projected(points: Array, view: Viewpoint, window: Window) -> Array:
     """Return where points (k, 3) lie in a picture, from -1 to 1 to the right and upwards, shape (k, 2)."""
     forward = (view.look_at - view.position) / np.linalg.norm(view.look_at - view.position)
     right = np.cross(forward, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(forward, [0.0, 0.0, 1.0]))
@@ -669,7 +667,7 @@ def projected(points: Array, view: View, window: Window) -> Array:
 @pytest.mark.parametrize("task", ["pick_cube_franka", "sort_by_colour", "put_in_drawer"])
 def test_the_first_view_has_all_objects_and_the_gripper_in_the_free_part(task: str, window: Window) -> None:
     with open_session(task) as session:
-        source = EmbeddedSource(session, lambda task, robot: session)
+        source = EmbeddedSource(WorkcellHost(session))
         view = first_view(source.blueprint, window)
         seen = session.observe()
         places = np.array([item.pose.position for item in seen.objects] + [session.driver.state().tcp_pose.position])
@@ -686,7 +684,7 @@ def test_the_strip_keeps_peaks_marks_what_failed_and_has_units() -> None:
     seconds = np.linspace(10.0, 20.0, 3000)
     speed = np.zeros(3000)
     speed[1234] = 42.0
-    phases = (Phase("approach", 10.0), Phase("<descend>", 15.0, failed=True))
+    phases = (PhaseSpan("approach", 10.0), PhaseSpan("<descend>", 15.0, failed=True))
     recording = Recording(seconds=seconds, values=speed[:, None], phases=phases)
     drawn = strip(recording, (Lane("Joint speed", "°/s", "blue", 10.0),))
     points = re.search(r'points="([^"]*)"', drawn)
@@ -700,7 +698,7 @@ def test_the_strip_keeps_peaks_marks_what_failed_and_has_units() -> None:
 
 def test_a_step_back_begins_the_timeline_anew() -> None:
     with open_session("pick_cube_franka") as session:
-        blueprint = EmbeddedSource(session, lambda task, robot: session).blueprint
+        blueprint = EmbeddedSource(WorkcellHost(session)).blueprint
         timeline = Timeline()
         at = session.driver.state()
         for seconds in (1.0, 1.5, 1.5, 0.5):
@@ -761,7 +759,7 @@ def test_paths_and_grasps_are_in_the_event_stream() -> None:
 @pytest.mark.slow
 def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
     with SimProcess("--task", "stack_two") as sim, connect(sim.endpoint) as client:
-        source = ConnectedSource(RemoteWorkcell(client.robot()))
+        source = ConnectedSource(WorkcellHost(RemoteWorkcell(client.robot())))
         viewer = Viewer(source, 0)
         frames: list[Frame] = []
         news: list[object] = []
@@ -773,17 +771,18 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
                 clock.see(frame.seen.time)
             frames.append(frame)
 
+        source.host.start()
         source.start(take, lambda loaded: None)
         try:
             wait_until(lambda: bool(frames), "a first frame")
-            viewer.control.run(source.workcell.task.prompt)
+            viewer.control.run(source.host.cell.task.prompt)
             wait_until(lambda: any(isinstance(item, Intended) for item in news), "a path")
             wait_until(lambda: frames[-1].seen.time > frames[0].seen.time + 2.0, "the arm moves")
             moving = [frame for frame in frames if np.abs(frame.seen.qd).max() > 0.05]
             viewer.control.stop()
             wait_until(lambda: any(isinstance(item, Came) for item in news), "the end")
             (came,) = [item for item in news if isinstance(item, Came)]
-            assert came.answer.data["reason"] == "cancelled"
+            assert came.result.data["reason"] == "cancelled"
             assert len(moving) > 20
             if clock.kept_real_time:
                 assert len(moving) / (moving[-1].seen.time - moving[0].seen.time) >= 20.0
@@ -791,7 +790,8 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
             viewer.control.back()
             wait_until(lambda: any(isinstance(item, Went) for item in news), "the way back")
         finally:
-            source.close()
+            source.stop()
+            source.host.close()
             viewer.server.stop()
 
 
@@ -799,7 +799,7 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
 def following(sim: SimProcess) -> Iterator[tuple[Viewer, list[Frame]]]:
     """Serve what a sim process does; what is drawn of it comes along."""
     with connect(sim.endpoint) as client:
-        viewer = Viewer(ConnectedSource(RemoteWorkcell(client.robot())), 0)
+        viewer = Viewer(ConnectedSource(WorkcellHost(RemoteWorkcell(client.robot()))), 0)
         frames: list[Frame] = []
         put = viewer.stream.put
 
@@ -843,7 +843,7 @@ class Steering:
 
     @property
     def held(self) -> str | None:
-        return self.viewer.source.workcell.observe().held
+        return self.viewer.source.host.cell.observe().held
 
     def send(self, do: str, prompt: str = "", seed: int = 0) -> None:
         """Send an order, which is taken when this returns."""
@@ -857,7 +857,7 @@ class Steering:
         self.send(do, prompt)
         self.wait()
         came = [news for news in self.news if isinstance(news, Came)]
-        return came[-1].answer.data if came else {}
+        return came[-1].result.data if came else {}
 
     def wait(self) -> None:
         wait_until(lambda: self.viewer.control.doing is Doing.NOTHING, "the end")
@@ -925,7 +925,7 @@ def test_try_tells_what_would_come_of_a_sentence_and_moves_nothing(steering: Ste
     assert tried["ok"] and tried["would_work"] == ["pick(object=red_cube)", "place_on(target=blue_cube)"]
     assert "Tried on the twin" in steering.board and "then red_cube is on blue_cube" in steering.board
     assert steering.board.count("✓") == 2 and "nothing has moved" in steering.board
-    assert steering.held is None and steering.viewer.source.workcell.state().time == 0.0
+    assert steering.held is None and steering.viewer.source.host.cell.state().time == 0.0
 
 
 def test_try_tells_what_would_fail(steering: Steering) -> None:
@@ -950,7 +950,7 @@ def test_step_back_undoes_what_was_ordered_last(steering: Steering) -> None:
 
 @contextmanager
 def at_the_speed_of_the_clock(viewer: Viewer) -> Iterator[None]:
-    session = viewer.source.workcell
+    session = viewer.source.host.cell
     if isinstance(session, RemoteWorkcell):
         session.robot.set_pace("realtime")
     yield
@@ -1000,7 +1000,7 @@ def test_a_connected_viewer_follows_when_another_client_loads_another_robot_and_
         robot = other.robot()
         robot.load(task="put_in_drawer")
         wait_until(lambda: bool(scene_names(viewer, "drawer")), "the other task's scene")
-        assert viewer.source.workcell.task.name == "put_in_drawer"
+        assert viewer.source.host.cell.task.name == "put_in_drawer"
         robot.send("open_drawer", {"drawer": "drawer"}).wait()
         opened = frames[-1].model.joint("object/drawer/box").qposadr[0]
         wait_until(lambda: float(frames[-1].qpos[opened]) > 0.05, "the drawer is drawn open")
@@ -1012,7 +1012,7 @@ def test_a_connected_viewer_follows_when_another_client_loads_another_robot_and_
         # It is this robot that prompts now go to.
         viewer.control.run("go home")
         wait_until(lambda: viewer.control.doing is Doing.NOTHING, "the end")
-        assert viewer.source.workcell.robot_name == "toy_jaw"
+        assert viewer.source.host.cell.robot_name == "toy_jaw"
 
 
 def test_the_viewer_says_what_is_wrong_with_its_options(capsys: pytest.CaptureFixture[str]) -> None:

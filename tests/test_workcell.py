@@ -82,16 +82,17 @@ def test_plans_are_made_checked_and_tried_without_a_motion(cell: Workcell) -> No
 
 
 def test_what_was_done_is_undone_one_by_one(cell: Workcell) -> None:
-    while cell.ways_back:
-        cell.undo()
-    cell.reset()
+    ways = cell.ways_back
     at = {item.id: item.pose.xyz for item in cell.observe().objects}
     cell.run("where is the red cube?")
-    assert not cell.ways_back, "a question moves nothing"
+    assert cell.ways_back == ways, "a question moves nothing"
     cell.run("put the red cube on the blue cube")
     cell.do("push", object="green_cube", direction="forward", distance=0.05)
     assert cell.undo().startswith("push(") and cell.undo() == "put the red cube on the blue cube"
     for item in cell.observe().objects:
         np.testing.assert_allclose(item.pose.xyz, at[item.id], atol=1e-3)
+    assert cell.undo() == "reset to seed 0"
+    while cell.ways_back:
+        cell.undo()
     with pytest.raises(InputError, match="nothing to undo"):
         cell.undo()

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.interpret import interpret
-from robosandbox.agent.language.world import World
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import ErrorCode
-from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence
+from robosandbox.evidence import PlacementEvidence
+from robosandbox.skills.push import PushEvidence
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
+from robosandbox.world.alternatives import BEFORE_MOVING
 from robosandbox.world.changes import push_allowance
 from robosandbox.world.operators import Operator
 
-if TYPE_CHECKING:
-    from robosandbox.agent.detours import Detours
-
-RETRIES = 2
 PLACES = frozenset({"place_on", "place_in", "place_beside", "place_at"})
-_PLACED = 0.02  # Metres from its goal within which a thing has been placed. Chosen.
-# What another try of the same would meet again.
-_FINAL = frozenset({"none_found", "immovable", "too_heavy", "gripper_stuck"})
+# Failures before anything moved that may be of the thing, side or spot that was chosen.
+_OF_THE_CHOICE = frozenset(
+    {
+        ErrorCode.UNREACHABLE,
+        ErrorCode.LIMIT,
+        ErrorCode.UNSUPPORTED,
+        ErrorCode.INVALID_ARGUMENT,
+        ErrorCode.COLLISION,
+        ErrorCode.PLACEMENT,
+        ErrorCode.GRASP,
+    }
+)
 OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
 
 
@@ -84,70 +88,36 @@ class _Reaction:
         self.before = before
         self.failed, self.after = rest[0], rest[1:]
         self.error = history[-1].error
-        self.again = sum(a.failed == self.failed.call and a.error.code == self.error.code for a in history) - 1
 
     def react(self) -> Draft | Refusal:
-        answer = self._reaction()
-        return (self._detour() or answer) if isinstance(answer, Refusal) else answer
+        # What goes well needs no search: commands that are given one sentence start without it.
+        from robosandbox.world.solve import solve, untried_repair
 
-    def _reaction(self) -> Draft | Refusal:
         gone = self._gone()
         if gone:
             return self._stop(f"{gone} is no longer in sight", RefusalCode.OBJECT_NOT_FOUND)
-        repair = self._repair()
-        if repair:
-            return repair
-        match self.error.code:
-            case ErrorCode.UNREACHABLE | ErrorCode.LIMIT | ErrorCode.UNSUPPORTED | ErrorCode.INVALID_ARGUMENT:
-                return self._other() or self._stop()
-            case ErrorCode.COLLISION:
-                return self._other() or self._way() or self._stop()
-            case ErrorCode.TRACKING:
-                return self._way() or self._stop()
-            case ErrorCode.GRASP:
-                return self._grasp()
-            case ErrorCode.NOT_HOLDING:
-                return self._pick_again() or self._stop()
-            case ErrorCode.ALREADY_HOLDING:
-                return self._retry(1) or self._stop() if self.scene.held is None else self._way() or self._stop()
-            case ErrorCode.PLACEMENT:
-                return self._placement()
-            case ErrorCode.PUSH:
-                return self._push_on() or self._stop()
-            case ErrorCode.OBJECT_NOT_FOUND:
-                return self._lost_sight() or self._stop(code=RefusalCode.OBJECT_NOT_FOUND)
-            case ErrorCode.DRAWER | ErrorCode.POUR | ErrorCode.TAP:
-                return self._way() or self._stop()
-            case ErrorCode.AMBIGUOUS_OBJECT:
-                return self._stop(code=RefusalCode.AMBIGUOUS)
-            case ErrorCode.CONNECTION_LOST:
-                return self._resume()
-            case _:
-                return self._stop()
+        if untried_repair(self.history, self.skills) is None:
+            changed = self._pushed_enough() or (self._other() if self._is_of_the_choice() else None)
+            if changed is not None:
+                return changed
+        left = (self.failed.call, *(step.call for step in self.after))
+        answer = solve(left, self.scene, tuple(self.skills.values()), tried=self.history)
+        if isinstance(answer, Refusal):
+            lost = self.error.code == ErrorCode.OBJECT_NOT_FOUND
+            code = RefusalCode.OBJECT_NOT_FOUND if lost else RefusalCode.IMPOSSIBLE
+            return self._other() or self._stop(code=code)
+        return self._draft(*map(self._step, answer.steps))
 
-    def _resume(self) -> Draft | Refusal:
-        """Go on where a sim that went away has come back: it may have done some, all or nothing of the failed step."""
-        name = self._carried()
-        if self.failed.call.skill in PLACES and self.scene.held is None and name is not None:
-            if self._is_placed(name):
-                return self._draft(*self.after)
-            return self._draft(Step(SkillCall(skill="pick", arguments={"object": name})), self.failed, *self.after)
-        return self._draft(self.failed, *self.after)
+    def _step(self, call: SkillCall) -> Step:
+        """Return a call with the choices that the sentence left for it."""
+        return next((step for step in (self.failed, *self.after) if step.call == call), Step(call))
 
-    def _is_placed(self, name: str) -> bool:
-        """Tell whether the object is where the failed step was to put it."""
-        call, world = self.failed.call, World(self.scene)
-        match call.skill:
-            case "place_on":
-                where = ("on", str(call.arguments["target"]))
-                return world.parent.get(name) == where or (where[1] == "table" and name not in world.parent)
-            case "place_in":
-                return world.parent.get(name) == ("in", str(call.arguments["container"]))
-            case "place_at":
-                x, y = world.at[name]
-                return math.hypot(x - float(call.arguments["x"]), y - float(call.arguments["y"])) < _PLACED
-            case _:
-                return False
+    def _is_of_the_choice(self) -> bool:
+        """Tell whether another thing, side or spot that means the same is better than to make room for this one."""
+        evidence = self.error.evidence
+        if evidence is not None and evidence.is_final:
+            return True
+        return self.error.code in _OF_THE_CHOICE and self.error.phase in BEFORE_MOVING
 
     # What can be changed.
 
@@ -159,17 +129,6 @@ class _Reaction:
                 if name is not None and self.scene.find(str(name)) is None:
                     return str(name)
         return None
-
-    def _repair(self) -> Draft | None:
-        """The calls that reached the post-condition on the twin; each is tried once."""
-        repairs = self.error.repairs
-        tried = sum(a.failed == self.failed.call and bool(a.error.repairs) for a in self.history) - 1
-        if not repairs or tried >= max(RETRIES, len(repairs)):
-            return None
-        repair = repairs[min(tried, len(repairs) - 1)]
-        if any(call.skill not in self.skills for call in repair.calls):
-            return None
-        return self._draft(*(Step(call) for call in repair.calls), *self.after)
 
     def _other(self) -> Draft | None:
         """Another object, side or spot that means the same to the person."""
@@ -194,56 +153,6 @@ class _Reaction:
             return replace(self.before, steps=tuple(swapped), substitutes=substitutes)
         return None
 
-    def _way(self) -> Draft | None:
-        """Another way for the failed step, which nobody has tried."""
-        calls = self._detours().around_failure()
-        return self._draft(*map(Step, calls), *self.after) if calls else None
-
-    def _detour(self) -> Draft | None:
-        """Where a step failed that was to clear the way for a later one: another way for that."""
-        found = self._detours().around_clearing()
-        if found is None:
-            return None
-        calls, rest = found
-        return self._draft(*map(Step, calls), *self.after[len(self.after) - len(rest) :])
-
-    def _detours(self) -> Detours:
-        # What goes well needs no search: commands that are given one sentence start without it.
-        from robosandbox.agent.detours import Detours
-
-        held = self._carried() if self.failed.call.skill in PLACES else None
-        return Detours(self.history, self.scene, self.skills, held=held)
-
-    def _retry(self, times: int = RETRIES) -> Draft | None:
-        return self._draft(self.failed, *self.after) if self.again < times else None
-
-    def _lost_sight(self) -> Draft | Refusal | None:
-        """Try again; what was let go of already is looked for where it was to go, and fetched if it is elsewhere."""
-        if self.failed.call.skill not in PLACES or self.scene.held:
-            return self._retry(1)
-        name = self._carried()
-        return self._resume() if name and self.scene.find(name) and not self.again else None
-
-    def _grasp(self) -> Draft | Refusal:
-        evidence = self.error.evidence
-        if not isinstance(evidence, GraspEvidence):
-            return self._retry() or self._other_object() or self._stop()
-        if evidence.object_width is not None and evidence.object_width > evidence.max_aperture:
-            wide = (
-                f"{1e3 * evidence.object_width:.0f} mm wide and the gripper opens {1e3 * evidence.max_aperture:.0f} mm"
-            )
-            return self._other_object() or self._stop(f"{evidence.object} is {wide}")
-        if evidence.reason in _FINAL:
-            return self._other_object() or self._stop()
-        return self._retry() or self._other_object() or self._stop()
-
-    def _pick_again(self) -> Draft | None:
-        """The object slipped away: fetch it and go on."""
-        name = self._carried()
-        if name is None or self.again >= RETRIES or "pick" not in self.skills or self.scene.find(name) is None:
-            return None
-        return self._draft(Step(SkillCall(skill="pick", arguments={"object": name})), self.failed, *self.after)
-
     def _carried(self) -> str | None:
         """Return what the failed step was to place."""
         evidence = self.error.evidence
@@ -260,33 +169,14 @@ class _Reaction:
         name = self._carried()
         return (Step(SkillCall(skill="pick", arguments={"object": name})),) if name else ()
 
-    def _placement(self) -> Draft | Refusal:
-        evidence = self.error.evidence
-        if isinstance(evidence, PlacementEvidence) and evidence.reason == "unsuitable":
-            return self._other() or self._stop()
-        if isinstance(evidence, PlacementEvidence) and evidence.reason == "occupied":
-            return self._other_call() or self._way() or self._stop()
-        if isinstance(evidence, PlacementEvidence) and evidence.reason == "stuck":
-            return self._retry(1) or self._stop()
-        if self.again >= RETRIES:
-            return self._stop()
-        if self.failed.call.skill == "stack" or self.scene.held:
-            return self._draft(self.failed, *self.after)
-        return self._pick_again() or self._stop()
-
-    def _push_on(self) -> Draft | None:
-        """Push what is left of the way; where the strokes have done enough of it together, nothing is."""
+    def _pushed_enough(self) -> Draft | None:
+        """What remains behind a push whose strokes have done enough of it together."""
         evidence = self.error.evidence
         if not isinstance(evidence, PushEvidence):
             return None
         left, allowance = _left(evidence), push_allowance(self._whole_push(evidence))
-        if -2.0 * allowance <= left <= allowance and abs(evidence.across) < allowance:
-            return self._draft(*self.after)
-        pushes = sum(attempt.failed.skill == "push" for attempt in self.history)
-        if pushes > RETRIES or left < 0.005 or abs(evidence.across) > 0.05:
-            return None
-        arguments = {**self.failed.call.arguments, "distance": left}
-        return self._draft(Step(SkillCall(skill="push", arguments=arguments)), *self.after)
+        is_enough = -2.0 * allowance <= left <= allowance and abs(evidence.across) < allowance
+        return self._draft(*self.after) if is_enough else None
 
     def _whole_push(self, last: PushEvidence) -> float:
         """Return the distance of the push of which the last one was to do the rest, metres; its own where it was the first."""

@@ -43,16 +43,16 @@ from robosandbox.agent.tools import (
     checked,
     error_data,
     outcome,
+    relations,
     rounded,
     simulated,
-    wanted,
-    why_not,
     wrong_arguments,
 )
 from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
 from robosandbox.world.scene_json import describe_scene
+from robosandbox.world.solve import solve
 from robosandbox.world.verifier import Constraints, verify
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ _READINGS = 4
 
 
 class ActingPlanner(LLMPlanner):
-    """Asks a model what to do next after each call, and for a whole plan where only a plan is wanted."""
+    """Asks a model what to do next after each call, and for a whole plan where only a plan is relations."""
 
     def __init__(self, skills: Sequence[Any], settings: LLMSettings) -> None:
         super().__init__(skills, settings)
@@ -244,7 +244,8 @@ class ActingCourse:
             case SimulateArguments():
                 return simulated(self._desk.ctx, Plan(steps=given.steps), self._desk.skills, kept)
             case AchieveArguments():
-                found = wanted(given, scene, skills, kept)
+                goals, robot = relations(given.goals), self._desk.ctx.abilities()
+                found = solve(goals, scene, skills, constraints=kept, robot=robot)
                 return found if isinstance(found, Plan) else {"ok": False, "error": found.message}
             case ProgramArguments():
                 return self._programmed(given)
@@ -276,13 +277,12 @@ class ActingCourse:
         over = self._ledger.over_budget(plan)
         if over:
             return {"ok": False, "error": over}
-        problems = verify(plan, scene, list(self._desk.skills.values()), constraints=self._ledger.of_each_call).problems
-        if problems:
-            first = problems[0]
+        verdict = verify(plan, scene, list(self._desk.skills.values()), constraints=self._ledger.of_each_call)
+        if verdict.problems:
             # Only the first call would be made in the scene as it is.
-            call = first.call if first.step == 1 else None
-            error = None if call is None else why_not(self._desk.ctx, self._desk.skills, call)
-            told = {"ok": False, "turned_down": [problem.record() for problem in problems]}
+            is_of_the_first = verdict.problems[0].step == 1 and bool(verdict.calls)
+            error = self._desk.ctx.foreseen(verdict.calls[0]) if is_of_the_first else None
+            told = {"ok": False, "turned_down": [problem.record() for problem in verdict.problems]}
             return told if error is None else {**told, "error": error_data(error)}
         return None
 

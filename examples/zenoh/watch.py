@@ -41,8 +41,9 @@ def follow(robot: RemoteRobot) -> list[zenoh.Subscriber[None]]:
     def state(sample: zenoh.Sample) -> None:
         said = json.loads(sample.payload.to_bytes())
         if said["seq"] % 50 == 0:
-            x, y, z = said["robot"]["tcp_pose"]["xyz"]
-            print(f"{robot.id}: at {x:.3f} {y:.3f} {z:.3f} m, holds {said['held'] or 'nothing'}", flush=True)
+            x, y, z = said["robot"]["arms"]["arm"]["tcp_pose"]["xyz"]
+            held = said["hands"]["hand"] or "nothing"
+            print(f"{robot.id}: at {x:.3f} {y:.3f} {z:.3f} m, holds {held}", flush=True)
 
     return [robot.watch("goal/*/*", news), robot.watch("obs/state", state)]
 

@@ -48,7 +48,7 @@ _THINNEST = 0.001
 # Sampled starts for a configuration: another grip is worth more than a harder search.
 _RESTARTS = 3
 # Grips that are tried.
-_MOST_GRIPS = 24
+_MOST_GRIPS = 48
 _HOVERS = (HOVER_HEIGHT, 0.05, 0.03)
 # Metres between each finger and the handle before they close.
 _PRESHAPE = 0.008
@@ -263,6 +263,7 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
     points = origin + part.geometry.outer @ rotation.T - anchor
     longest = float(np.linalg.norm(np.cross(points, axis), axis=1).max())
     found: list[tuple[tuple[float, ...], Grasp]] = []
+    cost: tuple[float, ...]
     for piece in part.geometry.pieces:
         axes = rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
         middle, half = origin + rotation @ np.array(piece.centre), piece.hull.half_extents
@@ -284,7 +285,14 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
                     straight = round(max(0.0, float(approach @ away)), 1)
                     cost = (-_sure(grasp, joint) - straight, abs(lean), abs(along))
                     found.append((cost, grasp))
-    return [grasp for _, grasp in sorted(found, key=lambda one: one[0])[:_MOST_GRIPS]]
+    # The best of each direction of the hand first: where one has no room, its neighbours have none either.
+    turns: dict[tuple[float, ...], int] = {}
+    ranked = []
+    for cost, grasp in sorted(found, key=lambda one: one[0]):
+        way = tuple(grasp.tcp_pose.rotation[:, 1:].round(1).ravel() + 0.0)
+        turns[way] = turns.get(way, -1) + 1
+        ranked.append(((turns[way], *cost), grasp))
+    return [grasp for _, grasp in sorted(ranked, key=lambda one: one[0])[:_MOST_GRIPS]]
 
 
 def _grip(

@@ -8,7 +8,6 @@ class ErrorCode:
 
     INVALID_ARGUMENT: Final = "invalid_argument"
     OBJECT_NOT_FOUND: Final = "object_not_found"
-    AMBIGUOUS_OBJECT: Final = "ambiguous_object"
     UNREACHABLE: Final = "unreachable"
     LIMIT: Final = "limit"
     COLLISION: Final = "collision"

@@ -12,7 +12,6 @@ RoboSandboxError
 └── SkillError               a skill ended without its post-condition; the planner acts on it
     ├── InvalidArgumentError     an argument is of the wrong type or value
     ├── ObjectNotFoundError      nothing seen has this id
-    ├── AmbiguousObjectError     several things seen fit
     ├── UnreachableError         no joint configuration puts the TCP there
     ├── LimitError               the task forbids the arm to go there
     ├── CollisionError           the only ways there touch something
@@ -22,10 +21,10 @@ RoboSandboxError
     ├── NotHoldingError          the gripper is empty
     ├── AlreadyHoldingError      the gripper is full
     ├── PlacementError           occupied, missed or toppled
-    ├── PushError                the object went elsewhere
+    ├── skills.push.PushError    the object went elsewhere
     ├── DrawerError              a drawer did not slide as far as it should
     ├── PourError                what was poured did not arrive, or spilled
-    ├── TapError                 the touch was not felt, or moved the object
+    ├── skills.tap.TapError      the touch was not felt, or moved the object
     ├── UnsupportedError         this robot cannot do this skill
     ├── RefusedPromptError       the planner refuses what was asked
     ├── GoalTimeoutError         the deadline passed
@@ -47,7 +46,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from robosandbox.skill_errors import (
         AlreadyHoldingError as AlreadyHoldingError,
-        AmbiguousObjectError as AmbiguousObjectError,
         BusyError as BusyError,
         CancelledError as CancelledError,
         CollisionError as CollisionError,
@@ -68,12 +66,10 @@ if TYPE_CHECKING:
         Phase as Phase,
         PlacementError as PlacementError,
         PourError as PourError,
-        PushError as PushError,
         RefusedPromptError as RefusedPromptError,
         Repair as Repair,
         ServiceError as ServiceError,
         SkillError as SkillError,
-        TapError as TapError,
         TrackingError as TrackingError,
         UnknownGoalError as UnknownGoalError,
         UnreachableError as UnreachableError,

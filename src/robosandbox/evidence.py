@@ -163,18 +163,6 @@ class ObjectNotFoundEvidence(Evidence):
     seen: tuple[str, ...]
 
 
-class AmbiguousEvidence(Evidence):
-    """Query that fits several objects.
-
-    Attributes:
-        query: As it was asked.
-        candidates: Ids that fit.
-    """
-
-    query: str
-    candidates: tuple[str, ...]
-
-
 class HoldingEvidence(Evidence):
     """Object in the gripper, if any.
 
@@ -208,32 +196,6 @@ class PlacementEvidence(Evidence):
 
     def met(self) -> tuple[str, ...]:
         """Return what occupies the place."""
-        return self.blocking
-
-
-class PushEvidence(Evidence):
-    """Distance that the object went.
-
-    Attributes:
-        object: Id.
-        wanted: Metres along the direction.
-        along: Metres gone along it.
-        across: Metres gone beside it.
-        reason: It went elsewhere ("missed"), or did not give way to as much force as is allowed ("resisted").
-        force: The most that the hand pressed on it with in the last stroke, N; None where the driver does not tell.
-        blocking: What it stands against on the side that it was to go to.
-    """
-
-    object: str
-    wanted: float
-    along: float
-    across: float
-    reason: Literal["missed", "resisted"] = "missed"
-    force: float | None = None
-    blocking: tuple[str, ...] = ()
-
-    def met(self) -> tuple[str, ...]:
-        """Return what the object stands against."""
         return self.blocking
 
 
@@ -282,20 +244,6 @@ class PourEvidence(Evidence):
     count: int
     poured: int
     spilled: int
-
-
-class TapEvidence(Evidence):
-    """Force of a touch, and what it moved.
-
-    Attributes:
-        object: Id.
-        force: The largest felt, N.
-        moved: How far the object went, metres.
-    """
-
-    object: str
-    force: float
-    moved: float
 
 
 class TrackingEvidence(Evidence):

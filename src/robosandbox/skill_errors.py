@@ -11,7 +11,6 @@ from pydantic import SerializeAsAny, ValidationError, ValidationInfo, WithJsonSc
 from robosandbox.error_codes import ErrorCode as ErrorCode, Phase as Phase
 from robosandbox.errors import RoboSandboxError
 from robosandbox.evidence import (
-    AmbiguousEvidence,
     BusyEvidence,
     CollisionEvidence,
     ConnectionEvidence,
@@ -25,8 +24,6 @@ from robosandbox.evidence import (
     ObjectNotFoundEvidence,
     PlacementEvidence,
     PourEvidence,
-    PushEvidence,
-    TapEvidence,
     TimeoutEvidence,
     TrackingEvidence,
     UnreachableEvidence,
@@ -199,13 +196,6 @@ class ObjectNotFoundError(SkillError):
     evidence_type: ClassVar[type[Evidence] | None] = ObjectNotFoundEvidence
 
 
-class AmbiguousObjectError(SkillError):
-    """Several things seen fit."""
-
-    code = ErrorCode.AMBIGUOUS_OBJECT
-    evidence_type: ClassVar[type[Evidence] | None] = AmbiguousEvidence
-
-
 class UnreachableError(SkillError):
     """No joint configuration puts the TCP there."""
 
@@ -269,13 +259,6 @@ class PlacementError(SkillError):
     evidence_type: ClassVar[type[Evidence] | None] = PlacementEvidence
 
 
-class PushError(SkillError):
-    """The object did not go where it was pushed."""
-
-    code = ErrorCode.PUSH
-    evidence_type: ClassVar[type[Evidence] | None] = PushEvidence
-
-
 class DrawerError(SkillError):
     """A drawer did not slide as far as it should."""
 
@@ -288,13 +271,6 @@ class PourError(SkillError):
 
     code = ErrorCode.POUR
     evidence_type: ClassVar[type[Evidence] | None] = PourEvidence
-
-
-class TapError(SkillError):
-    """The touch was not felt, or it moved the object."""
-
-    code = ErrorCode.TAP
-    evidence_type: ClassVar[type[Evidence] | None] = TapEvidence
 
 
 class UnsupportedError(SkillError):

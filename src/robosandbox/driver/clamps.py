@@ -60,8 +60,10 @@ class Clamps:
         self._tick = tick
         # Where the arm was sent last, shape (n,); None where it does not go by that any longer.
         self._last: Array | None = None
-        # Velocities that were commanded last and when each ended, in the driver's seconds; the arm stands before them.
-        self._velocities: list[tuple[float, Array]] = []
+        # Where it was sent in the last two windows, and until which of the driver's seconds; it stood there before.
+        self._path: list[tuple[float, Array]] = []
+        # The speed at which a trajectory ended that was to go on, shape (n,).
+        self._going: Array | None = None
         self._least, self._most = spec.lower - TOLERANCES.position, spec.upper + TOLERANCES.position
         self._speed = (1.0 + TOLERANCES.share) * spec.velocity_limits
         self._change = (1.0 + TOLERANCES.share) * spec.acceleration_limits
@@ -69,7 +71,7 @@ class Clamps:
 
     def forget(self) -> None:
         """Take note that the arm stands, and no longer goes by what it was sent last."""
-        self._last, self._velocities = None, []
+        self._last, self._path, self._going = None, [], None
 
     def check_trajectory(self, trajectory: Trajectory, time: float, measured: Callable[[], Array]) -> None:
         """Check every row of a trajectory, that it begins where the arm is, and that the arm can stop where it ends.
@@ -103,54 +105,64 @@ class Clamps:
             change = (windows.max(axis=-1) - windows.min(axis=-1)) / seconds
             if (change > self._change).any():
                 raise self._too_much(change, self._spec.acceleration_limits, "accelerate by", _PER_S2, "acceleration")
-        self._check_joint(velocity[0], time, "where it begins")
+        seconds = min(TOLERANCES.window, trajectory.duration)
+        before = self._sent(time) - self._sent(time - seconds) if self._path else 0.0
+        self._check_change((_at(trajectory, seconds) - q[0] - before) / seconds, "where it begins")
         if not trajectory.goes_on:
-            self._check_change(np.abs(velocity[-1]), "where it ends, at a speed")
+            self._check_change(
+                (q[-1] - _at(trajectory, trajectory.duration - seconds)) / seconds, "where it ends, at a speed"
+            )
 
     def check_step(self, goal: Array, time: float, measured: Callable[[], Array]) -> None:
         """Check a configuration, shape (n,), that is commanded at once; arguments and errors as in `check_trajectory`."""
         self._check_numbers(goal, "a goal", 1)
         self._check_positions(goal[None], measured)
         self._check_leap(goal, "the goal is", measured)
-        if self._last is not None:
-            self._check_joint((goal - self._last) / self._tick, time, "from one goal to the next")
+        if self._path:
+            window, end = TOLERANCES.window, time + self._tick
+            now, before = self._sent(end - window), self._sent(end - 2.0 * window)
+            self._check_change((goal - 2.0 * now + before) / window, "from one goal to the next")
 
     def followed(self, trajectory: Trajectory, time: float) -> None:
         """Take note that a trajectory has been followed to its end, at this second of the driver's."""
-        q, dt = trajectory.q, trajectory.dt
-        rows = min(len(q) - 1, round(TOLERANCES.window / dt)) if len(q) > 1 else 0
-        self._velocities = [(time - k * dt, (q[-1 - k] - q[-2 - k]) / dt) for k in range(rows)][::-1]
+        q, dt, duration = trajectory.q, trajectory.dt, trajectory.duration
+        if len(q) < 2:
+            self.stepped(q[-1], time)
+            return
+        seconds = np.arange(0.0, min(2.0 * TOLERANCES.window, duration) + 0.5 * self._tick, self._tick)[::-1]
+        self._remember([(time - float(ago), _at(trajectory, duration - float(ago))) for ago in seconds], time)
         self._last = q[-1]
+        self._going = (q[-1] - q[-2]) / dt if trajectory.goes_on and len(q) > 1 else None
 
     def stepped(self, goal: Array, time: float) -> None:
         """Take note that a configuration has been commanded in the tick that ends at this second of the driver's."""
-        velocity = np.zeros(self._spec.n) if self._last is None else (goal - self._last) / self._tick
-        begun = time - TOLERANCES.window + 0.5 * self._tick
-        self._velocities = [*(one for one in self._velocities if one[0] > begun), (time, velocity)]
-        self._last = goal
+        self._remember([(time, goal)], time)
+        self._last, self._going = goal, None
+
+    def _remember(self, sent: list[tuple[float, Array]], time: float) -> None:
+        oldest = time - 2.0 * TOLERANCES.window - 0.5 * self._tick
+        self._path = [*(one for one in self._path if oldest < one[0] < sent[0][0]), *sent]
+
+    def _sent(self, time: float) -> Array:
+        """Return where the arm was sent at a second of the driver's, shape (n,)."""
+        late = time + 0.5 * self._tick
+        return next((q for at, q in reversed(self._path) if at <= late), self._path[0][1])
 
     def braking(self, time: float) -> Array | None:
-        """Return rows, shape (k, n), a tick apart, in which the arm brakes from what it was sent last; None where it stands."""
-        if self._last is None or not self._velocities or time - self._velocities[-1][0] > 0.5 * self._tick:
+        """Return rows, shape (k, n), a tick apart, in which the arm comes to rest where it was to go on and does not; else None."""
+        velocity = self._going
+        if velocity is None or self._last is None or time - self._path[-1][0] > 0.5 * self._tick:
             return None
-        velocity, rate = self._velocities[-1][1], self._spec.acceleration_limits * self._tick
+        rate = self._spec.acceleration_limits * self._tick
         ticks = math.ceil(float((np.abs(velocity) / rate).max()))
-        if not (np.abs(velocity) > TOLERANCES.window * self._change).any():
-            return None
         slower = np.arange(1, ticks + 1)[:, None] * rate
         speeds = np.sign(velocity) * np.maximum(np.abs(velocity) - slower, 0.0)
         rows: Array = np.clip(self._last + np.cumsum(speeds, axis=0) * self._tick, self._spec.lower, self._spec.upper)
-        return rows
-
-    def _check_joint(self, velocity: Array, time: float, where: str) -> None:
-        """Check that a command joins those before it without a leap of speed."""
-        begun = time - TOLERANCES.window + 0.5 * self._tick
-        before = [one for ended, one in self._velocities if ended > begun]
-        if not before or time - self._velocities[-1][0] > 0.5 * self._tick:
-            before.append(np.zeros(self._spec.n))
-        self._check_change(np.abs(velocity - before).max(axis=0), where)
+        return rows if ticks else None
 
     def _check_change(self, change: Array, where: str) -> None:
+        """Check a change of speed (n,) that comes about in one window."""
+        change = np.abs(change)
         if not (change > TOLERANCES.window * self._change).any():
             return
         limits = self._spec.acceleration_limits
@@ -230,6 +242,15 @@ class Clamps:
             phase=Phase.CHECK,
             evidence=LimitEvidence(quantity=quantity, value=value, low=low, high=high),
         )
+
+
+def _at(trajectory: Trajectory, seconds: float) -> Array:
+    """Return where a trajectory is after so many seconds, shape (n,)."""
+    row = seconds / trajectory.dt
+    first = min(int(row), len(trajectory.q) - 2)
+    share = row - first
+    at: Array = (1.0 - share) * trajectory.q[first] + share * trajectory.q[first + 1]
+    return at
 
 
 def braking_seconds(spec: RobotSpec) -> tuple[float, float]:

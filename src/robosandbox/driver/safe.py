@@ -9,7 +9,6 @@ from robosandbox.driver.clamps import Clamps
 from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand
 from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode
 from robosandbox.driver.safety import Safety
-from robosandbox.errors import LimitError
 from robosandbox.types import Trajectory
 
 if TYPE_CHECKING:
@@ -21,13 +20,15 @@ class SafeArm(PassingArm):
 
     Args:
         inner: The arm as its own driver has it.
-        cell: The driver that looks after it.
+        driver: That driver.
+        safety: What looks after the cell.
     """
 
-    def __init__(self, inner: Arm, cell: SafeDriver) -> None:
+    def __init__(self, inner: Arm, driver: Driver, safety: Safety) -> None:
         super().__init__(inner)
-        self._cell = cell
-        self._clamps = Clamps(inner.spec, cell.control_timestep)
+        self._driver = driver
+        self._safety = safety
+        self._clamps = Clamps(inner.spec, driver.control_timestep)
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory within the robot's limits.
@@ -37,21 +38,22 @@ class SafeArm(PassingArm):
                 the arm came to a limit of place or force, and holds.
             FaultError: A watchdog has stopped the arm, or nothing moves before `recover`.
         """
-        self._cell.safety.begin()
-        self._clamps.check_trajectory(trajectory, self._cell.time, self._measured)
+        self._safety.begin()
+        self._clamps.check_trajectory(trajectory, self._driver.time, self._measured)
         self._command(lambda: self._inner.follow(trajectory, guards))
-        self._clamps.followed(trajectory, self._cell.time)
+        self._clamps.followed(trajectory, self._driver.time)
 
     def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal`; errors as of `follow`."""
-        self._cell.safety.begin()
-        self._clamps.check_step(goal, self._cell.time, self._measured)
+        self._safety.begin()
+        self._clamps.check_step(goal, self._driver.time, self._measured)
         self._command(lambda: self._inner.trim(goal, guards))
-        self._clamps.stepped(goal, self._cell.time)
+        self._clamps.stepped(goal, self._driver.time)
 
     def stop(self) -> None:
         """Command the arm to stay where it is, and see to it that it stands; as `SafeDriver.stop`."""
-        self._cell.halt(self)
+        self.halt()
+        self._safety.halted(self.name)
 
     def halt(self) -> None:
         """Command the arm to stay where it is."""
@@ -60,25 +62,26 @@ class SafeArm(PassingArm):
 
     def brake(self, guards: Sequence[Guard]) -> None:
         """Come to rest within the arm's limits where it was sent somewhere at a speed and nothing follows; errors as of `follow`."""
-        rows = self._clamps.braking(self._cell.time)
+        rows = self._clamps.braking(self._driver.time)
         if rows is not None:
             self._clamps.forget()
-            self._command(lambda: self._inner.follow(Trajectory(q=rows, dt=self._cell.control_timestep), guards))
+            self._command(lambda: self._inner.follow(Trajectory(q=rows, dt=self._driver.control_timestep), guards))
 
     def forget_command(self) -> None:
         """Take note that the arm no longer goes by where it was sent last."""
         self._clamps.forget()
 
     def _command(self, move: Callable[[], None]) -> None:
-        cell = self._cell
-        cell.safety.moving(self.name)
+        safety = self._safety
+        safety.moving(self.name)
         try:
             move()
         except BaseException as error:
             # A driver stops when one of its guards says so; whether it does when something else fails is its own business.
-            cell.halt(self, waits=isinstance(error, Exception))
+            self.halt()
+            safety.halted(self.name, waits=isinstance(error, Exception))
             raise
-        cell.safety.arrived()
+        safety.arrived()
 
     def _measured(self) -> Array:
         return self._inner.state().q
@@ -113,9 +116,7 @@ class SafeDriver(PassingDriver):
     def __init__(self, inner: Driver) -> None:
         super().__init__(inner)
         self.safety = Safety(inner)
-        self._waits_out_stops = inner.capabilities.clock == "wall"
-        self._braking = False
-        self._arms = {name: SafeArm(arm, self) for name, arm in inner.arms.items()}
+        self._arms = {name: SafeArm(arm, inner, self.safety) for name, arm in inner.arms.items()}
         self._hands = {name: SafeHand(hand, self.safety) for name, hand in inner.hands.items()}
         self._guards: list[Guard] = [*inner.guards]
         inner.guards[:] = [self._after_tick]
@@ -162,7 +163,7 @@ class SafeDriver(PassingDriver):
         try:
             self._inner.wait(seconds, guards)
         except BaseException as error:
-            self.halt(*self._arms.values(), waits=isinstance(error, Exception))
+            self._halt(waits=isinstance(error, Exception))
             raise
 
     def stop(self) -> None:
@@ -174,20 +175,7 @@ class SafeDriver(PassingDriver):
         Raises:
             FaultError: An arm still moves after the time in which it has to stand.
         """
-        self.halt(*self._arms.values())
-
-    def halt(self, *arms: SafeArm, waits: bool = True) -> None:
-        """Command some arms to stay where they are, and see to it that they do; errors as of `stop`.
-
-        Args:
-            arms: Which.
-            waits: Whether to wait, on a wall's clock, until they stand.
-        """
-        for arm in arms:
-            arm.halt()
-        self.safety.stopping(*(arm.name for arm in arms))
-        if waits and self._waits_out_stops:
-            self._wait_out_stop()
+        self._halt()
 
     def run_again(self, tick: Callable[[], None]) -> None:
         """Let a tick pass with recorded controls, which reach the servos as they are.
@@ -206,7 +194,7 @@ class SafeDriver(PassingDriver):
         try:
             tick()
         except BaseException as error:
-            self.halt(*self._arms.values(), waits=isinstance(error, Exception))
+            self._halt(waits=isinstance(error, Exception))
             raise
         self._forget_commands()
         self.safety.arrived()
@@ -235,7 +223,7 @@ class SafeDriver(PassingDriver):
     def _after_tick(self) -> Exception | None:
         """Return why the motion has to end, or None; the one guard of the driver behind."""
         error: Exception | None = self.safety.ticked()
-        if error is not None or self._braking:
+        if error is not None or self.safety.is_braking:
             return error
         for guard in self._guards:
             error = guard()
@@ -243,18 +231,10 @@ class SafeDriver(PassingDriver):
                 return error
         return None
 
-    def _wait_out_stop(self) -> None:
-        # What asks to end a motion, as a cancel, is left for the next one to hear.
-        self._braking = True
-        try:
-            while self.safety.is_stopping:
-                try:
-                    self._inner.wait(self.control_timestep)
-                except LimitError:
-                    # It brakes against something: it was told to stop where it is now, and is to stand there in time.
-                    continue
-        finally:
-            self._braking = False
+    def _halt(self, *, waits: bool = True) -> None:
+        for arm in self._arms.values():
+            arm.halt()
+        self.safety.halted(*self._arms, waits=waits)
 
     def _jumped(self) -> None:
         """Begin anew: the simulated world was put into another state, and a fault is over with the world that it was in."""

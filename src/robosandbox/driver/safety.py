@@ -15,7 +15,7 @@ from robosandbox.driver.force import ForceGuard
 from robosandbox.driver.protocols import Arm, Driver, Mode
 from robosandbox.driver.sliding import SlideGuard
 from robosandbox.driver.workspace import WorkspaceGuard
-from robosandbox.errors import FaultError, Phase, SkillError
+from robosandbox.errors import FaultError, LimitError, Phase, SkillError
 from robosandbox.evidence import LimitEvidence
 from robosandbox.types import Limits, force_limits
 
@@ -79,6 +79,7 @@ class Safety:
         mode: How the cell stands.
         fault: Why it moves nothing; "" where there is no fault.
         stopped_after: In how many seconds the last stop was over; None where none was seen to the end.
+        is_braking: Whether a stop is waited for now.
 
     Raises:
         UnsupportedError: The robot's own limits name a force, and the driver feels none.
@@ -101,6 +102,7 @@ class Safety:
         self.mode: Mode = "ready"
         self.fault: str = ""
         self.stopped_after: float | None = None
+        self.is_braking: bool = False
         self._evidence: LimitEvidence | None = None
         self._ticked_at = 0.0
         for name, watch in self._arms.items():
@@ -164,7 +166,11 @@ class Safety:
         if self._sliding is None:
             told.append(f"sliding: the driver of {name} does not tell what it touches, so that it may shove anything")
         if not self._has_workspace:
-            told.append("workspace: no limits.workspace is given, so that the tool goes as far as the joints do")
+            told.append("workspace: no limits.workspace is given, so that the arm goes as far as its joints do")
+        elif any(watch.arm.spec.outline is None for watch in self._arms.values()):
+            told.append(
+                f"workspace: the joints of {name} do not tell where its links are, so that its tool alone is kept in"
+            )
         if self._on_wall and self._link_timeout is None:
             told.append(
                 f"link: the driver of {name} does not tell the age of its state, so that a lost link is not seen"
@@ -219,6 +225,31 @@ class Safety:
         for name in arms or self._arms:
             self._arms[name].stop_began = self._driver.time
         self.stopped_after = None
+
+    def halted(self, *arms: str, waits: bool = True) -> None:
+        """See to it that arms that were told to stop do.
+
+        Args:
+            arms: Names of the arms.
+            waits: Whether to wait, on a wall's clock, until they stand.
+
+        Raises:
+            FaultError: One still moves after the time in which it has to stand.
+        """
+        self.stopping(*arms)
+        if not waits or not self._on_wall:
+            return
+        # What asks to end a motion, as a cancel, is left for the next one to hear.
+        self.is_braking = True
+        try:
+            while self.is_stopping:
+                try:
+                    self._driver.wait(self._driver.control_timestep)
+                except LimitError:
+                    # It brakes against something: it was told to stop where it is now, and is to stand there in time.
+                    continue
+        finally:
+            self.is_braking = False
 
     @property
     def is_stopping(self) -> bool:

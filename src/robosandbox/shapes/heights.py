@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,8 +131,6 @@ class HeightGrid:
 
     def surfaces(self) -> tuple[LevelSurface, ...]:
         """Return the level faces wide enough to stand on, the highest first."""
-        from scipy.ndimage import distance_transform_edt, label
-
         heights = [
             float(piece.offsets[k] / piece.normals[k, 2])
             for piece in self._pieces
@@ -149,11 +148,11 @@ class HeightGrid:
                 above = np.where(np.isnan(above), np.inf, above)
                 free = (here & (above - height > _HEADROOM)).reshape(self._shape)
                 # Seams between pieces are no edges.
-                marked, count = label(_closed(free), np.ones((3, 3)))
+                marked, count = _islands(_closed(free), np.ones((3, 3)))
                 room = above.reshape(self._shape) - height
                 for number in range(1, count + 1):
                     mask = marked == number
-                    inside = distance_transform_edt(mask) * self.cell - self.cell / 2.0
+                    inside = _depths(mask) * self.cell - self.cell / 2.0
                     if inside.max() < _LEAST_WIDTH / 2.0:
                         continue
                     found.append(
@@ -169,7 +168,7 @@ class HeightGrid:
 
     def hollow(self) -> Room | None:
         """Return the largest hollow that is open to above; None where water would run off everywhere."""
-        from scipy.ndimage import distance_transform_edt, grey_closing, label
+        from scipy.ndimage import grey_closing
 
         with np.errstate(invalid="ignore"):
             top = np.nanmax(np.where(np.isnan(self._high), -np.inf, self._high), axis=0).reshape(self._shape)
@@ -177,11 +176,11 @@ class HeightGrid:
         bottom = float(top[ground].min()) if ground.any() else 0.0
         top = np.where(ground, top, bottom - 1.0)
         level = _filled(grey_closing(top, size=(3, 3)))
-        basin, count = label((level - top > _LEAST_DEPTH) & ground)
+        basin, count = _islands((level - top > _LEAST_DEPTH) & ground)
         best: Room | None = None
         for number in range(1, count + 1):
             mask = basin == number
-            inside = distance_transform_edt(mask) * self.cell - self.cell / 2.0
+            inside = _depths(mask) * self.cell - self.cell / 2.0
             if inside.max() < _LEAST_WIDTH / 2.0:
                 continue
             found = self._room(mask, inside, top, float(np.median(level[mask])))
@@ -209,7 +208,25 @@ class HeightGrid:
 def _closed(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     from scipy.ndimage import binary_closing
 
-    return np.asarray(binary_closing(mask, np.ones((3, 3))) | mask)
+    closed = np.asarray(binary_closing(mask, np.ones((3, 3))), dtype=np.bool_)
+    return np.logical_or(closed, mask)
+
+
+def _islands(mask: NDArray[np.bool_], neighbours: Array | None = None) -> tuple[NDArray[np.int_], int]:
+    """Return the number of the connected region of each cell, 0 outside, and how many regions there are."""
+    from scipy.ndimage import label
+
+    found: Any = label(mask, neighbours)
+    marked: NDArray[np.int_] = np.asarray(found[0], dtype=np.int_)
+    return marked, int(found[1])
+
+
+def _depths(mask: NDArray[np.bool_]) -> Array:
+    """Return how many cells each cell is from the nearest outside."""
+    from scipy.ndimage import distance_transform_edt
+
+    found: Any = distance_transform_edt(mask)
+    return np.asarray(found, dtype=np.float64)
 
 
 def _filled(heights: Array) -> Array:

@@ -43,7 +43,7 @@ class Limits(StrictModel):
     """Limits that no planner can pass; at least one of them.
 
     Attributes:
-        workspace: Where the arm may work.
+        workspace: Where the arm may be: its tool centre point, and each link that is inside at home.
         max_force_n: With how many newtons the robot may press or pull what a call is to move; the grip, which presses from
             both sides, is not counted. `MAX_FORCE_N` where nobody gives one.
         max_unintended_force_n: The same for whatever else it touches; never more than `max_force_n`.

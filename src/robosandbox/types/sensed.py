@@ -265,6 +265,7 @@ class ObservedScene:
         hands: Ids of the objects in the hands, by the hand's name; None in an empty one. Without an arm's gripper there is none.
         hand: Name of the hand that calls are made with; needless where there is one.
         reach: Least and largest distance from `base_xy` at which that arm works, metres.
+        grips: Whether the arm that calls are made with has a gripper to hold things with.
         notes: What could not be seen well and why, in sentences.
     """
 
@@ -275,6 +276,7 @@ class ObservedScene:
     hands: Mapping[str, str | None] = field(default_factory=dict)
     hand: str | None = None
     reach: tuple[float, float] = (0.22, 0.80)
+    grips: bool = True
     notes: tuple[str, ...] = ()
     table_area: Area = TABLE_AREA
 

@@ -2,55 +2,77 @@
 
 from __future__ import annotations
 
+import time
 from collections import ChainMap
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
-from robosandbox.driver import Driver, Simulated, robot_name, simulated
+from robosandbox.driver import SafeDriver, Simulated, require, robot_name, simulated
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import require_mujoco
 from robosandbox.skills.manual import MANUAL
 from robosandbox.tasks.evaluate import aside, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Checkpoint, Observation, Truth, Verdict
+from robosandbox.types import Array, Checkpoint, Observation, Scene, Truth, Verdict
+from robosandbox.workcell.pictures import encode
 from robosandbox.workcell.workcell import Workcell, nobody_judges
+from robosandbox.workcell.zenoh.messages import Picture
 from robosandbox.world.episode_cache import clear_episode_caches
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenedTask:
+    """A task in a world of this process, and an agent that acts there.
+
+    Attributes:
+        task: What is loaded.
+        driver: Opened on the task's scene.
+        agent: With a context made of that driver.
+        layouts: The task's.
+        seed: The layout that it was opened on.
+    """
+
+    task: Task
+    driver: SafeDriver
+    agent: Agent[AgentContext]
+    layouts: Layouts
+    seed: int
+
+
+# Opens a task, by name, file or value, with a robot in place of its own; calls the last argument on the way.
+OpenTask = Callable[[Task | Scene | Path | str, Path | str | None, Callable[[], None] | None], OpenedTask]
 
 
 class EmbeddedWorkcell(Workcell[AgentContext]):
     """A robot at a task in this process.
 
     Args:
-        task: What is loaded.
-        driver: Opened on the task's scene.
-        agent: With a context made of that driver.
-        layouts: The task's.
-        seed: The layout that it was opened on.
+        opened: The task, the driver and the agent.
+        open_task: Opens others.
         undoes: Whether a way back is kept from what moves something.
 
     Attributes:
         driver: What moves the robot.
     """
 
-    def __init__(
-        self,
-        task: Task,
-        driver: Driver,
-        agent: Agent[AgentContext],
-        *,
-        layouts: Layouts,
-        seed: int,
-        undoes: bool = False,
-    ) -> None:
-        super().__init__(task, agent, seed=seed, undoes=undoes)
-        agent.calls = ChainMap(agent.skills, {move.name: move for move in MANUAL})
-        self.driver = driver
-        self._layouts = layouts
+    def __init__(self, opened: OpenedTask, *, open_task: OpenTask, undoes: bool = False) -> None:
+        super().__init__(opened.task, opened.agent, seed=opened.seed, undoes=undoes)
+        self._open_task = open_task
+        self._take(opened)
+
+    def _take(self, opened: OpenedTask) -> None:
+        opened.agent.calls = ChainMap(opened.agent.skills, {move.name: move for move in MANUAL})
+        self.driver = opened.driver
+        self._layouts = opened.layouts
         self._start_state: Array | None = None
-        self._begin(seed)
+        self._begin(opened.seed)
 
     @property
     def robot_name(self) -> str:
@@ -108,19 +130,58 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         world = self.driver.simulation
         return self.driver.time, None if world is None else world.physics_steps
 
-    def picture(self, camera: str, format: str = "png") -> bytes:
-        """Return a camera's picture as a file's bytes."""
-        from robosandbox.workcell.zenoh.server.pictures import encode
+    def photograph(self, camera: str, format: Literal["png", "jpeg"] = "png") -> tuple[bytes, Picture]:
+        """Return a camera's picture as a file's bytes, with what there is to know of it."""
+        frame = self.driver.senses.capture(camera)
+        return encode(frame.rgb, format), Picture(
+            camera=camera,
+            boot_id="",
+            stamp=time.time(),
+            time=self.driver.time,
+            intrinsics=frame.intrinsics,
+            format=format,
+            pose_camera_in_world=frame.pose_camera_in_world,
+        )
 
-        return encode(self.driver.state((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
+    def recover(self) -> str:
+        """End a fault of the driver."""
+        fault = self.driver.fault
+        self.driver.recover()
+        return fault
 
-    def reset(self, seed: int = 0) -> None:
-        """Start over with this seed's layout."""
-        world = simulated(self.driver, "a layout is laid out by it; open the session with the seed")
-        clear_episode_caches()
-        self._layouts.lay_out(seed, lambda scene, q: world.reset(scene, q=q))
+    def _lay_out(self, seed: int) -> None:
+        lay_out(self.driver, self._layouts, seed)
         self.agent.begin_anew()
         self._begin(seed)
+
+    def load(
+        self,
+        task: Task | Scene | Path | str,
+        robot: Path | str | None = None,
+        *,
+        wait_hook: Callable[[], None] | None = None,
+        accept: Callable[[OpenedTask], None] = lambda opened: None,
+    ) -> None:
+        """Put another task in the place of this one.
+
+        Args:
+            task: As of `Workcell.load`.
+            robot: Likewise.
+            wait_hook: Called again and again on the way; what it raises ends that, and this task stays.
+            accept: Raises where what was opened is not to be had.
+        """
+        require(self.driver, "reset", "loading another task does that")
+        opened = self._open_task(task, robot, wait_hook)
+        try:
+            accept(opened)
+        except BaseException:
+            opened.driver.close()
+            raise
+        agent = self.agent
+        self.close()
+        opened.agent.approve, opened.agent.ask, opened.agent.streams = agent.approve, agent.ask, agent.streams
+        self._hold(opened.task, opened.agent, opened.seed)
+        self._take(opened)
 
     def checkpoint(self) -> Checkpoint:
         """Return the world as it is."""
@@ -153,3 +214,15 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         world = self.driver.simulation
         self._start_state = None if world is None else world.snapshot()
         self.seed = seed
+
+
+def lay_out(driver: SafeDriver, layouts: Layouts, seed: int) -> None:
+    """Reset a simulation to a seed's layout.
+
+    Raises:
+        InputError: The seed is negative or has no layout.
+        UnsupportedError: The driver does not start over.
+    """
+    world = simulated(driver, "a layout is laid out by it; open the session with the seed")
+    clear_episode_caches()
+    layouts.lay_out(seed, lambda scene, q: world.reset(scene, q=q))

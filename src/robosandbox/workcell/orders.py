@@ -16,7 +16,7 @@ from robosandbox.agent.tools import (
     Steps,
     checked,
     error_data,
-    wanted,
+    relations,
     wrong_arguments,
 )
 from robosandbox.errors import Failure, InputError, InvalidArgumentError, PlannerError, RefusedPromptError
@@ -44,13 +44,21 @@ class FollowArguments(StrictModel):
     steps: Steps
 
 
+class UndoArguments(StrictModel):
+    """Go back to before the last order, call or reset that changed something; what came of it is lost."""
+
+
+class RecoverArguments(StrictModel):
+    """End a fault that has stopped the arm, once somebody has looked after what was the matter; nothing moves."""
+
+
 class JudgeArguments(StrictModel):
     """Ask whether the task has succeeded since the last reset, by the simulated state; time may pass while it is watched."""
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
-    """Answer to an order.
+class OrderResult:
+    """Result of an order.
 
     Attributes:
         data: As JSON data.
@@ -62,18 +70,20 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class OrderKind:
     """A kind of order.
 
     Attributes:
         arguments: What it takes; the docstring is its description.
         carry_out: Does it in a workcell, within a goal of its context.
-        moves: Whether the robot may move.
+        moves: Whether the robot or the world may move.
+        undoes: Whether what was done may be lost: the world is put into an earlier state.
     """
 
     arguments: type[StrictModel]
-    carry_out: Callable[[Workcell, Any], Answer]
+    carry_out: Callable[[Workcell, Any], OrderResult]
     moves: bool = False
+    undoes: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +98,19 @@ class BoundOrder:
     name: str
     arguments: StrictModel
 
-    def carry_out(self, cell: Workcell) -> Answer:
+    @property
+    def kind(self) -> OrderKind:
+        """What kind of order it is."""
+        return ORDERS[self.name]
+
+    def carry_out(self, cell: Workcell) -> OrderResult:
         """Do it, within a goal of the cell's context.
 
         Raises:
             SkillError: It cannot be done, or the planner has no answer.
         """
         try:
-            return ORDERS[self.name].carry_out(cell, self.arguments)
+            return self.kind.carry_out(cell, self.arguments)
         except InputError as error:
             raise InvalidArgumentError(f"{self.name}: {error}") from None
         except PlannerError as error:
@@ -132,7 +147,7 @@ def planned(answer: Plan | Refusal) -> dict[str, Any]:
     }
 
 
-def ended(episode: Episode) -> Answer:
+def ended(episode: Episode) -> OrderResult:
     """Return what came of a prompt or of goals: what was done, what was answered, and why it ended."""
     data = {
         "success": episode.success,
@@ -146,35 +161,38 @@ def ended(episode: Episode) -> Answer:
         "error": error_data(episode.error) if episode.error else None,
     }
     if episode.success:
-        return Answer(data)
-    return Answer(data, episode.error or RefusedPromptError(episode.final_detail).failure)
+        return OrderResult(data)
+    return OrderResult(data, episode.error or RefusedPromptError(episode.final_detail).failure)
 
 
-def _achieved(cell: Workcell, arguments: AchieveArguments) -> Answer:
-    found = wanted(arguments, cell.observe(), cell.skills)
-    if isinstance(found, Plan):
-        return ended(cell.agent.follow(found))
-    return Answer({"success": False, **planned(found)}, RefusedPromptError(found.message).failure)
+def _achieved(cell: Workcell, arguments: AchieveArguments) -> OrderResult:
+    # What is no relation would be taken for a sentence.
+    goals = relations(arguments.goals)
+    return ended(cell.agent.run(", ".join(map(str, goals))))
 
 
-def _judged(cell: Workcell) -> Answer:
+def _judged(cell: Workcell) -> OrderResult:
     verdict = cell.judge()
-    return Answer({"success": verdict.success, "detail": dict(verdict.detail)})
+    return OrderResult({"success": verdict.success, "detail": dict(verdict.detail)})
 
 
-ORDERS: dict[str, Order] = {
-    "run": Order(RunArguments, lambda cell, given: ended(cell.agent.run(given.prompt)), moves=True),
-    "follow": Order(FollowArguments, lambda cell, given: ended(cell.agent.follow(Plan(steps=given.steps))), moves=True),
-    "achieve": Order(AchieveArguments, _achieved, moves=True),
-    "plan": Order(PlanArguments, lambda cell, given: Answer(planned(cell.agent.plan(given.prompt)))),
-    "check": Order(
+ORDERS: dict[str, OrderKind] = {
+    "run": OrderKind(RunArguments, lambda cell, given: ended(cell.agent.run(given.prompt)), moves=True),
+    "follow": OrderKind(
+        FollowArguments, lambda cell, given: ended(cell.agent.follow(Plan(steps=given.steps))), moves=True
+    ),
+    "achieve": OrderKind(AchieveArguments, _achieved, moves=True),
+    "plan": OrderKind(PlanArguments, lambda cell, given: OrderResult(planned(cell.agent.plan(given.prompt)))),
+    "check": OrderKind(
         CheckArguments,
-        lambda cell, given: Answer(checked(Plan(steps=given.steps), cell.observe(), list(cell.calls.values()))),
+        lambda cell, given: OrderResult(checked(Plan(steps=given.steps), cell.observe(), list(cell.calls.values()))),
     ),
-    "simulate": Order(
+    "simulate": OrderKind(
         SimulateArguments,
-        lambda cell, given: Answer(cell.simulate(Plan(steps=given.steps))),
+        lambda cell, given: OrderResult(cell.simulate(Plan(steps=given.steps))),
     ),
-    "judge": Order(JudgeArguments, lambda cell, given: _judged(cell)),
+    "undo": OrderKind(UndoArguments, lambda cell, given: OrderResult({"undone": cell.undo()}), moves=True, undoes=True),
+    "recover": OrderKind(RecoverArguments, lambda cell, given: OrderResult({"fault": cell.recover()})),
+    "judge": OrderKind(JudgeArguments, lambda cell, given: _judged(cell)),
 }
 """The kinds of orders, by name."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import ParamSpec
@@ -26,34 +26,46 @@ from robosandbox.sim.objects.weight import weighed
 from robosandbox.sim.populated import left_out, populated
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
-from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.layouts import Layouts
-from robosandbox.tasks.loader import find_task, load_task
+from robosandbox.tasks.loader import resolve_task, with_robot
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Scene, find_tempo, the_only
-from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.embedded import EmbeddedWorkcell, OpenedTask, lay_out
 from robosandbox.workcell.option_types import check_types
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.world.operators import Operator
 
-DEFAULT_TASK = "pick_from_three"
 # How far from a task's start configuration a driver may begin, rad or m; chosen so that an encoder's noise stays far below.
 _BEGUN = 0.05
 
 P = ParamSpec("P")
 
 
-@doing("opening the world")
-def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | None = None) -> EmbeddedWorkcell:
+def open_workcell(options: WorkcellOptions) -> EmbeddedWorkcell:
     """Load a world in this process and put an agent in it.
 
     Args:
-        options: Which world, and who plans in it.
-        wait_hook: Called again and again while the world is loaded and settles; what it raises ends that.
+        options: Which world, and who plans in it; others that are loaded later are opened likewise.
 
     Raises:
         InputError: A name, file or value is wrong.
     """
+
+    def open_other(
+        task: Task | Scene | Path | str, robot: Path | str | None, wait_hook: Callable[[], None] | None
+    ) -> OpenedTask:
+        # What was said of the robot is so of no other.
+        other = replace(options, task=task, scene=None, robot_base=None, robot=robot, seed=0)
+        if robot is None or robot != options.robot:
+            other = replace(other, sidecar=None, arm=None, gripper=None)
+        return _open_task(other, wait_hook)
+
+    return EmbeddedWorkcell(_open_task(options, None), open_task=open_other, undoes=options.dialogue)
+
+
+@doing("opening the world")
+def _open_task(options: WorkcellOptions, wait_hook: Callable[[], None] | None) -> OpenedTask:
+    """Load a world in this process and put an agent in it; `wait_hook` is called again and again on the way."""
     check_types(options)
     task = _task_of(options)
     skills: list[Operator] = [*load_skills()]
@@ -91,13 +103,12 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
             tempo=find_tempo(options.tempo),
         )
         agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
-        workcell = EmbeddedWorkcell(task, driver, agent, layouts=layouts, seed=options.seed, undoes=options.dialogue)
         if driver.capabilities.reset and (options.seed != 0 or task.start_q is not None):
-            workcell.reset(options.seed)
+            lay_out(driver, layouts, options.seed)
     except BaseException:
         driver.close()
         raise
-    return workcell
+    return OpenedTask(task=task, driver=driver, agent=agent, layouts=layouts, seed=options.seed)
 
 
 def _front_door(options: Callable[P, WorkcellOptions]) -> Callable[P, EmbeddedWorkcell]:
@@ -164,41 +175,6 @@ def with_world(task: Task | Scene | Path | str | None, world: Path | str) -> Tas
             "--scene: a task has its own scene (scene: {world: FILE} in its file); leave out --scene or --task"
         )
     return resolve_task(Scene(world=Path(world)))
-
-
-def with_robot(scene: Scene, robot: Path | str) -> Scene:
-    """Return a scene with another robot; what was said of the one before is left out."""
-    said = {"robot_config": None, "robot_arm": None, "robot_gripper": None}
-    return scene.model_copy(update={"robot_urdf": Path(robot), **said})
-
-
-def resolve_task(task: Task | Scene | Path | str | None) -> Task:
-    """Return the task that a value names.
-
-    Raises:
-        InputError: There is none of that name, or its file is wrong.
-    """
-    match task:
-        case None:
-            return find_task(DEFAULT_TASK)
-        case Task():
-            return task
-        case Scene():
-            return Task(
-                name="scene" if task.world is None else _task_name(task.world),
-                prompt="go home",
-                scene=task,
-                success=AtHome(kind="at_home"),
-            )
-        case Path():
-            return load_task(task)
-        case _:
-            return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
-
-
-def _task_name(world: Path) -> str:
-    """Return a name for what is done in a scene's file."""
-    return re.sub(r"[^A-Za-z0-9_.-]+", "_", world.stem).strip("_.-")[:60] or "scene"
 
 
 def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> SafeDriver:

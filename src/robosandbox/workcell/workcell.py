@@ -5,7 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Generic, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, Literal, Self
 
 from typing_extensions import TypeVar
 
@@ -22,11 +23,13 @@ from robosandbox.types import (
     ObservedScene,
     Plan,
     Refusal,
+    Scene,
     SkillCall,
     SkillResult,
     Truth,
     Verdict,
 )
+from robosandbox.workcell.zenoh.messages import Picture
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.verifier import Constraints, Problem, verify
 
@@ -52,6 +55,11 @@ class Workcell(ABC, Generic[ContextT]):
     """
 
     def __init__(self, task: Task, agent: Agent[ContextT], *, seed: int = 0, undoes: bool = False) -> None:
+        self._undoes = undoes
+        self._hold(task, agent, seed)
+
+    def _hold(self, task: Task, agent: Agent[ContextT], seed: int) -> None:
+        """Take over a task and its agent, in which nothing has been done."""
         self.task = task
         self.agent = agent
         self.seed = seed
@@ -59,7 +67,7 @@ class Workcell(ABC, Generic[ContextT]):
         self._ways: deque[tuple[str, Any]] = deque(maxlen=WAYS_BACK)
         self._prompt: str | None = None
         self._has_moved = False
-        self._leave: Callable[[], None] = agent.ctx.events.subscribe(self._keep_way_back) if undoes else _nothing
+        self._leave: Callable[[], None] = agent.ctx.events.subscribe(self._keep_way_back) if self._undoes else _nothing
 
     @property
     def ctx(self) -> ContextT:
@@ -179,6 +187,14 @@ class Workcell(ABC, Generic[ContextT]):
         """Stop what runs, from any thread: it ends in a CancelledError, with the arm holding."""
         self.ctx.cancel()
 
+    @abstractmethod
+    def recover(self) -> str:
+        """End a fault of the driver, somebody having looked after it; return what it was, "" where there was none.
+
+        Raises:
+            FaultError: What was the matter still is.
+        """
+
     def remember(self, what: str) -> None:
         """Keep a way back to how the world is now, for `undo`; none where this world cannot be copied.
 
@@ -256,21 +272,51 @@ class Workcell(ABC, Generic[ContextT]):
     def elapsed(self) -> tuple[float, int | None]:
         """Return seconds since the last reset, and physics steps, where they are simulated."""
 
-    @abstractmethod
-    def picture(self, camera: str, format: str = "png") -> bytes:
-        """Return a camera's picture as a PNG or JPEG file's bytes.
+    def picture(self, camera: str, format: Literal["png", "jpeg"] = "png") -> bytes:
+        """Return a camera's picture as a file's bytes.
 
         Raises:
             InputError: No such camera.
             RenderingError: No OpenGL on this machine.
         """
+        return self.photograph(camera, format)[0]
 
     @abstractmethod
+    def photograph(self, camera: str, format: Literal["png", "jpeg"] = "png") -> tuple[bytes, Picture]:
+        """Return a camera's picture as a file's bytes, with its time, its pinhole and where the camera is."""
+
     def reset(self, seed: int = 0) -> None:
-        """Start over with this seed's layout.
+        """Start over with this seed's layout; `undo` goes back to before.
 
         Raises:
             InputError: The seed is negative or has no layout.
+            UnsupportedError: The driver does not start over.
+            BusyError: The robot is at work.
+        """
+        before = len(self._ways)
+        if self._undoes:
+            self.remember(f"reset to seed {seed}")
+        try:
+            self._lay_out(seed)
+        except BaseException:
+            while len(self._ways) > before:
+                self._ways.pop()
+            raise
+
+    @abstractmethod
+    def _lay_out(self, seed: int) -> None:
+        """Start over with this seed's layout."""
+
+    @abstractmethod
+    def load(self, task: Task | Scene | Path | str, robot: Path | str | None = None) -> None:
+        """Put another task in the place of this one, as written; there is another agent then, and no way back.
+
+        Args:
+            task: A task, a bundled one's name, a YAML file, or a bare scene.
+            robot: In place of the task's.
+
+        Raises:
+            InputError: One of them is wrong; this task stays.
             UnsupportedError: The driver does not start over.
             BusyError: The robot is at work.
         """

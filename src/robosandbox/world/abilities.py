@@ -57,6 +57,13 @@ class Abilities:
     workspaces: Sequence[Workspace] = ()
     max_force: float = math.inf
 
+    @classmethod
+    def of(cls, scene: ObservedScene) -> Abilities:
+        """Return the abilities that a scene tells of."""
+        robot = Abilities()
+        robot.gripper = scene.grips
+        return robot
+
     def out_of_reach(
         self, point: Sequence[float], scene: ObservedScene, carried: DetectedObject | None = None
     ) -> str | None:

@@ -5,14 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from robosandbox.errors import Failure, Phase
+from robosandbox.errors import ErrorCode, Failure, Phase
 from robosandbox.types import ObservedScene, SkillCall
 from robosandbox.world.contracts import Contract, first_refuted, lookup
 from robosandbox.world.facts import Fact
 from robosandbox.world.predicate import View
 
+# Ends of a call that say nothing of the world.
+NOT_OF_THE_WORLD = frozenset(
+    {
+        ErrorCode.REFUSED,
+        ErrorCode.CANCELLED,
+        ErrorCode.GOAL_TIMEOUT,
+        ErrorCode.UNAVAILABLE,
+        ErrorCode.INTERNAL,
+        ErrorCode.FAULT,
+        ErrorCode.BUSY,
+        ErrorCode.FORBIDDEN,
+    }
+)
 # Phases of a skill before anything moves.
-_BEFORE_MOVING = (Phase.CHECK, Phase.PERCEIVE, Phase.PLAN)
+BEFORE_MOVING = (Phase.CHECK, Phase.PERCEIVE, Phase.PLAN)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,13 +74,14 @@ class FailedCall:
 
     @property
     def is_hopeless(self) -> bool:
-        """True where the cause is the thing or the gripper itself, so that nothing done first can help."""
-        return self.error.evidence is not None and self.error.evidence.is_final
+        """True where the cause is the thing, the gripper or nothing in the world, so that nothing done first can help."""
+        evidence = self.error.evidence
+        return self.error.code in NOT_OF_THE_WORLD or (evidence is not None and evidence.is_final)
 
     @property
     def had_begun(self) -> bool:
         """True where the robot had moved for it, so that another try begins from somewhere else."""
-        return self.error.phase not in _BEFORE_MOVING
+        return self.error.phase not in BEFORE_MOVING
 
     @property
     def promises_a_change(self) -> bool:

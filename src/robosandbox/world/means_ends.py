@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from robosandbox.types import DetectedObject, ObservedScene, Plan, SkillCall
-from robosandbox.world.achieve import achieve
 from robosandbox.world.contracts import find, first_refuted, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
+from robosandbox.world.goal_plan import plan_for
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import centre, gap
@@ -61,7 +61,7 @@ class MeansEndsPlan:
         Raises:
             NoWayError: There are none.
         """
-        answer = achieve((goal,), self.scene, tuple(self._skills.values()))
+        answer = plan_for((goal,), self.scene, tuple(self._skills.values()))
         steps = answer.steps if isinstance(answer, Plan) else None
         if steps is None:
             raise NoWayError(str(goal))
@@ -99,7 +99,8 @@ class MeansEndsPlan:
             raise NoWayError(f"there is no skill {call.skill}")
         contract = bind(call, self._skills).contract
         for _ in range(_MOST_LACKING):
-            needs = contract.resolved(self.scene.holding(self._held)).needs
+            scene = self.scene.holding(self._held) if self._held else self.scene
+            needs = contract.resolved(scene).needs
             lacking = first_refuted(sorted(needs, key=_is_of_the_hand), View.of(self.scene))
             if lacking is None:
                 break

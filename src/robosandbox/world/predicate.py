@@ -34,7 +34,7 @@ class View:
     @classmethod
     def of(cls, scene: ObservedScene, robot: Abilities | None = None) -> View:
         """Return the view of a scene in which no step has begun."""
-        return cls(scene=scene, before=scene, robot=robot or Abilities())
+        return cls(scene=scene, before=scene, robot=robot or Abilities.of(scene))
 
     def get(self, name: object) -> DetectedObject:
         """Return an object that is known to be seen.

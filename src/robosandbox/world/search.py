@@ -74,7 +74,7 @@ class Search:
         achievers: What may be called.
         asked: What was asked besides.
         robot: What the robot can do.
-        failed: Calls that are not planned, since they have failed.
+        avoided: Calls that are not planned, since they have failed.
     """
 
     def __init__(
@@ -84,9 +84,9 @@ class Search:
         asked: Constraints,
         robot: Abilities,
         *,
-        failed: Sequence[SkillCall] = (),
+        avoided: Sequence[SkillCall] = (),
     ) -> None:
-        self._failed = failed
+        self._avoided = avoided
         self._start = start
         self._achievers = achievers
         self._asked = asked
@@ -276,14 +276,14 @@ class Search:
             if state.first_refuted(filled) is None:
                 arguments = {key: bound.get(str(value), value) for key, value in achiever.call.arguments.items()}
                 call = SkillCall(skill=achiever.call.skill, arguments=arguments)
-                if call not in self._failed:
+                if call not in self._avoided:
                     return call
         raise NoWayError(f"there is no free place for {given[0]}", depth)
 
     def _after(self, call: SkillCall, goal: Fact, state: SearchState, depth: int) -> SearchState:
         contract = self._achievers.contract(call).resolved(state.scene)
         asked = self._asked
-        if call in self._failed:
+        if call in self._avoided:
             raise NoWayError(f"{call} has failed before", depth)
         for name in contract.moves:
             if name in asked.never or (asked.only is not None and name not in asked.only):

@@ -111,7 +111,7 @@ def verify(
         scene: What is seen now.
         skills: What the plan may call.
         constraints: What was asked besides.
-        robot: What the robot can do; None denies nothing but what is far out of reach.
+        robot: What the robot can do; None denies what the scene tells that it cannot.
     """
     if len(plan.steps) > MAX_STEPS:
         cause = f"the plan has {len(plan.steps)} steps; at most {MAX_STEPS} are carried out"
@@ -122,7 +122,7 @@ def verify(
     if wrong:
         return Verification(problems=wrong, end=scene)
     calls = tuple(found for found in bound if isinstance(found, BoundCall))
-    return _Run(scene, constraints or Constraints(), robot or Abilities()).follow(calls)
+    return _Run(scene, constraints or Constraints(), robot or Abilities.of(scene)).follow(calls)
 
 
 class _Run:

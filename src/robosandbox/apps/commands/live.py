@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from robosandbox.agent.agent import Agent
     from robosandbox.agent.goal import GoalContext
+    from robosandbox.skills.events import EventStream
 
 
 # Characters of one line about a tool. Chosen: a wide terminal's.
@@ -39,9 +40,14 @@ class LiveView:
         self._thought = ""
         self._drafted: list[str] = []
 
-    def watch(self, agent: Agent[Any]) -> None:
-        """Show what an agent does, and on a terminal what a model writes while it writes."""
-        agent.ctx.events.subscribe(self)
+    def watch(self, agent: Agent[Any], events: EventStream | None = None) -> None:
+        """Show what an agent does, and on a terminal what a model writes while it writes.
+
+        Args:
+            agent: Whose planner may ask a model.
+            events: Tell what it does; its own if left out.
+        """
+        (events or agent.ctx.events).subscribe(self)
         agent.streams = agent.streams or self._console.is_terminal
 
     def __call__(self, event: events.AgentEvent) -> None:

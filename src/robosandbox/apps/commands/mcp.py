@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -16,9 +16,6 @@ from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 from robosandbox.progress import nothing_done
 from robosandbox.workcell.options import WorkcellOptions
-
-if TYPE_CHECKING:
-    from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 _AT_A_TERMINAL = """\
 waiting for an MCP client on stdin; clients start this command themselves (docs/mcp.md). --http PORT serves over HTTP; \
@@ -60,31 +57,16 @@ def mcp(
     except ModuleNotFoundError as error:
         raise missing_extra(error, "mcp", "mcp") from None
     from robosandbox.apps.mcp.robot import McpRobot
+    from robosandbox.workcell.host import WorkcellHost
 
     @contextmanager
-    def there() -> Iterator[McpRobot]:
-        from robosandbox.tasks.loader import find_task
+    def opened() -> Iterator[McpRobot]:
+        with connection.workcell(world) if connection else open_here(world) as cell:
+            host = WorkcellHost(cell, pace="watched" if realtime else "fast")
+            host.start()
+            yield McpRobot(host, robot=world.robot, timeout=timeout)
 
-        with connection.workcell(world) as session:
-            yield McpRobot(session, reopen=lambda task: session.load(find_task(task)), timeout=timeout)
-
-    @contextmanager
-    def here() -> Iterator[McpRobot]:
-        from robosandbox.agent.pace import Pace
-
-        def reopen(task: str | None = None) -> EmbeddedWorkcell:
-            session = open_here(world) if task is None else open_here(world, task=task)
-            if realtime:
-                session.driver.subscribe(Pace(session.driver))
-            return session
-
-        robot = McpRobot(reopen(), reopen=reopen, timeout=timeout)
-        try:
-            yield robot
-        finally:
-            robot.cell.close()
-
-    serve(there if connection else here, port=http, first=first)
+    serve(opened, port=http, first=first)
     return EXIT_DONE
 
 

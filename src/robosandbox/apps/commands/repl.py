@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_settings, recording
+from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.apps.commands.world import Connection, check_remote, open_here, takes_world
 from robosandbox.errors import InputError
 from robosandbox.workcell.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.apps.repl.link import Link
+    from robosandbox.apps.repl.shell import Shell
+    from robosandbox.workcell.recording.settings import RecordSettings
     from robosandbox.workcell.workcell import Workcell
 
 # Height and width of pictures, pixels; chosen to fill half a terminal's window when opened.
@@ -37,8 +39,8 @@ def repl(
         raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
     settings = record_settings(record, video, video_fps)
     if not connection:
-        with open_here(world, render_size=_PICTURE_SIZE) as session, recording(settings, session):
-            return _talk(session)
+        with open_here(world, render_size=_PICTURE_SIZE) as cell:
+            return _talk(cell, world, record=settings)
 
     check_remote(world)
     if record is not None:
@@ -47,13 +49,24 @@ def repl(
 
     with connection.client(reconnect=reconnect) as client:
         far = connection.before(client, world)
-        return _talk(far, Link(client, far.robot))
+        return _talk(far, world, Link(client, far.robot))
 
 
-def _talk(workcell: Workcell, link: Link | None = None) -> int:
+def _talk(
+    cell: Workcell, world: WorkcellOptions, link: Link | None = None, record: RecordSettings | None = None
+) -> int:
     from robosandbox.apps.repl.shell import Shell
+    from robosandbox.workcell.host import WorkcellHost
 
-    shell = Shell(workcell, link)
+    # Lines are carried out in this thread, which Ctrl-C reaches while a planner thinks.
+    host = WorkcellHost(cell, record=record)
+    try:
+        return _read_lines(Shell(host, link, robot=world.robot))
+    finally:
+        host.close()
+
+
+def _read_lines(shell: Shell) -> int:
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         from robosandbox.apps.repl.piped import run_lines
 

@@ -8,7 +8,7 @@ import sys
 import threading
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +21,7 @@ from robosandbox.workcell.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.workcell.embedded import EmbeddedWorkcell
+    from robosandbox.workcell.recording.settings import RecordSettings
     from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld
     from robosandbox.workcell.zenoh.server.loader import TaskLoader
 
@@ -29,8 +30,8 @@ _WAKE_SECONDS = 0.2
 # How long the world's thread may not look at its queue, seconds; chosen above the 120 s that clients wait for any answer,
 # and above taking a mesh apart.
 _MOST_SILENT_SECONDS = 300.0
-Pace = Literal["realtime", "fast"]
 _PROGRAM = "robo-sandbox"
+_PACES = ("realtime", "fast")
 
 ZenohConfig = Annotated[
     Path | None, typer.Option("--zenoh-config", help="A Zenoh configuration file, see examples/zenoh/.")
@@ -81,8 +82,8 @@ class Serving:
         """
         if not re.fullmatch(r"[a-z0-9_-]{1,64}", self.robot_id):
             raise InputError(f"--robot-id: {self.robot_id[:70]!r} is no id; use up to 64 of a-z, 0-9, '-' and '_'")
-        if self.pace not in get_args(Pace):
-            raise InputError(f"--pace: {self.pace!r} is not one of {', '.join(get_args(Pace))}")
+        if self.pace not in _PACES:
+            raise InputError(f"--pace: {self.pace!r} is not one of {', '.join(_PACES)}")
         for folder in self.allow_files or ():
             if not folder.is_dir():
                 raise InputError(f"--allow-files: {str(folder)!r} is no folder")
@@ -124,11 +125,11 @@ def sim(
 
     load_plugin("perceptions", world.perception)
     find_sensor(world.sensor)
-    _serve(TaskLoader(world, allowed=serving.allow_files or [], record=settings), serving, stopped)
+    _serve(TaskLoader(world, allowed=serving.allow_files or []), serving, settings, stopped)
     return EXIT_DONE
 
 
-def _serve(loader: TaskLoader, serving: Serving, stopped: threading.Event) -> None:
+def _serve(loader: TaskLoader, serving: Serving, settings: RecordSettings | None, stopped: threading.Event) -> None:
     """Serve the loader's first task, or what a state file has, until it is time to stop."""
     from robosandbox.workcell.zenoh.server.checkpoint import StateFile
     from robosandbox.workcell.zenoh.server.server import SimServer
@@ -138,35 +139,36 @@ def _serve(loader: TaskLoader, serving: Serving, stopped: threading.Event) -> No
     saved = file.load() if file else None
     session, endpoints = open_listener(serving.listen, config_file=serving.zenoh_config, insecure=serving.insecure)
     try:
-        host = _open(loader, saved)
+        cell = _open(loader, saved)
         server = SimServer(
-            host,
+            cell,
             session,
             robot_id=serving.robot_id,
             load=loader.load,
             pace="fast" if serving.pace == "fast" else "realtime",
             truth=serving.ground_truth,
             state_file=file,
+            record=settings,
         )
         if saved is not None:
             server.adopt(saved)
         with ending_with_threads(_PROGRAM), server:
             where = ", ".join(endpoints) or "the routers of the Zenoh config"
-            said = f"{serving.robot_id!r}: {host.task.name} with {robot_name(host.driver)}"
+            said = f"{serving.robot_id!r}: {cell.task.name} with {robot_name(cell.driver)}"
             print(f"listening on {where} as {said}", flush=True)
             # A signal may be taken by one of Zenoh's threads; its handler runs when this thread wakes up next.
-            looks, silent = server.looks, 0.0
+            looks, silent = server.host.thread.looks, 0.0
             while not stopped.wait(_WAKE_SECONDS):
                 # Counted in wakes: a process that was stopped for a while has not been silent.
-                silent = silent + _WAKE_SECONDS if server.looks == looks else 0.0
-                looks = server.looks
+                silent = silent + _WAKE_SECONDS if server.host.thread.looks == looks else 0.0
+                looks = server.host.thread.looks
                 if silent > _MOST_SILENT_SECONDS:
                     end_now(
                         _PROGRAM,
-                        f"the world has not looked at its queue for {silent:.0f} s, at {server.doing or 'rest'}",
+                        f"the world has not looked at its queue for {silent:.0f} s, at {server.host.doing or 'rest'}",
                     )
             print("stopping", file=sys.stderr, flush=True)
-        server.served.close()
+        cell.close()
     finally:
         session.close()
 

@@ -38,7 +38,7 @@ def show_task(
     """Print a task, its defaults filled in."""
     import yaml
 
-    from robosandbox.workcell.session import resolve_task
+    from robosandbox.tasks.loader import resolve_task
 
     document = resolve_task(name).model_dump(mode="json")
     if json:

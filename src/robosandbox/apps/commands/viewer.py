@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,12 +24,10 @@ from robosandbox.workcell.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.apps.repl.link import Link
-    from robosandbox.apps.viewer.operator import News, Operator
+    from robosandbox.apps.viewer.control import Control
+    from robosandbox.apps.viewer.news import News
     from robosandbox.apps.viewer.replay import RecordedFrames
     from robosandbox.apps.viewer.source import WorldSource
-    from robosandbox.tasks.task import Task
-    from robosandbox.types import Scene
-    from robosandbox.workcell.embedded import EmbeddedWorkcell
     from robosandbox.workcell.recording.episode import RecordedEpisode
     from robosandbox.workcell.recording.settings import RecordSettings
 
@@ -86,7 +84,7 @@ def viewer(
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: stopped.set())
         try:
-            print(f"viewer at {shown.url}: {source.workcell.task.name} with {source.workcell.robot_name}", flush=True)
+            print(f"viewer at {shown.url}: {source.host.cell.task.name} with {source.host.cell.robot_name}", flush=True)
             while not stopped.wait(_WAKE_SECONDS):
                 pass
             print("stopping", file=sys.stderr, flush=True)
@@ -97,26 +95,26 @@ def viewer(
 
 def _log(news: News) -> None:
     """Write what was ordered in the browser, word for word, and what came of it to stderr."""
-    from robosandbox.apps.viewer import operator
+    from robosandbox.apps.viewer.news import Began, Came, Complaint, Stopped
     from robosandbox.apps.viewer.outcome import STOPPED, calls, told
 
     match news:
-        case operator.Began(doing, what):
+        case Began(doing, what):
             line = f"{doing}: {what}"
-        case operator.Came():
-            line = "; ".join([*calls(news.answer.data), *(text for text, _ in told(news))])
-        case operator.Stopped():
+        case Came():
+            line = "; ".join([*calls(news.result.data), *(text for text, _ in told(news))])
+        case Stopped():
             line = STOPPED[0]
-        case operator.Complaint(message):
+        case Complaint(message):
             line = f"not done: {message}"
         case _:
             return
     print(line, file=sys.stderr, flush=True)
 
 
-def _tell_presence(control: Operator, link: Link, line: str) -> None:
+def _tell_presence(control: Control, link: Link, line: str) -> None:
     """Say on stderr and in the page that the sim went away or is back."""
-    from robosandbox.apps.viewer.operator import Presence
+    from robosandbox.apps.viewer.news import Presence
 
     print(line, file=sys.stderr, flush=True)
     control.tell(Presence(line if link.away else ""))
@@ -130,37 +128,28 @@ def _embedded_source(
     from robosandbox.apps.viewer.embedded import EmbeddedSource
     from robosandbox.tasks.task import Task
     from robosandbox.validation import validate
-    from robosandbox.workcell.recording.settings import open_recorder
+    from robosandbox.workcell.host import WorkcellHost
 
-    with ExitStack() as recorded:
+    if episode is None:
+        cell, playback = open_here(world, render_size=_PICTURE_SIZE), None
+    else:
+        from robosandbox.apps.viewer.replay import recorded_frames
 
-        def reopen(task: Task | Scene | Path | str | None, robot: Path | str | None, seed: int = 0) -> EmbeddedWorkcell:
-            # What was said of the robot on the command line is so of no other.
-            other = {} if robot == world.robot else {"sidecar": None, "arm": None, "gripper": None}
-            session = open_here(world, task=task, robot=robot, seed=seed, render_size=_PICTURE_SIZE, **other)
-            if settings is not None:
-                recorder = open_recorder(settings, session)
-                recorded.close()
-                recorder.follow()
-                recorded.callback(recorder.close)
-            return session
-
-        if episode is None:
-            yield EmbeddedSource(reopen(world.task, world.robot, world.seed), reopen), None, None
-        else:
-            from robosandbox.apps.viewer.replay import recorded_frames
-
-            session = reopen(validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task"), None)
-            if episode.meta.checkpoint is not None:
-                session.restore(episode.meta.checkpoint)
-            yield EmbeddedSource(session, reopen), recorded_frames(episode, session), None
+        task = validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task")
+        own = dict.fromkeys(("scene", "robot_base", "robot", "sidecar", "arm", "gripper"))
+        cell = open_here(world, task=task, **own, render_size=_PICTURE_SIZE)
+        if episode.meta.checkpoint is not None:
+            cell.restore(episode.meta.checkpoint)
+        playback = recorded_frames(episode, cell)
+    yield EmbeddedSource(WorkcellHost(cell, pace="watched", record=settings)), playback, None
 
 
 @contextmanager
 def _connected_source(connection: Connection, world: WorkcellOptions) -> Iterator[tuple[WorldSource, None, Link]]:
     from robosandbox.apps.repl.link import Link
     from robosandbox.apps.viewer.connected import ConnectedSource
+    from robosandbox.workcell.host import WorkcellHost
 
     with connection.client() as client:
-        session = connection.before(client, world)
-        yield ConnectedSource(session), None, Link(client, session.robot)
+        cell = connection.before(client, world)
+        yield ConnectedSource(WorkcellHost(cell)), None, Link(client, cell.robot)

@@ -153,7 +153,7 @@ def _check_with(
                     static = compare(found, given)
             else:
                 given = load_yaml_model(config, Sidecar)
-                with doing(f"inferring the sidecar of {path.name}"):
+                with doing(f"comparing the sidecar with {path.name}"):
                     found, static = examine(imported, given, config, paths)
         except InputError as error:
             report.add([CheckResult("load", False, str(error), blamed_field(config, str(error)))])

@@ -32,10 +32,10 @@ from robosandbox.apps.export.pictures import pictures
 from robosandbox.errors import InputError
 from robosandbox.sim.sensors import perfect_intrinsics
 from robosandbox.sim.world import World
+from robosandbox.workcell.pictures import encode
 from robosandbox.workcell.recording.drawing import contact_force, world_of
 from robosandbox.workcell.recording.episode import RecordedEpisode
 from robosandbox.workcell.recording.settings import rows_per_frame
-from robosandbox.workcell.zenoh.server.pictures import encode
 
 _TEXT, _NUMBER = {"type": "string"}, {"type": "number"}
 _NUMBERS = {"type": "array", "items": _NUMBER}

@@ -1,4 +1,4 @@
-"""Tools of the server itself: look, plan, check, try out, run, reach goals, judge, start over, refuse."""
+"""Tools of the server itself: look, orders, start over, load, stop, refuse."""
 
 from __future__ import annotations
 
@@ -10,13 +10,7 @@ import anyio
 import mcp_types as types
 from mcp.server.context import ServerRequestContext
 
-from robosandbox.agent.tools import (
-    AchieveArguments,
-    CheckArguments,
-    RefuseArguments,
-    SimulateArguments,
-    checked,
-)
+from robosandbox.agent.tools import RefuseArguments
 from robosandbox.apps.mcp import tools
 from robosandbox.apps.mcp.robot import McpRobot, Tell
 from robosandbox.errors import (
@@ -28,17 +22,9 @@ from robosandbox.errors import (
     ServiceUnavailableError,
     SkillError,
 )
-from robosandbox.types import Plan, Refusal, StrictModel
+from robosandbox.types import Refusal, StrictModel
 from robosandbox.validation import did_you_mean
-from robosandbox.workcell.orders import (
-    ORDERS,
-    BoundOrder,
-    FollowArguments,
-    JudgeArguments,
-    PlanArguments,
-    RunArguments,
-    planned,
-)
+from robosandbox.workcell.orders import ORDERS, BoundOrder, planned
 
 Context = ServerRequestContext[Any, Any]
 ValueT = TypeVar("ValueT")
@@ -66,26 +52,20 @@ async def _answered(robot: McpRobot, ctx: Context, own: StrictModel) -> types.Ca
     match own:
         case tools.LookArguments():
             return await _look(robot, own)
-        case PlanArguments():
-            return tools.answer(planned(await robot.plan(own.prompt)))
-        case CheckArguments():
-            return tools.answer(checked(Plan(steps=own.steps), await robot.scene(), robot.calls))
-        case RunArguments() | FollowArguments() | AchieveArguments() | SimulateArguments() | JudgeArguments():
-            order = BoundOrder(next(name for name, kind in ORDERS.items() if kind.arguments is type(own)), own)
-            return tools.ended(await reported(ctx, lambda tell: robot.order(order, tell)))
-        case tools.UndoArguments():
-            return tools.answer({"undone": await robot.undo()})
         case tools.ResetArguments():
             await robot.reset(own.seed)
             return tools.answer(robot.task)
         case tools.LoadArguments():
             await robot.load(own.task)
             return tools.answer(robot.task)
+        case tools.StopArguments():
+            return tools.answer({"stopped": robot.stop()})
         case RefuseArguments():
             refusal = Refusal(code=own.code, message=own.message, candidates=own.candidates)
             return tools.answer(planned(refusal))
         case _:
-            raise AssertionError(f"{type(own).__name__} has no handler")
+            order = BoundOrder(next(name for name, kind in ORDERS.items() if kind.arguments is type(own)), own)
+            return tools.ended(await reported(ctx, lambda tell: robot.carry_out(order, tell)))
 
 
 async def reported(ctx: Context, work: Callable[[Tell], Awaitable[ValueT]]) -> ValueT:
@@ -107,10 +87,10 @@ async def reported(ctx: Context, work: Callable[[Tell], Awaitable[ValueT]]) -> V
 
 
 async def _look(robot: McpRobot, arguments: tools.LookArguments) -> types.CallToolResult:
-    if arguments.camera is not None and arguments.camera not in robot.cameras:
+    if arguments.camera is not None and arguments.camera not in robot.cell.cameras:
         return tools.failed("invalid_argument", no_camera(robot, arguments.camera))
     data = {"scene": tools.seen(await robot.scene()), "state": tools.state_data(await robot.state())}
-    result = tools.answer({**data, "doing": robot.doing, "cameras": list(robot.cameras)})
+    result = tools.answer({**data, "doing": robot.doing, "cameras": list(robot.cell.cameras)})
     if arguments.camera is not None:
         picture = tools.base64_text(await robot.picture(arguments.camera))
         result.content.append(types.ImageContent(type="image", data=picture, mime_type="image/png"))
@@ -119,7 +99,7 @@ async def _look(robot: McpRobot, arguments: tools.LookArguments) -> types.CallTo
 
 def no_camera(robot: McpRobot, name: str) -> str:
     """Return what to say of a camera that is not there."""
-    return f"no camera {name[:60]!r}; there is {', '.join(robot.cameras)}{did_you_mean(name, robot.cameras)}"
+    return f"no camera {name[:60]!r}; there is {', '.join(robot.cell.cameras)}{did_you_mean(name, robot.cell.cameras)}"
 
 
 def failed(error: RoboSandboxError) -> types.CallToolResult:

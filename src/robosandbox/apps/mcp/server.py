@@ -22,6 +22,7 @@ from robosandbox.errors import RoboSandboxError, SkillError
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import SkillCall
 from robosandbox.validation import did_you_mean
+from robosandbox.world.operators import bind
 
 SCHEME = "robosandbox://"
 SCENE, STATE, FAILURE, CAMERA = (f"{SCHEME}{name}" for name in ("scene", "state", "last_failure", "camera/"))
@@ -42,7 +43,7 @@ def build_server(ready: Ready) -> Server[Any]:
             robot = await ready()
         except RoboSandboxError:
             return types.ListToolsResult(tools=tools.catalogue(load_skills()))
-        return types.ListToolsResult(tools=tools.catalogue(robot.calls, loads=robot.loads))
+        return types.ListToolsResult(tools=tools.catalogue(robot.calls))
 
     async def call_tool(ctx: Context, params: types.CallToolRequestParams) -> types.CallToolResult:
         arguments = params.arguments or {}
@@ -50,11 +51,11 @@ def build_server(ready: Ready) -> Server[Any]:
             robot = await ready()
         except RoboSandboxError as error:
             return tools.failed("no_world", f"the world could not be opened: {error}")
-        if params.name in {skill.name for skill in robot.calls}:
+        if params.name in robot.cell.calls:
             return await while_there(ctx, _perform(robot, ctx, SkillCall(skill=params.name, arguments=arguments)))
         own = tools.own_arguments(params.name, arguments)
-        if own is None or (params.name == "load" and not robot.loads):
-            names = [tool.name for tool in tools.catalogue(robot.calls, loads=robot.loads)]
+        if own is None:
+            names = [tool.name for tool in tools.catalogue(robot.calls)]
             hint = did_you_mean(params.name, names)
             raise MCPError(types.INVALID_PARAMS, f"no tool {params.name[:60]!r}; there is {', '.join(names)}{hint}")
         return own if isinstance(own, types.CallToolResult) else await while_there(ctx, answer_own(robot, ctx, own))
@@ -102,7 +103,8 @@ async def _opened(ready: Ready) -> McpRobot:
 async def _perform(robot: McpRobot, ctx: Context, call: SkillCall) -> types.CallToolResult:
     """Carry out a skill call, reporting each phase; when the client cancels, the arm stops before this ends."""
     try:
-        return tools.done(await reported(ctx, lambda tell: robot.perform(call, tell)))
+        bound = bind(call, robot.cell.calls)
+        return tools.ended(await reported(ctx, lambda tell: robot.carry_out(bound, tell)))
     except SkillError as error:
         robot.last_failure = error.failure
         return tools.skill_failed(error)
@@ -125,7 +127,7 @@ def _resources(robot: McpRobot) -> list[types.Resource]:
                 description="A picture taken when it is read.",
                 mime_type="image/png",
             )
-            for name in robot.cameras
+            for name in robot.cell.cameras
         ),
     ]
 
@@ -138,7 +140,7 @@ async def _read(robot: McpRobot, uri: str) -> types.TextResourceContents | types
     if not uri.startswith(CAMERA):
         known = ", ".join(item.uri for item in _resources(robot))
         raise MCPError(types.INVALID_PARAMS, f"no resource {uri[:100]!r}; there is {known}")
-    if name not in robot.cameras:
+    if name not in robot.cell.cameras:
         raise MCPError(types.INVALID_PARAMS, no_camera(robot, name))
     picture = tools.base64_text(await robot.picture(name))
     return types.BlobResourceContents(uri=uri, mime_type="image/png", blob=picture)

@@ -26,12 +26,21 @@ from robosandbox.agent.tools import (
 from robosandbox.errors import InputError, SkillError
 from robosandbox.printable import printable
 from robosandbox.types import (
+    ArmState,
     Observation,
     ObservedScene,
     SkillResult,
     StrictModel,
 )
-from robosandbox.workcell.orders import Answer, FollowArguments, JudgeArguments, PlanArguments, RunArguments
+from robosandbox.workcell.orders import (
+    FollowArguments,
+    JudgeArguments,
+    OrderResult,
+    PlanArguments,
+    RecoverArguments,
+    RunArguments,
+    UndoArguments,
+)
 from robosandbox.world.arguments import terms
 from robosandbox.world.operators import Operator
 from robosandbox.world.scene_json import describe_scene
@@ -55,8 +64,8 @@ class LoadArguments(StrictModel):
     task: str = Field(description="Its name, such as put_in_bin.", min_length=1, max_length=60)
 
 
-class UndoArguments(StrictModel):
-    """Go back to before the last order, call or reset that changed something; what came of it is lost."""
+class StopArguments(StrictModel):
+    """Stop what is under way, whoever asked for it; the arm holds where it is."""
 
 
 def _object(**fields: str | list[str]) -> dict[str, Any]:
@@ -101,18 +110,16 @@ OWN: dict[str, Own] = {
     "judge": Own(JudgeArguments, _object(success="boolean", detail="object")),
     "reset": Own(ResetArguments, _TASK, moves=True, undoes=True),
     "undo": Own(UndoArguments, _object(undone="string"), moves=True, undoes=True),
+    "recover": Own(RecoverArguments, _object(fault="string")),
+    "stop": Own(StopArguments, _object(stopped=["string", "null"])),
     "load": Own(LoadArguments, _TASK, moves=True, undoes=True),
     "refuse": Own(RefuseArguments, _PLANNED),
 }
 """Tools of the server's own, by name."""
 
 
-def catalogue(skills: Sequence[Operator], *, loads: bool = True) -> list[types.Tool]:
+def catalogue(skills: Sequence[Operator]) -> list[types.Tool]:
     """Return the tools: the skills under their own names and schemas, and the server's own.
-
-    Args:
-        skills: What moves the arm.
-        loads: Whether the robot can be put at another task.
 
     Raises:
         InputError: A skill has the name of a tool of the server's own.
@@ -141,7 +148,6 @@ def catalogue(skills: Sequence[Operator], *, loads: bool = True) -> list[types.T
             ),
         )
         for name, tool in OWN.items()
-        if loads or name != "load"
     ]
     return moving + own
 
@@ -155,11 +161,6 @@ def own_arguments(name: str, arguments: dict[str, Any]) -> StrictModel | types.C
         return tool.arguments.model_validate(arguments)
     except ValidationError as error:
         return failed("invalid_argument", wrong_arguments(name, error, tool.arguments))
-
-
-def done(result: SkillResult) -> types.CallToolResult:
-    """Return a skill's checked outcome."""
-    return answer(result.model_dump(mode="json"))
 
 
 def skill_failed(error: SkillError) -> types.CallToolResult:
@@ -181,8 +182,10 @@ def answer(data: dict[str, Any], *, said: str | None = None, is_error: bool = Fa
     )
 
 
-def ended(came: Answer) -> types.CallToolResult:
-    """Return what came of an order; an error where it did not succeed."""
+def ended(came: SkillResult | OrderResult) -> types.CallToolResult:
+    """Return what came of a call or an order; an error where it did not succeed."""
+    if isinstance(came, SkillResult):
+        return answer(came.model_dump(mode="json"))
     return answer(came.data, is_error=came.failure is not None)
 
 
@@ -192,9 +195,9 @@ def seen(scene: ObservedScene) -> dict[str, Any]:
 
 
 def state_data(state: Observation) -> dict[str, Any]:
-    """Return the arm's state as JSON data."""
-    data: dict[str, Any] = TypeAdapter(Observation).dump_python(state, mode="json")
-    return data
+    """Return the arm's state as JSON data; of several arms, each by its name."""
+    arms: dict[str, Any] = TypeAdapter(dict[str, ArmState]).dump_python(dict(state.arms), mode="json")
+    return next(iter(arms.values())) if len(arms) == 1 else arms
 
 
 def base64_text(data: bytes) -> str:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 from robosandbox.agent import episode as events
-from robosandbox.agent.goal import GoalContext
+from robosandbox.workcell.host import WorkcellHost
 
 _PATIENCE_SECONDS = 1.0
 
@@ -21,7 +21,7 @@ class Interrupts:
     whether a skill runs.
 
     Args:
-        ctx: Cancels skills.
+        host: Stops skills.
         away: Tells whether the robot cannot be asked to stop.
 
     Attributes:
@@ -30,10 +30,10 @@ class Interrupts:
         running: Whether one runs.
     """
 
-    def __init__(self, ctx: GoalContext, away: Callable[[], bool]) -> None:
+    def __init__(self, host: WorkcellHost, away: Callable[[], bool]) -> None:
         self.count = 0
         self.moved = False
-        self._ctx = ctx
+        self._host = host
         self._away = away
         self.running = False
         self._asked: float | None = None
@@ -70,6 +70,6 @@ class Interrupts:
         now = time.monotonic()
         if self._asked is None:
             self._asked = now
-            self._ctx.cancel()
+            self._host.stop()
         elif now - self._asked > _PATIENCE_SECONDS:
             raise KeyboardInterrupt

@@ -18,7 +18,7 @@ def run_lines(shell: Shell, lines: Iterable[str]) -> int:
     Raises:
         KeyboardInterrupt: Ctrl-C came; the running skill was stopped.
     """
-    shell.workcell.ctx.events.subscribe(LiveView(plain=True))
+    shell.host.events.subscribe(LiveView(plain=True))
     code = EXIT_DONE
     for line in lines:
         said = line.strip()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass
 from datetime import datetime
+from pathlib import Path
 
 from robosandbox.agent import episode as events
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE
@@ -22,6 +23,7 @@ from robosandbox.errors import (
     SkillError,
 )
 from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, RefusalCode
+from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.workcell import Workcell
 
 _log = logging.getLogger(__name__)
@@ -38,7 +40,7 @@ _BARE = {
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class LogEntry:
     """A line of the log."""
 
     time: datetime
@@ -50,8 +52,9 @@ class Shell:
     """Takes sentences and /commands for one robot.
 
     Args:
-        workcell: Where sentences are carried out.
+        host: Owns the workcell in which sentences are carried out.
         link: The connection, where the world is another process's.
+        robot: The robot that other tasks are loaded with; each task's own if left out.
 
     Attributes:
         interrupts: What Ctrl-C does meanwhile.
@@ -62,18 +65,28 @@ class Shell:
         said: The last sentence.
     """
 
-    def __init__(self, workcell: Workcell, link: Link | None = None) -> None:
-        self.workcell = workcell
+    def __init__(self, host: WorkcellHost, link: Link | None = None, *, robot: Path | str | None = None) -> None:
+        self.host = host
         self.link = link
-        self.robot_name: str = workcell.robot_name + (f" as {link.robot_id!r}" if link else "")
-        self.log: list[Entry] = []
+        self._robot = robot
+        self.log: list[LogEntry] = []
         self.plan: Plan | None = None
         self.candidates: tuple[str, ...] = ()
         self.scene: ObservedScene | None = None
         self.said = ""
-        self.interrupts = Interrupts(workcell.ctx, lambda: self.away)
-        workcell.ctx.events.subscribe(self.interrupts)
-        workcell.ctx.events.subscribe(self._note_plan)
+        self.interrupts = Interrupts(host, lambda: self.away)
+        host.events.subscribe(self.interrupts)
+        host.events.subscribe(self._note_plan)
+
+    @property
+    def workcell(self) -> Workcell:
+        """The workcell."""
+        return self.host.cell
+
+    @property
+    def robot_name(self) -> str:
+        """The robot's model, and its name where it is another process's."""
+        return self.workcell.robot_name + (f" as {self.link.robot_id!r}" if self.link else "")
 
     @property
     def away(self) -> bool:
@@ -105,17 +118,28 @@ class Shell:
         """Start over with a seed's layout, the present one's if none is named."""
         chosen = self.workcell.seed if seed is None else seed
         said = "/reset" if seed is None else f"/reset {seed}"
-        self.workcell.remember(said)
-        self.workcell.reset(chosen)
+        self.host.reset(chosen).done.result()
         self.scene = None
         return self._noted(said, Outcome(f"reset: {self.workcell.task.name} with seed {chosen}"))
 
     def undo(self) -> Outcome:
         """Go back to the state before the last command that changed it."""
-        what = self.workcell.undo()
+        what = self.host.goal("undo", self.workcell.undo).done.result()
         self.scene = None
         self.candidates = ()
         return self._noted("/undo", Outcome(f"undone: {what}"))
+
+    def recover(self) -> Outcome:
+        """End a fault that has stopped the arm."""
+        fault = self.host.goal("recover", self.workcell.recover).done.result()
+        return self._noted("/recover", Outcome(f"recovered from: {fault}" if fault else "there was no fault"))
+
+    def load(self, task: str, robot: str | None) -> Outcome:
+        """Put another task in the place of this one."""
+        self.host.load(task, robot or self._robot).done.result()
+        self.scene = self.plan = None
+        self.candidates = ()
+        return self._noted(f"/load {task}", Outcome(f"loaded: {self.workcell.task.name} with {self.robot_name}"))
 
     def _command(self, line: str) -> Outcome:
         name, _, rest = line.partition(" ")
@@ -126,7 +150,7 @@ class Shell:
         self.said = prompt
         self.candidates = ()
         try:
-            episode = self.workcell.run(prompt)
+            episode = self.host.goal(prompt, lambda: self.workcell.agent.run(prompt)).done.result()
         except KeyboardInterrupt:
             return self._noted(prompt, Outcome(f"cancelled: {self._where_left()}", EXIT_FAILED))
         except (InputError, ServiceUnavailableError, SkillError) as error:
@@ -149,7 +173,7 @@ class Shell:
         return "while planning; the arm holds where it was" if self.interrupts.moved else "nothing has moved"
 
     def _noted(self, said: str, outcome: Outcome) -> Outcome:
-        self.log.append(Entry(datetime.now(), said, outcome.text))
+        self.log.append(LogEntry(datetime.now(), said, outcome.text))
         return outcome
 
     def _note_plan(self, event: events.AgentEvent) -> None:

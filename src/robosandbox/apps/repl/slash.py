@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.apps.commands.run import planned
@@ -19,12 +19,12 @@ from robosandbox.validation import did_you_mean
 if TYPE_CHECKING:
     from robosandbox.apps.repl.shell import Shell
 
-_FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
+_FORMATS: dict[str, Literal["png", "jpeg"]] = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 _LOG_LINES = 10  # Number of lines that are shown. Chosen: what fits on a screen.
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class SlashCommand:
     """Something that the shell does itself.
 
     Attributes:
@@ -40,7 +40,7 @@ class Command:
     run: Callable[[Shell, str], Outcome]
 
 
-def find(name: str) -> Command:
+def find(name: str) -> SlashCommand:
     """Return the command of a name, or of the beginning of one name alone.
 
     Raises:
@@ -132,6 +132,18 @@ def _undo(shell: Shell, rest: str) -> Outcome:
     return shell.undo()
 
 
+def _recover(shell: Shell, rest: str) -> Outcome:
+    _nothing_after("/recover", rest)
+    return shell.recover()
+
+
+def _load(shell: Shell, rest: str) -> Outcome:
+    words = _words("/load", rest)
+    if not 1 <= len(words) <= 2:
+        raise InputError("/load: takes a task and perhaps a robot, as in /load put_in_bin; names or files")
+    return shell.load(words[0], words[1] if len(words) == 2 else None)
+
+
 def _again(shell: Shell, rest: str) -> Outcome:
     _nothing_after("/again", rest)
     if not shell.said:
@@ -140,10 +152,7 @@ def _again(shell: Shell, rest: str) -> Outcome:
 
 
 def _photo(shell: Shell, rest: str) -> Outcome:
-    try:
-        words = shlex.split(rest)
-    except ValueError as error:
-        raise InputError(f"/photo: {str(error).lower()}") from None
+    words = _words("/photo", rest)
     if not 1 <= len(words) <= 2:
         raise InputError("/photo: takes a file and perhaps a camera, as in /photo table.png top")
     path = Path(words[0]).expanduser()
@@ -191,22 +200,33 @@ def _quit(shell: Shell, rest: str) -> Outcome:
 COMMANDS = {
     command.name: command
     for command in (
-        Command("/scene", "", "what is seen: objects, sizes, positions, what is held", _scene),
-        Command("/plan", "[SENTENCE]", "the plan for a sentence, nothing moves; the last plan", _plan),
-        Command("/check", "[SENTENCE]", "what speaks against the plan for a sentence, or the last plan", _check),
-        Command("/simulate", "[SENTENCE]", "what would come of it on the twin, nothing moves here", _simulate),
-        Command("/judge", "", "whether the task has succeeded since the last reset", _judge),
-        Command("/skills", "", "what the robot can do", _skills),
-        Command("/cancel", "", "stops what the robot does for others; Ctrl-C stops what it does here", _cancel),
-        Command("/reset", "[SEED]", "starts over", _reset),
-        Command("/undo", "", "back to the state before the last command", _undo),
-        Command("/again", "", "the last sentence once more", _again),
-        Command("/photo", "FILE [CAMERA]", "writes a picture, .png or .jpg", _photo),
-        Command("/log", "[N]", "what was said and what came of it", _log),
-        Command("/help", "", "this", _help),
-        Command("/quit", "", "leaves", _quit),
+        SlashCommand("/scene", "", "what is seen: objects, sizes, positions, what is held", _scene),
+        SlashCommand("/plan", "[SENTENCE]", "the plan for a sentence, nothing moves; the last plan", _plan),
+        SlashCommand("/check", "[SENTENCE]", "what speaks against the plan for a sentence, or the last plan", _check),
+        SlashCommand("/simulate", "[SENTENCE]", "what would come of it on the twin, nothing moves here", _simulate),
+        SlashCommand("/judge", "", "whether the task has succeeded since the last reset", _judge),
+        SlashCommand("/skills", "", "what the robot can do", _skills),
+        SlashCommand("/cancel", "", "stops what the robot does for others; Ctrl-C stops what it does here", _cancel),
+        SlashCommand("/reset", "[SEED]", "starts over", _reset),
+        SlashCommand("/undo", "", "back to the state before the last command", _undo),
+        SlashCommand(
+            "/recover", "", "ends a fault that has stopped the arm, once somebody has looked after it", _recover
+        ),
+        SlashCommand("/load", "TASK [ROBOT]", "another task in the place of this one, by name or file", _load),
+        SlashCommand("/again", "", "the last sentence once more", _again),
+        SlashCommand("/photo", "FILE [CAMERA]", "writes a picture, .png or .jpg", _photo),
+        SlashCommand("/log", "[N]", "what was said and what came of it", _log),
+        SlashCommand("/help", "", "this", _help),
+        SlashCommand("/quit", "", "leaves", _quit),
     )
 }
+
+
+def _words(name: str, rest: str) -> list[str]:
+    try:
+        return shlex.split(rest)
+    except ValueError as error:
+        raise InputError(f"{name}: {str(error).lower()}") from None
 
 
 def _nothing_after(name: str, rest: str) -> None:

@@ -34,7 +34,7 @@ class Terminal:
         self._shell = shell
         self._live = LiveView()
         self._ahead = TypedAhead()
-        self._live.watch(shell.workcell.agent)
+        self._live.watch(shell.workcell.agent, shell.host.events)
         if shell.link is not None:
             shell.link.tell = self._tell
         self._session: PromptSession[str] = PromptSession(

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import viser
 
-from robosandbox.apps.viewer import operator
+from robosandbox.apps.viewer.control import Control
 from robosandbox.apps.viewer.dragging import Dragging
 from robosandbox.apps.viewer.framing import FOV, Window, first_view
 from robosandbox.apps.viewer.layers.contacts import ContactForces
@@ -19,7 +19,7 @@ from robosandbox.apps.viewer.layers.path import PlannedPath
 from robosandbox.apps.viewer.layers.shapes import CollisionShapes
 from robosandbox.apps.viewer.layers.tool import BaseAndReach, HomePreview, TcpFrame
 from robosandbox.apps.viewer.layers.trail import TcpTrail
-from robosandbox.apps.viewer.operator import News, Operator
+from robosandbox.apps.viewer.news import Loaded, News, Went
 from robosandbox.apps.viewer.orders import taker
 from robosandbox.apps.viewer.panels.answers import AnswersPanel
 from robosandbox.apps.viewer.panels.cameras import CamerasPanel
@@ -78,7 +78,7 @@ class Viewer:
 
     def __init__(self, source: WorldSource, port: int, playback: RecordedFrames | None = None) -> None:
         self.source = source
-        self.control = Operator(source)
+        self.control = Control(source)
         self.server = open_server(port, taker(self.control))
         self._lock = threading.RLock()
         self._layers = [layer(self.server) for layer in _LAYERS]
@@ -99,6 +99,7 @@ class Viewer:
     def start(self) -> None:
         """Begin to serve."""
         self.stream.start()
+        self.source.host.start()
         self.source.start(self.stream.put, self.control.changed_elsewhere)
         if self._replay is not None:
             self._replay.rewind()
@@ -107,7 +108,8 @@ class Viewer:
         """Stop the arm and the server."""
         if self._replay is not None:
             self._replay.stop()
-        self.source.close()
+        self.source.stop()
+        self.source.host.close()
         self.stream.stop()
         self.server.stop()
 
@@ -140,7 +142,7 @@ class Viewer:
         """Hand news to the layers, over another world if there is one."""
         with self._lock:
             found = self.source.blueprint
-            if isinstance(news, operator.Loaded | operator.Went) and not found.looks_like(self._blueprint):
+            if isinstance(news, Loaded | Went) and not found.looks_like(self._blueprint):
                 self._replace(found)
                 self._aim()
             for layer in self._layers:

@@ -5,20 +5,21 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import zenoh
 
 from robosandbox.apps.viewer.believed import BelievedWorld
-from robosandbox.apps.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
+from robosandbox.apps.viewer.source import Blueprint, Frame, OnElsewhere, OnFrame
 from robosandbox.apps.viewer.stream import FRAME_HZ
 from robosandbox.errors import InputError, RoboSandboxError
 from robosandbox.motion.twin import standing
 from robosandbox.sim.world import World, build_world_of
-from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Observation, Scene, frozen_array, the_only
-from robosandbox.workcell.session import resolve_task, with_robot
+from robosandbox.workcell.host import WorkcellHost
+from robosandbox.workcell.loop import Loop
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 from robosandbox.workcell.zenoh.messages import State, decode
 
@@ -31,10 +32,10 @@ _AGAIN_SECONDS = 0.5
 
 
 class ConnectedSource:
-    """Watches and steers a session whose world is another process's.
+    """Makes frames of a cell whose world is another process's.
 
     Args:
-        session: The connection.
+        host: Has the connection.
 
     Raises:
         InputError: The sim's robot is in files that this machine does not have.
@@ -42,33 +43,24 @@ class ConnectedSource:
 
     teleop = None
 
-    def __init__(self, session: RemoteWorkcell) -> None:
-        self._session = session
-        self._robot = session.robot
+    def __init__(self, host: WorkcellHost) -> None:
+        assert isinstance(host.cell, RemoteWorkcell), "the cell is of this process"
+        self.host = host
+        self._cell = host.cell
+        self._robot = host.cell.robot
         self._on_frame: OnFrame = lambda frame: None
         self._on_elsewhere: OnElsewhere = lambda loaded: None
-        self._jobs = ThreadPoolExecutor(max_workers=1, thread_name_prefix="jobs")
-        self._pictures = ThreadPoolExecutor(max_workers=1, thread_name_prefix="pictures")
-        self._changed = threading.Condition()
-        self._stopping = False
-        self._wanted = True
         self._state: State | None = None
         self._sent: Array | None = None
         # Set when the sim tells of a reset or another world, until it is known what became of it.
         self._doubted = False
         self._ask_again = 0.0
         self._building = threading.Lock()
-        self._working = threading.Event()
         # Cleared while the sim has something else than what is built here.
         self._drawable = True
-        self._drawn = _drawn(session)
-        self._follower = threading.Thread(target=self._follow, name="follower", daemon=True)
+        self._drawn = _drawn(self._cell)
+        self._loop = Loop("follower", self._follow, hz=FRAME_HZ)
         self._news: zenoh.Subscriber[None] | None = None
-
-    @property
-    def workcell(self) -> RemoteWorkcell:
-        """The loaded task with its agent."""
-        return self._session
 
     @property
     def blueprint(self) -> Blueprint:
@@ -84,139 +76,81 @@ class ConnectedSource:
         """Begin."""
         self._on_frame, self._on_elsewhere = on_frame, on_elsewhere
         self._news = self._robot.watch("obs/state", self._hear)
-        self._follower.start()
-
-    def order(self, job: Job) -> None:
-        """Run a job, then have a frame come."""
-
-        def run() -> None:
-            self._working.set()
-            try:
-                job()
-            finally:
-                self._working.clear()
-                self.refresh()
-
-        self._jobs.submit(run)
+        self._loop.start()
 
     def refresh(self) -> None:
         """Have a frame come."""
-        with self._changed:
-            self._wanted = True
-            self._changed.notify_all()
+        self._loop.wake()
 
-    def picture(self, camera: str, deliver: OnPicture, refuse: OnRefused) -> None:
-        """Have the sim draw a picture."""
-
-        def ask() -> None:
-            try:
-                deliver(*self._robot.picture(camera, format="jpeg"))
-            except RoboSandboxError as error:
-                refuse(error)
-
-        self._pictures.submit(ask)
-
-    def look(self, deliver: OnScene, refuse: OnRefused) -> None:
-        """Have the sim's perception look."""
-
-        def ask() -> None:
-            try:
-                deliver(self._robot.observe())
-            except RoboSandboxError as error:
-                refuse(error)
-
-        self._pictures.submit(ask)
-
-    def load(self, task: Task | str, robot: str | None) -> None:
-        """Have the sim load another task; for jobs."""
-        chosen = resolve_task(task)
-        if robot is not None:
-            chosen = chosen.model_copy(update={"scene": with_robot(chosen.scene, robot)})
+    @contextmanager
+    def changing(self) -> Iterator[None]:
+        """Draw nothing meanwhile, and build the model anew where the sim's objects have changed."""
         self._drawable = False
         try:
-            self._session.load(chosen)
+            yield
         except RoboSandboxError:
             self._drawable = True
             raise
-        self.relook()
+        self._relook()
 
     def adopt(self) -> None:
         """Take over what somebody else has loaded; for jobs."""
-        self._drawable = False
-        self._session.adopt()
-        self.relook()
+        with self.changing():
+            self._cell.adopt()
+            self.host.adopt()
 
-    def relook(self) -> None:
-        """Build the model anew where the sim's objects have changed; from any thread."""
-        with self._building:
-            if self._session.judgeable is not self._drawn.told or self._drawn.scene != _scene(self._session):
-                self._drawable = False
-                self._drawn = _drawn(self._session)
-                self._sent = None
-            self._drawable = True
-
-    def settle(self) -> None:
-        """Nothing: the sim itself brings the arm to rest."""
-
-    def close(self) -> None:
-        """Stop what runs here; the sim goes on."""
-        with self._changed:
-            self._stopping = True
-            self._changed.notify_all()
-        self._session.ctx.cancel()
-        self._jobs.shutdown(wait=True, cancel_futures=True)
-        self._pictures.shutdown(wait=True, cancel_futures=True)
+    def stop(self) -> None:
+        """Send no more frames; the sim goes on."""
         if self._news is not None:
             self._news.undeclare()
-            self._follower.join()
+        self._loop.stop()
 
     # Frames.
 
+    def _relook(self) -> None:
+        """Build the model anew where the sim's objects have changed; from any thread."""
+        with self._building:
+            if self._cell.judgeable is not self._drawn.told or self._drawn.scene != _scene(self._cell):
+                self._drawable = False
+                self._drawn = _drawn(self._cell)
+                self._sent = None
+            self._drawable = True
+
     def _hear(self, sample: zenoh.Sample) -> None:
         state = decode(sample.payload.to_bytes(), State)
-        with self._changed:
-            before, self._state = self._state, state
-            if before is not None and (
-                (state.boot_id, state.loads) != (before.boot_id, before.loads) or state.robot.time < before.robot.time
-            ):
-                self._doubted = True
-            moved = self._doubted or before is None or state.goal_id is not None or state.robot.time < before.robot.time
-            if moved or max(map(abs, state.robot.qd), default=0.0) > _MOVING:
-                self._wanted = True
-                self._changed.notify_all()
+        before, self._state = self._state, state
+        if before is not None and (
+            (state.boot_id, state.loads) != (before.boot_id, before.loads) or state.robot.time < before.robot.time
+        ):
+            self._doubted = True
+        moved = self._doubted or before is None or state.goal_id is not None or state.robot.time < before.robot.time
+        if moved or max(map(abs, state.robot.qd), default=0.0) > _MOVING:
+            self._loop.wake()
 
-    def _follow(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._stopping or self._wanted, _IDLE_SECONDS)
-                if self._stopping:
-                    return
-                self._wanted = False
-            due = time.monotonic() + 1.0 / FRAME_HZ
-            try:
-                if not self._doubted or self._settled():
-                    self._send()
-            except RoboSandboxError as error:
-                _log.info("no frame: %s", error)
-            with self._changed:
-                self._changed.wait_for(lambda: self._stopping, max(0.0, due - time.monotonic()))
+    def _follow(self) -> float:
+        try:
+            if not self._doubted or self._settled():
+                self._send()
+        except RoboSandboxError as error:
+            _log.info("no frame: %s", error)
+        return _IDLE_SECONDS
 
     def _settled(self) -> bool:
         """Find out what somebody else did to the world; return whether what is drawn here still stands for it.
 
-        What was done by a job of one's own is found out by that job.
+        What was done from here is found out where it was done.
         """
-        if self._working.is_set():
+        if self.host.doing is not None:
             return True
         if time.monotonic() < self._ask_again:
             return False
         self._ask_again = time.monotonic() + _AGAIN_SECONDS
-        if not self._session.catch_up():
+        if not self._cell.catch_up():
             self._on_elsewhere(True)
             return False
         self._doubted, self._ask_again = False, 0.0
         before = self._drawn
-        self.relook()
+        self._relook()
         if self._drawn is not before:
             self._on_elsewhere(False)
         return True
@@ -255,7 +189,7 @@ class _Told:
         return Frame(model=self.world.model, seen=seen, held=", ".join(truth.in_hands) or None, qpos=qpos)
 
 
-class _Believed:
+class _Supposed:
     """Draws what the sim's perception sees, where nobody knows or tells the truth."""
 
     told = False
@@ -273,14 +207,14 @@ class _Believed:
         return self._believed.frame(self._robot.observe(), _of_this_robot(state.robot, self.world))
 
 
-def _drawn(session: RemoteWorkcell) -> _Told | _Believed:
+def _drawn(session: RemoteWorkcell) -> _Told | _Supposed:
     """Return what draws a sim's world.
 
     Raises:
         InputError: The sim's robot is in files that this machine does not have.
     """
     try:
-        return _Told(session) if session.judgeable else _Believed(session)
+        return _Told(session) if session.judgeable else _Supposed(session)
     except InputError as error:
         raise InputError(f"the sim's robot cannot be drawn here: {error}") from None
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import viser
 
-from robosandbox.apps.viewer import operator
-from robosandbox.apps.viewer.operator import Operator
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Complaint
 from robosandbox.apps.viewer.scene import BodyScene
 from robosandbox.apps.viewer.source import Blueprint, WorldSource
 from robosandbox.errors import InputError
@@ -33,7 +33,7 @@ class Dragging:
         control: Moves them when nothing else is under way.
     """
 
-    def __init__(self, source: WorldSource, control: Operator) -> None:
+    def __init__(self, source: WorldSource, control: Control) -> None:
         self._source = source
         self._control = control
         self._drags: dict[int, _Drag] = {}
@@ -94,7 +94,7 @@ class Dragging:
         finally:
             teleop.let_go()
         if complaint is not None:
-            self._control.tell(operator.Complaint(str(complaint)))
+            self._control.tell(Complaint(str(complaint)))
 
 
 def level(eye: Array, pointed: Array, grabbed: Array) -> Array:

@@ -1,160 +1,77 @@
-"""A world in this process: physics in one thread, at the speed of the clock while something is done, and none otherwise."""
+"""The world of this process, drawn between control ticks."""
 
 from __future__ import annotations
 
-import logging
-import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-from robosandbox.agent.pace import Pace
 from robosandbox.apps.viewer.believed import BelievedWorld
-from robosandbox.apps.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
+from robosandbox.apps.viewer.source import Blueprint, Frame, OnElsewhere, OnFrame
 from robosandbox.apps.viewer.stream import FRAME_HZ
 from robosandbox.apps.viewer.teleop import EmbeddedTeleop
-from robosandbox.driver import come_to_rest, require
-from robosandbox.errors import RoboSandboxError, SkillError
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import mujoco_behind
-from robosandbox.sim.world import World
-from robosandbox.tasks.task import Task
-from robosandbox.workcell.embedded import EmbeddedWorkcell
-from robosandbox.workcell.zenoh.server.studio import Studio, View
-from robosandbox.workcell.zenoh.server.worker import Worker
-
-_log = logging.getLogger(__name__)
-# Seconds to wait for what runs to stop. Chosen: a motion stops within 0.15 s (docs/measured.md), a plan may take longer.
-_STOP_SECONDS = 10.0
-_REST_TRIALS = 5  # Number of looks after which things are taken to lie still. Chosen.
-
-# Returns the session of a task, its name or its file, with a robot in place of its own.
-Open = Callable[[Task | str, str | None], EmbeddedWorkcell]
+from robosandbox.workcell.host import WorkcellHost
 
 
 class EmbeddedSource:
-    """Watches and steers a session of this process.
+    """Makes frames of a cell of this process: of the simulated state where there is one, else of what perception saw last.
 
     Args:
-        session: The loaded task.
-        reopen: Loads others.
+        host: Owns the cell.
     """
 
-    def __init__(self, session: EmbeddedWorkcell, reopen: Open) -> None:
-        self._session = session
-        self._open = reopen
-        self._worker = Worker(session.driver, "fast")
-        self._studio = Studio(session.driver, self._worker.read, "viewer")
+    title = "simulated in this process"
+
+    def __init__(self, host: WorkcellHost) -> None:
+        self.host = host
+        self._cell = host.embedded
         self._on_frame: OnFrame = lambda frame: None
         self._due = 0.0
-        self._adopt(session)
-
-    @property
-    def workcell(self) -> EmbeddedWorkcell:
-        """The loaded task with its agent."""
-        return self._session
+        self._leave: Callable[[], None] = lambda: None
+        self._adopt()
 
     @property
     def blueprint(self) -> Blueprint:
         """Blueprint of the world that is drawn."""
-        return Blueprint.of(self._drawn.world)
-
-    @property
-    def title(self) -> str:
-        """Title that says where the world is."""
-        return "simulated in this process"
-
-    @property
-    def pictures(self) -> int:
-        """Number of camera pictures rendered."""
-        return self._studio.frames
+        return Blueprint.of(self._believed.world if self._world is None else self._world.world)
 
     @property
     def teleop(self) -> EmbeddedTeleop:
         """Moves things by hand."""
-        return EmbeddedTeleop(self._session, self._send)
+        return EmbeddedTeleop(self._cell, self._send)
 
     def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
         """Begin; nobody else changes a world of this process."""
         self._on_frame = on_frame
-        self._worker.start()
-        self._studio.start()
         self.refresh()
-
-    def order(self, job: Job) -> None:
-        """Run a job in the world's thread, then send a frame."""
-
-        def run() -> None:
-            try:
-                job()
-            finally:
-                self._send()
-
-        self._worker.order(run)
 
     def refresh(self) -> None:
         """Send a frame."""
-        self._worker.read(self._send)
+        self.host.read(self._send)
 
-    def picture(self, camera: str, deliver: OnPicture, refuse: OnRefused) -> None:
-        """Have a picture drawn in the studio's thread."""
-        self._studio.request(View(camera, "rgb", "jpeg"), deliver, refuse)
-
-    def look(self, deliver: OnScene, refuse: OnRefused) -> None:
-        """Have perception look between two control ticks."""
-
-        def ask() -> None:
-            try:
-                deliver(self._session.observe())
-            except RoboSandboxError as error:
-                refuse(error)
-
-        self._worker.read(ask)
-
-    def load(self, task: Task | str, robot: str | None) -> None:
-        """Load another task; for jobs."""
-        require(self._session.driver, "reset", "loading another task does that")
-        session = self._open(task, robot)
-        before = self._session
-        with self._studio.lock:
-            self._adopt(session)
-            self._worker.exchange(session.driver)
-            self._studio.exchange(session.driver)
-        before.close()
+    @contextmanager
+    def changing(self) -> Iterator[None]:
+        """Listen to the driver of what was loaded meanwhile."""
+        before = self._cell.driver
+        yield
+        if self._cell.driver is not before:
+            self._adopt()
 
     def adopt(self) -> None:
         """Nothing: nobody else loads anything."""
 
-    def relook(self) -> None:
-        """Nothing: `blueprint` is always the sim's own."""
+    def stop(self) -> None:
+        """Send no more frames."""
+        self._leave()
 
-    def settle(self) -> None:
-        """Let the arm come to rest; for jobs."""
-        for _ in range(_REST_TRIALS):
-            try:
-                # A new goal of the context, in which no earlier cancel counts.
-                with self._session.ctx.goal():
-                    come_to_rest(self._session.driver)
-                return
-            except SkillError as error:
-                # Another cancel, or a limit that the braking arm still passes.
-                _log.debug("on the way to rest: %s", error)
-
-    def close(self) -> None:
-        """Stop the arm, the threads and the world."""
-        self._session.ctx.cancel()
-        idle = threading.Event()
-        self._worker.order(idle.set)
-        idle.wait(_STOP_SECONDS)
-        self._studio.stop()
-        if self._worker.stop(_STOP_SECONDS):
-            self._session.close()
-
-    def _adopt(self, session: EmbeddedWorkcell) -> None:
-        self._session = session
-        driver, world = session.driver, mujoco_behind(session.driver)
-        self._drawn: _Simulated | _Believed = _Believed(session) if world is None else _Simulated(world)
-        driver.subscribe(Pace(driver))
-        driver.subscribe(self._between_ticks)
+    def _adopt(self) -> None:
+        self._leave()
+        driver = self._cell.driver
+        self._world = mujoco_behind(driver)
+        if self._world is None:
+            self._believed = BelievedWorld(self._cell.task.scene, self._cell.observe())
+        self._leave = driver.subscribe(self._between_ticks)
 
     def _between_ticks(self) -> None:
         now = time.monotonic()
@@ -164,44 +81,14 @@ class EmbeddedSource:
             self._send()
 
     def _send(self) -> None:
-        self._on_frame(self._drawn.frame())
+        self._on_frame(self._frame())
 
-
-class _Simulated:
-    """Draws a world that is simulated with a model, as it truly is."""
-
-    def __init__(self, sim: MuJoCoBackend) -> None:
-        self._sim = sim
-
-    @property
-    def world(self) -> World:
-        return self._sim.world
-
-    def frame(self) -> Frame:
-        sim = self._sim
+    def _frame(self) -> Frame:
+        sim = self._world
+        if sim is None:
+            return self._believed.frame(self._cell.ctx.seen or self._cell.observe(), self._cell.driver.state())
         state = sim.snapshot()
         # A state begins with the time, and positions come next.
         qpos = state[1 : 1 + sim.model.nq]
-        return Frame(
-            model=sim.model,
-            seen=sim.state(),
-            held=", ".join(filter(None, sim.in_hands().values())) or None,
-            qpos=qpos,
-            state=state,
-        )
-
-
-class _Believed:
-    """Draws what perception saw last, in a world of which nothing else is known."""
-
-    def __init__(self, session: EmbeddedWorkcell) -> None:
-        self._session = session
-        self._believed = BelievedWorld(session.task.scene, session.observe())
-
-    @property
-    def world(self) -> World:
-        return self._believed.world
-
-    def frame(self) -> Frame:
-        seen = self._session.ctx.seen
-        return self._believed.frame(seen or self._session.observe(), self._session.driver.state())
+        held = ", ".join(filter(None, sim.in_hands().values())) or None
+        return Frame(model=sim.model, seen=sim.state(), held=held, qpos=qpos, state=state)

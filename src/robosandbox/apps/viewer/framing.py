@@ -27,7 +27,7 @@ _STEPS = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class View:
+class Viewpoint:
     """A camera pose that orbits about what it looks at; metres in the world.
 
     Attributes:
@@ -52,7 +52,7 @@ class Window:
     bottom: float = 0.0
 
 
-def first_view(blueprint: Blueprint, window: Window) -> View:
+def first_view(blueprint: Blueprint, window: Window) -> Viewpoint:
     """Return the view of the arm at home with all objects, moved nearer until the smallest object can be made out.
 
     Args:
@@ -78,7 +78,7 @@ def first_view(blueprint: Blueprint, window: Window) -> View:
             break
     forward = _axes()[2]
     depth = float(((needed.max(axis=0) + needed.min(axis=0)) / 2.0 - eye) @ forward)
-    return View(position=eye, look_at=eye + depth * forward)
+    return Viewpoint(position=eye, look_at=eye + depth * forward)
 
 
 def _axes() -> Array:

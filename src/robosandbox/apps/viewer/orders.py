@@ -12,7 +12,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from robosandbox.apps.viewer.operator import Complaint, Operator
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Complaint
 from robosandbox.types import MAX_PROMPT_LENGTH
 
 PATH = "/order"
@@ -34,7 +35,7 @@ window.orders = (window.orders ?? Promise.resolve()).then(() => new Promise(done
 """
 
 
-class Order(BaseModel):
+class PageOrder(BaseModel):
     """Order given by a button.
 
     Attributes:
@@ -45,7 +46,7 @@ class Order(BaseModel):
 
     model_config: ClassVar[ConfigDict] = ConfigDict(frozen=True, extra="forbid")
 
-    do: Literal["run", "plan", "simulate", "judge", "stop", "reset", "back"]
+    do: Literal["run", "plan", "check", "simulate", "judge", "stop", "recover", "reset", "back"]
     prompt: Annotated[str, Field(max_length=MAX_PROMPT_LENGTH)] = ""
     seed: Annotated[int, Field(ge=0, le=_MAX_SEED)] = 0
 
@@ -54,12 +55,12 @@ class Order(BaseModel):
 TakeOrder = Callable[[str | bytes], str]
 
 
-def taker(control: Operator) -> TakeOrder:
+def taker(control: Control) -> TakeOrder:
     """Return a function that has orders carried out."""
 
     def take(message: str | bytes) -> str:
         try:
-            order = Order.model_validate_json(message)
+            order = PageOrder.model_validate_json(message)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             return f"{'.'.join(map(str, first['loc'])) or 'order'}: {first['msg']}"
@@ -69,7 +70,7 @@ def taker(control: Operator) -> TakeOrder:
     return take
 
 
-def obey(order: Order, control: Operator) -> None:
+def obey(order: PageOrder, control: Control) -> None:
     """Have an order carried out; what cannot be done is told as a complaint."""
     prompt = order.prompt.strip()
     match order.do:
@@ -81,11 +82,13 @@ def obey(order: Order, control: Operator) -> None:
             control.back()
         case "judge":
             control.judge()
-        case "run" | "plan" | "simulate" if not prompt:
+        case "recover":
+            control.recover()
+        case "run" | "plan" | "check" | "simulate" if not prompt:
             control.tell(Complaint("the prompt is empty: say what the robot should do"))
         case "run":
             control.run(prompt)
         case "plan":
             control.plan(prompt)
-        case "simulate":
-            control.simulate(prompt)
+        case "check" | "simulate" as then:
+            control.plan(prompt, then)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from robosandbox.agent.episode import FinalReason
-from robosandbox.apps.viewer.operator import Came, is_question
+from robosandbox.apps.viewer.news import Came, is_question
 from robosandbox.error_codes import ErrorCode
 from robosandbox.types import Refusal, SkillCall
 
@@ -17,7 +17,7 @@ STOPPED: Line = ("stopped: the arm holds where it was", "grey")
 
 def told(came: Came) -> list[Line]:
     """Return what came of an order; a plan's steps are told elsewhere."""
-    data = came.answer.data
+    data = came.result.data
     match came.order.name:
         case "plan":
             return _refused(came.refusal) if came.refusal else _planned(data)
@@ -25,6 +25,10 @@ def told(came: Came) -> list[Line]:
             return _tried(data)
         case "judge":
             return _judged(data)
+        case "check":
+            return _checked(data)
+        case "recover":
+            return [(f"recovered from: {data['fault']}" if data["fault"] else "there was no fault", "green")]
         case _:
             return _ended(data, came.refusal)
 
@@ -61,10 +65,7 @@ def _tried(data: Mapping[str, Any]) -> list[Line]:
     error = data.get("error")
     if error is not None and error["code"] == ErrorCode.CANCELLED:
         return [STOPPED]
-    lines: list[Line] = [
-        (f"{problem['call'] or 'the plan'}: {problem['error']['message']}", "red")
-        for problem in data.get("problems", ())
-    ]
+    lines = _problems(data)
     if error is not None:
         lines.append((f"{data['would_fail']} would fail at {error['phase']}: {error['message']}", "red"))
     elif data["ok"]:
@@ -73,6 +74,17 @@ def _tried(data: Mapping[str, Any]) -> list[Line]:
         lines.append((f"would touch {', '.join(data['would_touch'])} on the way", "amber"))
     lines += [(effect, "amber") for effect in data.get("side_effects", ())]
     return lines + [(f"then {_stands(thing)}", "ink") for thing in data.get("changes", {}).get("objects", ())]
+
+
+def _checked(data: Mapping[str, Any]) -> list[Line]:
+    return _problems(data) or [("nothing speaks against the plan; nothing has moved", "green")]
+
+
+def _problems(data: Mapping[str, Any]) -> list[Line]:
+    return [
+        (f"{problem['call'] or 'the plan'}: {problem['error']['message']}", "red")
+        for problem in data.get("problems", ())
+    ]
 
 
 def _stands(thing: Mapping[str, Any]) -> str:

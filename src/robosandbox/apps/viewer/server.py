@@ -18,8 +18,8 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from robosandbox.apps.viewer.access import refusal
-from robosandbox.apps.viewer.handles import BRAND
 from robosandbox.apps.viewer.orders import PATH, TakeOrder
+from robosandbox.apps.viewer.theme import BRAND
 from robosandbox.errors import InputError
 
 HOST = "127.0.0.1"

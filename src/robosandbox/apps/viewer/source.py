@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,10 +12,8 @@ import numpy as np
 
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.world import World
-from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Observation, ObservedScene, Pose, Scene
-from robosandbox.workcell.workcell import Workcell
-from robosandbox.workcell.zenoh.messages import Picture
+from robosandbox.types import Array, Observation, Pose, Scene
+from robosandbox.workcell.host import WorkcellHost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,23 +96,19 @@ class Blueprint:
 OnFrame = Callable[[Frame], None]
 # Told that the world was changed by somebody else: True for another task or robot, which `adopt` takes over.
 OnElsewhere = Callable[[bool], None]
-OnPicture = Callable[[bytes, Picture], None]
-OnScene = Callable[[ObservedScene], None]
-OnRefused = Callable[[Exception], None]
-Job = Callable[[], None]
 
 
 class WorldSource(Protocol):
-    """A workcell that can be watched and steered. Jobs run one after another, in a thread of the source's own."""
+    """Frames of a running cell that can be watched and steered."""
 
     @property
-    def workcell(self) -> Workcell:
-        """The loaded task with its agent."""
+    def host(self) -> WorkcellHost:
+        """The owner of the cell."""
         ...
 
     @property
     def blueprint(self) -> Blueprint:
-        """Blueprint to draw; another one after `load`, or when something else is believed: frames tell of which model they are."""
+        """Blueprint to draw; another one after a load, or when something else is believed: frames tell of which model they are."""
         ...
 
     @property
@@ -130,6 +125,18 @@ class WorldSource(Protocol):
         """Begin; frames and news come from any thread, frames as long as something moves."""
         ...
 
+    def refresh(self) -> None:
+        """Have a frame come, whether something moves or not."""
+        ...
+
+    def changing(self) -> AbstractContextManager[None]:
+        """Draw nothing while the world is put into another state, and bring `blueprint` up to date; for jobs.
+
+        Raises:
+            InputError: What is there then cannot be drawn here.
+        """
+        ...
+
     def adopt(self) -> None:
         """Take over the task and robot that somebody else has loaded; for jobs.
 
@@ -138,44 +145,8 @@ class WorldSource(Protocol):
         """
         ...
 
-    def order(self, job: Job) -> None:
-        """Run a job when those before have ended."""
-        ...
-
-    def refresh(self) -> None:
-        """Have a frame come, whether something moves or not."""
-        ...
-
-    def picture(self, camera: str, deliver: OnPicture, refuse: OnRefused) -> None:
-        """Have a camera's picture come as JPEG, from any thread."""
-        ...
-
-    def look(self, deliver: OnScene, refuse: OnRefused) -> None:
-        """Have what perception sees come, from any thread."""
-        ...
-
-    def load(self, task: Task | str, robot: str | None) -> None:
-        """Load another task, robot or both; for jobs.
-
-        Args:
-            task: A task, a bundled one's name, or a YAML file.
-            robot: In place of the task's.
-
-        Raises:
-            InputError: One of them is wrong; the world stays as it was.
-        """
-        ...
-
-    def relook(self) -> None:
-        """Bring `blueprint` up to date after a reset; for jobs."""
-        ...
-
-    def settle(self) -> None:
-        """Have the arm hold and come to rest after it was stopped; for jobs."""
-        ...
-
-    def close(self) -> None:
-        """Stop what runs and free the world."""
+    def stop(self) -> None:
+        """Send no more frames."""
         ...
 
 

@@ -17,7 +17,7 @@ _KEPT = int(600 * FRAME_HZ)
 
 
 @dataclass(frozen=True, slots=True)
-class Phase:
+class PhaseSpan:
     """A phase that begins at `start`, simulated seconds; `failed` once an error has ended it."""
 
     name: str
@@ -38,7 +38,7 @@ class Recording:
 
     seconds: Array
     values: Array
-    phases: tuple[Phase, ...]
+    phases: tuple[PhaseSpan, ...]
 
 
 class Timeline:
@@ -47,7 +47,7 @@ class Timeline:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._samples: deque[tuple[float, float, float, float]] = deque(maxlen=_KEPT)
-        self._phases: list[Phase] = []
+        self._phases: list[PhaseSpan] = []
 
     def clear(self) -> None:
         """Begin anew."""
@@ -78,16 +78,16 @@ class Timeline:
             now = self._samples[-1][0] if self._samples else 0.0
             if self._phases and self._phases[-1].start == now:
                 self._phases.pop()
-            if self._phases and self._phases[-1] == Phase(phase, self._phases[-1].start):
+            if self._phases and self._phases[-1] == PhaseSpan(phase, self._phases[-1].start):
                 return
-            self._phases.append(Phase(phase, now))
+            self._phases.append(PhaseSpan(phase, now))
 
     def fail(self) -> None:
         """Mark the phase under way as the one that failed."""
         with self._lock:
             if self._phases:
                 last = self._phases[-1]
-                self._phases[-1] = Phase(last.name, last.start, True)
+                self._phases[-1] = PhaseSpan(last.name, last.start, True)
 
     def recording(self) -> Recording:
         """Return what was taken so far."""

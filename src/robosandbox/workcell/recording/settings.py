@@ -11,6 +11,7 @@ from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
+    from robosandbox.driver import Driver
     from robosandbox.workcell.embedded import EmbeddedWorkcell
     from robosandbox.workcell.recording.recorder import Recorder
 
@@ -43,12 +44,11 @@ class RecordSettings:
     only_success: bool = False
 
 
-def open_recorder(settings: RecordSettings, host: EmbeddedWorkcell) -> Recorder:
-    """Return a recorder for a world.
+def check_settings(settings: RecordSettings, driver: Driver) -> None:
+    """Refuse settings with which a driver's world cannot be recorded.
 
     Raises:
-        InputError: The folder is a file or cannot be written to, a camera is none of the world's, the frame rate does not fit, or a package is
-            missing.
+        InputError: The folder is a file or cannot be written to, a camera is none of the world's, or the frame rate does not fit.
     """
     if settings.folder.exists() and not settings.folder.is_dir():
         raise InputError(f"--record: {str(settings.folder)!r} is a file; name a folder")
@@ -61,16 +61,25 @@ def open_recorder(settings: RecordSettings, host: EmbeddedWorkcell) -> Recorder:
         raise InputError(
             f"--record: {str(there)!r} cannot be written to: {error.strerror}; name another folder"
         ) from None
+    if settings.video is not None:
+        rows_per_frame(settings.video.fps, driver.control_timestep, "--video-fps")
+        for camera in settings.video.cameras:
+            if camera not in driver.capabilities.cameras:
+                raise InputError(f"camera {camera!r} is not one of {', '.join(driver.capabilities.cameras)}")
+
+
+def open_recorder(settings: RecordSettings, cell: EmbeddedWorkcell) -> Recorder:
+    """Return a recorder for a world.
+
+    Raises:
+        InputError: The settings do not fit it, or a package is missing.
+    """
+    check_settings(settings, cell.driver)
     try:
         from robosandbox.workcell.recording.recorder import Recorder
     except ModuleNotFoundError as error:
         raise missing_extra(error, "--record", "record") from None
-    if settings.video is not None:
-        rows_per_frame(settings.video.fps, host.driver.control_timestep, "--video-fps")
-        for camera in settings.video.cameras:
-            if camera not in host.cameras:
-                raise InputError(f"camera {camera!r} is not one of {', '.join(host.cameras)}")
-    return Recorder(settings.folder, host, video=settings.video)
+    return Recorder(settings.folder, cell, video=settings.video)
 
 
 def rows_per_frame(fps: float, control_timestep: float, option: str) -> int:

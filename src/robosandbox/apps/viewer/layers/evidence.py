@@ -10,9 +10,8 @@ import mujoco
 import numpy as np
 
 from robosandbox.agent.episode import SkillFailed, SkillStarted
-from robosandbox.apps.viewer import operator
 from robosandbox.apps.viewer.layers.layer import Layer
-from robosandbox.apps.viewer.operator import News
+from robosandbox.apps.viewer.news import Began, Came, Loaded, News, Went
 from robosandbox.apps.viewer.preview import add_gripper, gripper_shape
 from robosandbox.apps.viewer.scene import body_ids
 from robosandbox.apps.viewer.source import Frame
@@ -21,10 +20,10 @@ from robosandbox.evidence import (
     CollisionEvidence,
     GraspEvidence,
     PlacementEvidence,
-    PushEvidence,
     TrackingEvidence,
     UnreachableEvidence,
 )
+from robosandbox.skills.push import PushEvidence
 from robosandbox.types import Array, Pose, Refusal
 
 _RED, _GREEN, _AMBER = (225, 40, 35), (30, 165, 80), (235, 150, 20)
@@ -48,9 +47,9 @@ class FailureEvidence(Layer):
                 self.clear()
                 self._error = error
                 self._show(error)
-            case SkillStarted() | operator.Went() | operator.Loaded() | operator.Began():
+            case SkillStarted() | Went() | Loaded() | Began():
                 self.clear()
-            case operator.Came(refusal=Refusal(candidates=names)) if self.shown:
+            case Came(refusal=Refusal(candidates=names)) if self.shown:
                 self._name_all(names)
             case _:
                 pass

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.agent.episode import Intended, PhaseEntered, SkillStarted
-from robosandbox.apps.viewer import operator
 from robosandbox.apps.viewer.layers.layer import Layer
-from robosandbox.apps.viewer.operator import News
+from robosandbox.apps.viewer.news import Came, Loaded, News, Went
 from robosandbox.errors import Phase
 from robosandbox.types import Array, Grasp, GraspSearch
-from robosandbox.workcell.orders import Answer
+from robosandbox.workcell.orders import OrderResult
 
 _MOST_SHOWN = 40  # Number of grasps that are drawn. Chosen so that they can be told apart.
 _FINGER, _STEM = 0.035, 0.05
@@ -28,9 +27,9 @@ class GraspCandidates(Layer):
         match news:
             case Intended(_, GraspSearch() as search) if self.shown:
                 self._show(search)
-            case PhaseEntered(_, Phase.LIFT) | SkillStarted() | operator.Went() | operator.Loaded():
+            case PhaseEntered(_, Phase.LIFT) | SkillStarted() | Went() | Loaded():
                 self.clear()
-            case operator.Came(answer=Answer(failure=None)):
+            case Came(result=OrderResult(failure=None)):
                 self.clear()
             case _:
                 pass

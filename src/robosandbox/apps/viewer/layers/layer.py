@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import viser
 
-from robosandbox.apps.viewer.operator import News
+from robosandbox.apps.viewer.news import News
 from robosandbox.apps.viewer.scene import BodyScene
 from robosandbox.apps.viewer.source import Blueprint, Frame
 

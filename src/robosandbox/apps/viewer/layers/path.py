@@ -6,10 +6,9 @@ import mujoco
 import numpy as np
 
 from robosandbox.agent.episode import Intended, SkillStarted
-from robosandbox.apps.viewer import operator
 from robosandbox.apps.viewer.layers.layer import Layer
 from robosandbox.apps.viewer.layers.trail import polyline
-from robosandbox.apps.viewer.operator import News
+from robosandbox.apps.viewer.news import Idle, Loaded, News
 from robosandbox.types import Trajectory
 
 _MOST_POINTS = 80  # Number of points of a path that are drawn. Chosen.
@@ -27,7 +26,7 @@ class PlannedPath(Layer):
         match news:
             case Intended(_, Trajectory() as trajectory) if self.shown:
                 self._show(trajectory)
-            case SkillStarted() | operator.Idle() | operator.Loaded():
+            case SkillStarted() | Idle() | Loaded():
                 self.clear()
             case _:
                 pass

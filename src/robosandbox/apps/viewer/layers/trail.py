@@ -9,9 +9,8 @@ import mujoco
 import numpy as np
 import viser
 
-from robosandbox.apps.viewer import operator
 from robosandbox.apps.viewer.layers.layer import Layer
-from robosandbox.apps.viewer.operator import Doing, News
+from robosandbox.apps.viewer.news import Began, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.source import Frame
 from robosandbox.types import Array
 
@@ -34,7 +33,7 @@ class TcpTrail(Layer):
     def hear(self, news: News) -> None:
         """Begin anew with each prompt."""
         match news:
-            case operator.Began(Doing.RUNNING, _) | operator.Went() | operator.Loaded():
+            case Began(Doing.RUNNING, _) | Went() | Loaded():
                 self.clear()
             case _:
                 pass

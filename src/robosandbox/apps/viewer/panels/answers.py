@@ -8,9 +8,9 @@ from typing import Literal
 
 import viser
 
-from robosandbox.apps.viewer import operator
-from robosandbox.apps.viewer.operator import Doing, News, Operator
-from robosandbox.apps.viewer.orders import Order, obey
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Began, Came, Doing, Loaded, News, Went
+from robosandbox.apps.viewer.orders import PageOrder, obey
 from robosandbox.apps.viewer.panels.order_form import answer_form
 from robosandbox.apps.viewer.scene import BodyScene
 from robosandbox.apps.viewer.source import Blueprint
@@ -33,7 +33,7 @@ class AnswersPanel:
         control: Takes the answers.
     """
 
-    def __init__(self, server: viser.ViserServer, control: Operator) -> None:
+    def __init__(self, server: viser.ViserServer, control: Control) -> None:
         self._control = control
         self._form = server.gui.add_html("")
         self._offered: tuple[str, ...] = ()
@@ -44,12 +44,12 @@ class AnswersPanel:
     def hear(self, news: News) -> None:
         """Take news."""
         match news:
-            case operator.Began(Doing.RUNNING | Doing.PLANNING | Doing.TRYING as doing, _):
+            case Began(Doing.RUNNING | Doing.PLANNING | Doing.TRYING as doing, _):
                 self._do = _DO[doing]
                 self._offer(())
-            case operator.Came(question=Refusal(candidates=candidates)):
+            case Came(question=Refusal(candidates=candidates)):
                 self._offer(candidates)
-            case operator.Went() | operator.Loaded():
+            case Went() | Loaded():
                 self._offer(())
             case _:
                 pass
@@ -76,4 +76,4 @@ class AnswersPanel:
                 mesh.on_click(partial(self._say, name))
 
     def _say(self, answer: str, _: viser.SceneNodePointerEvent[viser.GlbHandle]) -> None:
-        obey(Order(do=self._do, prompt=answer), self._control)
+        obey(PageOrder(do=self._do, prompt=answer), self._control)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 import threading
 import time
+from concurrent.futures import Future
+from functools import partial
 from typing import Any
 
 import cv2
@@ -12,10 +14,10 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.handles import assign
-from robosandbox.apps.viewer.operator import News
+from robosandbox.apps.viewer import html
+from robosandbox.apps.viewer.news import Loaded, News
 from robosandbox.apps.viewer.source import Frame, WorldSource
+from robosandbox.apps.viewer.theme import assign
 from robosandbox.types import Array, DetectedObject, ObservedScene
 from robosandbox.workcell.zenoh.messages import Picture
 
@@ -35,7 +37,7 @@ class CamerasPanel:
         self._source = source
         gui = server.gui
         self._live = gui.add_checkbox("Live picture", False, hint="Pictures are rendered only while this is on")
-        self._name = gui.add_dropdown("Camera", tuple(source.workcell.cameras))
+        self._name = gui.add_dropdown("Camera", tuple(source.host.cell.cameras))
         self._marks = gui.add_checkbox("Perception", True, hint="Draw what perception sees into the picture")
         self._picture = gui.add_image(np.full((12, 16, 3), 235, np.uint8), visible=False)
         self._words = gui.add_html("")
@@ -47,8 +49,8 @@ class CamerasPanel:
 
     def hear(self, news: News) -> None:
         """Take news."""
-        if isinstance(news, operator.Loaded):
-            cameras = tuple(self._source.workcell.cameras)
+        if isinstance(news, Loaded):
+            cameras = tuple(self._source.host.cell.cameras)
             self._name.options = cameras
             if self._name.value not in cameras:
                 assign(self._name, cameras[0])
@@ -70,12 +72,21 @@ class CamerasPanel:
         if not self._waiting.acquire(blocking=False):
             return
         self._asked = time.monotonic()
-        self._source.look(self._photograph, self._refused)
+        host = self._source.host
+        host.reading(host.cell.observe).add_done_callback(self._photograph)
 
-    def _photograph(self, scene: ObservedScene) -> None:
-        self._source.picture(self._name.value, lambda jpeg, about: self._show(scene, jpeg, about), self._refused)
+    def _photograph(self, seen: Future[ObservedScene]) -> None:
+        if error := seen.exception():
+            self._refuse(error)
+            return
+        taken = self._source.host.picture(self._name.value, "jpeg")
+        taken.add_done_callback(partial(self._show, seen.result()))
 
-    def _show(self, scene: ObservedScene, jpeg: bytes, about: Picture) -> None:
+    def _show(self, scene: ObservedScene, taken: Future[tuple[bytes, Picture]]) -> None:
+        if error := taken.exception():
+            self._refuse(error)
+            return
+        jpeg, about = taken.result()
         try:
             decoded: Any = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
             # OpenCV's order of channels is blue, green, red.
@@ -88,7 +99,7 @@ class CamerasPanel:
         finally:
             self._waiting.release()
 
-    def _refused(self, error: Exception) -> None:
+    def _refuse(self, error: BaseException) -> None:
         self._words.content = html.block(html.line(" ".join(str(error).split()), "red"))
         self._waiting.release()
 

@@ -10,7 +10,7 @@ from typing import Literal
 import viser
 
 from robosandbox.apps.viewer import html
-from robosandbox.apps.viewer.operator import Operator
+from robosandbox.apps.viewer.control import Control
 from robosandbox.apps.viewer.source import Teleop, WorldSource
 from robosandbox.types import Pose, Vec3
 
@@ -56,7 +56,7 @@ class JogPanel:
         control: Runs a step when nothing else is under way.
     """
 
-    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Operator) -> None:
+    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Control) -> None:
         self._source = source
         self._control = control
         self._closed = False

@@ -16,18 +16,18 @@ _STYLE = f"""
   border: 1px solid #b6bec8; border-radius: 4px; min-width: 0; }}
 .order input:focus {{ outline: 2px solid {COLOURS["blue"]}; outline-offset: -1px; }}
 .order input[name=prompt] {{ width: 100%; }}
-.order div {{ display: flex; gap: 0.5em; margin-top: 0.5em; align-items: center; }}
+.order div {{ display: flex; flex-wrap: wrap; gap: 0.5em; margin-top: 0.5em; align-items: center; }}
 .order button {{ font: inherit; height: 2.3em; padding: 0 0.9em; border-radius: 4px; cursor: pointer; white-space: nowrap;
   color: {COLOURS["ink"]}; background: #fff; border: 1px solid #b6bec8; }}
 .order button:hover {{ background: #f1f3f6; }}
 .order button:focus-visible {{ outline: 2px solid {COLOURS["blue"]}; outline-offset: 1px; }}
 .order button[value=run] {{ flex: 2; font-weight: 600; color: #fff; background: {COLOURS["green"]}; border-color: {COLOURS["green"]}; }}
 .order button[value=run]:hover {{ background: #196f3d; }}
-.order button[value=stop], .order button[value=plan], .order button[value=simulate] {{ flex: 1; }}
+.order button[value=stop], .order button[value=plan], .order button[value=check], .order button[value=simulate] {{ flex: 1; }}
 .order div.more label {{ margin: 0 0 0 auto; font-weight: 400; color: {COLOURS["grey"]}; }}
 .order input[name=seed] {{ width: 4.6em; }}
 .order.answers {{ padding-bottom: 0.9em; }}
-.order.answers div {{ flex-wrap: wrap; margin-top: 0; }}
+.order.answers div {{ margin-top: 0; }}
 .order output {{ display: block; color: {COLOURS["red"]}; font-size: 0.92em; margin-top: 0.35em; }}
 .order output:empty {{ display: none; }}
 """
@@ -52,9 +52,11 @@ def order_form(prompt: str) -> str:
   placeholder="What the robot should do">
 <div><button name="do" value="run" title="Enter does the same">Run</button>
 <button name="do" value="plan" title="Shows the plan and moves nothing">Plan</button>
+<button name="do" value="check" title="Says what speaks against the plan and moves nothing">Check</button>
 <button name="do" value="simulate" title="Tries the plan on the twin and moves nothing">Try</button>
 <button name="do" value="stop" title="The arm holds where it is">Stop</button></div>
 <div class="more"><button name="do" value="back" title="Back to before the last thing that changed the world">Step back</button>
+<button name="do" value="recover" title="Ends a fault that has stopped the arm, once somebody has looked after it">Recover</button>
 <button name="do" value="judge" title="Has the task succeeded since the last reset?">Judge</button>
 <label for="seed">Seed</label><input id="seed" name="seed" type="number" value="0" min="0" step="1"
   title="The layout that Reset makes; 0 is the task as written">

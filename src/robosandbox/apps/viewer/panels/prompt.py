@@ -5,8 +5,9 @@ from __future__ import annotations
 import viser
 
 from robosandbox.agent import episode as events
-from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.operator import Came, Doing, News, Operator
+from robosandbox.apps.viewer import html
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Began, Came, Complaint, Doing, Idle, Loaded, News, Presence, Stopped, Went
 from robosandbox.apps.viewer.outcome import STOPPED, Line, calls, told
 from robosandbox.apps.viewer.panels.order_form import mood, order_form
 from robosandbox.error_codes import ErrorCode
@@ -28,10 +29,10 @@ class PromptPanel:
         control: Carries it out.
     """
 
-    def __init__(self, server: viser.ViserServer, control: Operator) -> None:
+    def __init__(self, server: viser.ViserServer, control: Control) -> None:
         self._control = control
         gui = server.gui
-        self._form = gui.add_html(order_form(control.source.workcell.task.prompt))
+        self._form = gui.add_html(order_form(control.source.host.cell.task.prompt))
         self._mood = gui.add_html(mood(False))
         self._board = gui.add_html("")
         self._steps: list[tuple[str, str]] = []
@@ -54,29 +55,29 @@ class PromptPanel:
     def _take_of_operator(self, news: News) -> bool:
         """Take what the operator does; say whether it was that."""
         match news:
-            case operator.Began(doing, what):
+            case Began(doing, what):
                 self._phase = ""
                 if doing in (Doing.RUNNING, Doing.PLANNING, Doing.TRYING):
                     self._before = [*self._before, self._head, self._question] if self._question else []
                     self._question = ""
                     self._head, self._steps, self._note, self._tried = f"“{what}”", [], "", False
                 self._said = self._asked()
-            case operator.Idle():
+            case Idle():
                 self._phase = ""
             case Came():
                 self._take_what_came(news)
                 self._question = news.question.message if news.question else self._question
-            case operator.Stopped():
+            case Stopped():
                 self._said = [STOPPED]
-            case operator.Went(how):
+            case Went(how):
                 self._clear((how, "grey"))
-            case operator.Loaded():
-                task = self._control.source.workcell.task
+            case Loaded():
+                task = self._control.source.host.cell.task
                 self._form.content = order_form(task.prompt)
                 self._clear((f"loaded {task.name}", "grey"))
-            case operator.Presence(away):
+            case Presence(away):
                 self._away = away
-            case operator.Complaint(message):
+            case Complaint(message):
                 if self._control.doing is Doing.NOTHING:
                     # It is about what was just asked for, and not about the order that is over.
                     self._steps, self._head, self._note = [], "", ""
@@ -117,7 +118,7 @@ class PromptPanel:
         self._before, self._question = [], ""
 
     def _take_what_came(self, came: Came) -> None:
-        data, said = came.answer.data, told(came)
+        data, said = came.result.data, told(came)
         match came.order.name:
             case "plan":
                 self._steps, self._note = [(call, "waiting") for call in calls(data)], data.get("note", "")

@@ -8,9 +8,10 @@ from typing import Any
 import viser
 
 from robosandbox.agent.episode import SkillFailed
-from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.handles import BRAND
-from robosandbox.apps.viewer.operator import Doing, News, Operator
+from robosandbox.apps.viewer import html
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Began, Came, Doing, Loaded, News, Went
+from robosandbox.apps.viewer.theme import BRAND
 from robosandbox.error_codes import ErrorCode
 from robosandbox.errors import Failure, Repair
 from robosandbox.types import Plan
@@ -42,7 +43,7 @@ class RepairsPanel:
         control: Carries a repair out.
     """
 
-    def __init__(self, server: viser.ViserServer, control: Operator) -> None:
+    def __init__(self, server: viser.ViserServer, control: Control) -> None:
         self._gui = server.gui
         self._control = control
         self._folder = server.gui.add_folder("Failure", visible=False)
@@ -55,10 +56,10 @@ class RepairsPanel:
             case SkillFailed(_, error):
                 # What a person stopped needs no repair.
                 self._error = None if error.code == ErrorCode.CANCELLED else error
-            case operator.Began(Doing.RUNNING | Doing.PLANNING | Doing.TRYING, _) | operator.Went() | operator.Loaded():
+            case Began(Doing.RUNNING | Doing.PLANNING | Doing.TRYING, _) | Went() | Loaded():
                 self._error = None
                 self._show()
-            case operator.Came(order, answer) if ORDERS[order.name].moves:
+            case Came(order, answer) if ORDERS[order.name].moves:
                 self._error = None if answer.failure is None else self._error
                 self._show()
             case _:

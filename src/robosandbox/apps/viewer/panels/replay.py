@@ -8,12 +8,12 @@ from collections.abc import Callable
 
 import viser
 
-from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.handles import assign
-from robosandbox.apps.viewer.operator import News
+from robosandbox.apps.viewer import html
+from robosandbox.apps.viewer.news import Began, News
 from robosandbox.apps.viewer.replay import RecordedFrames
 from robosandbox.apps.viewer.source import Frame
 from robosandbox.apps.viewer.stream import FRAME_HZ
+from robosandbox.apps.viewer.theme import assign
 
 _PLAY, _PAUSE = "Play", "Pause"
 
@@ -43,7 +43,7 @@ class ReplayPanel:
 
     def hear(self, news: News) -> None:
         """Pause when something else is begun."""
-        if isinstance(news, operator.Began):
+        if isinstance(news, Began):
             self.stop()
 
     def rewind(self) -> None:

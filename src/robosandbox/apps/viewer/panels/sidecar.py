@@ -7,13 +7,14 @@ from pathlib import Path
 
 import viser
 
-from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.handles import assign
+from robosandbox.apps.viewer import html
+from robosandbox.apps.viewer.control import Control
 from robosandbox.apps.viewer.layers.preview import SidecarPreview
-from robosandbox.apps.viewer.operator import News, Operator
+from robosandbox.apps.viewer.news import Began, Complaint, News
 from robosandbox.apps.viewer.scene import BodyScene
 from robosandbox.apps.viewer.sidecar_file import Changes, SidecarFile
 from robosandbox.apps.viewer.source import Blueprint, WorldSource
+from robosandbox.apps.viewer.theme import assign
 from robosandbox.errors import InputError
 from robosandbox.types import Pose, Vec3
 
@@ -31,7 +32,7 @@ class SidecarPanel:
         control: Loads the robot again.
     """
 
-    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Operator) -> None:
+    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Control) -> None:
         self._gui = server.gui
         self._source = source
         self._control = control
@@ -56,7 +57,7 @@ class SidecarPanel:
 
     def hear(self, news: News) -> None:
         """Take news."""
-        if isinstance(news, operator.Began):
+        if isinstance(news, Began):
             self._preview.clear()
 
     def _read(self) -> None:
@@ -148,9 +149,9 @@ class SidecarPanel:
         try:
             file.write(changes, target)
         except InputError as error:
-            self._control.tell(operator.Complaint(str(error)))
+            self._control.tell(Complaint(str(error)))
             return
-        task = self._source.workcell.task
+        task = self._source.host.cell.task
         if target.resolve() != (file.source or file.beside):
             task = task.model_copy(
                 update={

@@ -11,11 +11,10 @@ import numpy as np
 import viser
 
 from robosandbox.agent import episode as events
-from robosandbox.apps.viewer import operator
 from robosandbox.apps.viewer.html import COLOURS, number
-from robosandbox.apps.viewer.operator import Doing, News
+from robosandbox.apps.viewer.news import Began, Doing, Loaded, News, Went
 from robosandbox.apps.viewer.source import Blueprint, Frame
-from robosandbox.apps.viewer.timeline import Phase, Recording, Timeline
+from robosandbox.apps.viewer.timeline import PhaseSpan, Recording, Timeline
 from robosandbox.error_codes import ErrorCode
 from robosandbox.types import Array
 
@@ -108,9 +107,9 @@ class StripPanel:
     def hear(self, news: News) -> None:
         """Take news."""
         match news:
-            case operator.Began(Doing.RUNNING, _) | operator.Went() | operator.Loaded():
+            case Began(Doing.RUNNING, _) | Went() | Loaded():
                 self._timeline.clear()
-            case operator.Began(Doing.MOVING, what):
+            case Began(Doing.MOVING, what):
                 self._timeline.enter(what)
             case events.PhaseEntered(_, phase):
                 self._timeline.enter(phase)
@@ -138,7 +137,7 @@ def strip(recording: Recording, lanes: tuple[Lane, ...]) -> str:
     end = float(recording.seconds[-1]) if len(recording.seconds) else 0.0
     span = max(_LEAST_SPAN, end - begin)
     bands = _bands(recording.phases, begin, end, span)
-    rows = [_row("Phase", _last(recording.phases), f'<div class="phases">{_labels(bands)}</div>', "")]
+    rows = [_row("PhaseSpan", _last(recording.phases), f'<div class="phases">{_labels(bands)}</div>', "")]
     for index, lane in enumerate(lanes):
         values = recording.values[:, index]
         top = _nice(max(lane.most, float(values.max(initial=0.0))))
@@ -157,14 +156,14 @@ def _row(name: str, value: str, picture: str, most: str) -> str:
     )
 
 
-def _last(phases: tuple[Phase, ...]) -> str:
+def _last(phases: tuple[PhaseSpan, ...]) -> str:
     if not phases:
         return "–"
     name = escape(phases[-1].name)
     return f'<span class="failed">{name} failed</span>' if phases[-1].failed else name
 
 
-def _bands(phases: tuple[Phase, ...], begin: float, end: float, span: float) -> list[tuple[str, str, float, float]]:
+def _bands(phases: tuple[PhaseSpan, ...], begin: float, end: float, span: float) -> list[tuple[str, str, float, float]]:
     """Return name, colour, left and width of each phase, the latter as shares of the span."""
     ends = [phase.start for phase in phases[1:]] + [end]
     found = []

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import viser
 
-from robosandbox.apps.viewer import html, operator
-from robosandbox.apps.viewer.operator import News, Operator
+from robosandbox.apps.viewer import html
+from robosandbox.apps.viewer.control import Control
+from robosandbox.apps.viewer.news import Complaint, Loaded, News
 from robosandbox.apps.viewer.source import WorldSource
 from robosandbox.tasks.loader import bundled_tasks
 
@@ -26,13 +27,13 @@ class WorldPanel:
         control: Loads.
     """
 
-    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Operator) -> None:
+    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Control) -> None:
         self._source = source
         self._control = control
         gui = server.gui
         self._about = gui.add_html("")
         tasks = (*bundled_tasks(), _FILE)
-        loaded = source.workcell.task.name
+        loaded = source.host.cell.task.name
         self._task = gui.add_dropdown("Task", tasks, initial_value=loaded if loaded in tasks else _FILE)
         self._task_file = gui.add_text("Task file", "", hint="A task's YAML file", visible=self._task.value == _FILE)
         self._robot = gui.add_dropdown("Robot", (_OWN, *known_robots(), _FILE), initial_value=_OWN)
@@ -47,7 +48,7 @@ class WorldPanel:
 
     def hear(self, news: News) -> None:
         """Take news."""
-        if isinstance(news, operator.Loaded):
+        if isinstance(news, Loaded):
             self._describe()
 
     def _show_files(self) -> None:
@@ -58,12 +59,12 @@ class WorldPanel:
         task = self._task_file.value.strip() if self._task.value == _FILE else self._task.value
         robot = {_OWN: None, _FILE: self._robot_file.value.strip()}.get(self._robot.value, self._robot.value)
         if not task or robot == "":
-            self._control.tell(operator.Complaint("give the path of the file to load"))
+            self._control.tell(Complaint("give the path of the file to load"))
             return
         self._control.load(str(Path(task).expanduser()), None if robot is None else str(Path(robot).expanduser()))
 
     def _describe(self) -> None:
-        work = self._source.workcell
+        work = self._source.host.cell
         blueprint = self._source.blueprint
         there = ", ".join(item.id for item in blueprint.scene.objects) or "none"
         pairs = [

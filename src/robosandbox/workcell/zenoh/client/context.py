@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.types import ObservedScene, Plan, SkillResult
+from robosandbox.types import ObservedScene, SkillResult
 from robosandbox.workcell.zenoh.messages import SkillInfo
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
@@ -36,13 +36,14 @@ class RemoteContext(GoalContext):
         self._boot_id = seen.boot_id
         return seen.scene
 
-    def simulate(self, plan: Plan) -> dict[str, Any]:
-        """Return what would come of a plan on the sim's twin.
+    def simulate(self, calls: Sequence[BoundCall], *, tick: Callable[[], None] | None = None) -> dict[str, Any]:
+        """Return what would come of calls on the sim's twin.
 
         Raises:
             SkillError: The sim is busy, or refuses.
         """
-        steps = [call.model_dump(mode="json") for call in plan.steps]
+        del tick
+        steps = [call.call.model_dump(mode="json") for call in calls]
         return self._robot.order("simulate", stop=self._cancelled, steps=steps)
 
     def _allow(self, timeout: float | None) -> None:

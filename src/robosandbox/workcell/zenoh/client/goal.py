@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from robosandbox.errors import ConnectionLostError, UnknownGoalError
 from robosandbox.evidence import ConnectionEvidence
 from robosandbox.types import Intent, SkillResult
-from robosandbox.workcell.zenoh.messages import Feedback, Goal, Intended
+from robosandbox.workcell.zenoh.messages import Feedback, Goal, GoalIntent
 from robosandbox.workcell.zenoh.transport import check_process
 
 if TYPE_CHECKING:
@@ -120,12 +120,12 @@ class RemoteGoal:
 
     # What the robot tells it, from Zenoh's threads.
 
-    def hear(self, news: Goal | Feedback | Intended) -> None:
+    def hear(self, news: Goal | Feedback | GoalIntent) -> None:
         """Take news."""
         with self._changed:
             if isinstance(news, Feedback):
                 self._feedback.append(news)
-            elif isinstance(news, Intended):
+            elif isinstance(news, GoalIntent):
                 self._intents.append(news.intent)
             elif not self._goal.status.final:
                 self._goal = news

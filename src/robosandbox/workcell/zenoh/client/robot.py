@@ -27,10 +27,10 @@ from robosandbox.workcell.zenoh.messages import (
     Clock,
     Feedback,
     Goal,
+    GoalIntent,
     GoalRef,
     GoalStatus,
     Info,
-    Intended,
     Load,
     Message,
     MessageT,
@@ -53,10 +53,10 @@ _log = logging.getLogger(__name__)
 _LOAD_SECONDS = 120.0
 
 
-_NEWS: dict[str, type[Goal] | type[Feedback] | type[Intended]] = {
+_NEWS: dict[str, type[Goal] | type[Feedback] | type[GoalIntent]] = {
     "status": Goal,
     "feedback": Feedback,
-    "intent": Intended,
+    "intent": GoalIntent,
 }
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Self
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +12,15 @@ from numpy.typing import NDArray
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError
+from robosandbox.tasks.loader import resolve_task, with_robot
 from robosandbox.tasks.task import Task
-from robosandbox.types import Observation, ObservedScene, Truth
+from robosandbox.types import Observation, ObservedScene, Scene, Truth
 from robosandbox.validation import validate
 from robosandbox.workcell.options import USUAL, WorkcellOptions
 from robosandbox.workcell.workcell import Workcell
 from robosandbox.workcell.zenoh.client.context import RemoteContext
 from robosandbox.workcell.zenoh.client.robot import RemoteRobot
+from robosandbox.workcell.zenoh.messages import Picture
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +67,9 @@ class RemoteWorkcell(Workcell[RemoteContext]):
     def adopt(self) -> None:
         """Take over what the sim has loaded, whoever did; there is another agent then."""
         self._leave()
+        before = self.agent
         self._begin()
+        self.agent.approve, self.agent.ask, self.agent.streams = before.approve, before.ask, before.streams
 
     def _begin(self) -> None:
         info, options, robot = self.robot.survey(), self._options, self.robot
@@ -87,16 +92,13 @@ class RemoteWorkcell(Workcell[RemoteContext]):
         """Names that `picture` takes."""
         return self.robot.cameras
 
-    def load(self, task: Task) -> Self:
-        """Have the sim load another task; return the workcell itself.
-
-        Raises:
-            InputError: The sim refuses it.
-            BusyError: The robot is at work.
-        """
-        self.robot.load(document=task.model_dump(mode="json"))
+    def load(self, task: Task | Scene | Path | str, robot: Path | str | None = None) -> None:
+        """Have the sim load another task."""
+        chosen = resolve_task(task)
+        if robot is not None:
+            chosen = chosen.model_copy(update={"scene": with_robot(chosen.scene, robot)})
+        self.robot.load(document=chosen.model_dump(mode="json"))
         self.adopt()
-        return self
 
     def catch_up(self) -> bool:
         """Take over the seed of a reset by another client; return whether the same task is loaded still."""
@@ -129,12 +131,15 @@ class RemoteWorkcell(Workcell[RemoteContext]):
         state = self.robot.state()
         return state.robot.time, state.physics_steps
 
-    def picture(self, camera: str, format: str = "png") -> bytes:
-        """Return a camera's picture as a file's bytes."""
-        return self.robot.picture(camera, format=format)[0]
+    def photograph(self, camera: str, format: Literal["png", "jpeg"] = "png") -> tuple[bytes, Picture]:
+        """Return a camera's picture as a file's bytes, with what the sim says of it."""
+        return self.robot.picture(camera, format=format)
 
-    def reset(self, seed: int = 0) -> None:
-        """Start over with this seed's layout."""
+    def recover(self) -> str:
+        """End a fault of the sim's driver."""
+        return str(self.robot.order("recover")["fault"])
+
+    def _lay_out(self, seed: int) -> None:
         truth = self.robot.reset(seed)
         self.agent.begin_anew()
         self._start = truth if self._start is not None else None

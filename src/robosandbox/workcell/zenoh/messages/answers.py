@@ -193,7 +193,7 @@ class Feedback(Message):
     elapsed: NonNegative
 
 
-class Intended(Message):
+class GoalIntent(Message):
     """On `goal/<id>/intent`, where the goal asked for it: what the skill is about to do.
 
     Attributes:

@@ -19,7 +19,7 @@ class SendGoal(FromClient):
     Attributes:
         goal_id: A UUID that the client makes up.
         arguments: As the skill's schema says; `prompt` for `run` and `plan`, `goals` for `achieve`, `steps` for `follow`,
-            `check` and `simulate`.
+            `check` and `simulate`; nothing for `judge`, `undo` and `recover`.
         timeout: Simulated seconds after which the skill is stopped; none if left out.
         queue: Wait behind the running goal in place of being refused as busy.
         client_id: The id of the client's liveliness token: its goals are cancelled when the client is lost.

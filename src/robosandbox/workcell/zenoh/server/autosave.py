@@ -8,10 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from robosandbox.errors import InputError
+from robosandbox.workcell.loop import Loop
+from robosandbox.workcell.studio import Read
 from robosandbox.workcell.zenoh.messages import Goal
 from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld, StateFile
 from robosandbox.workcell.zenoh.server.journal import Acceptance, Journal
-from robosandbox.workcell.zenoh.server.studio import Read
 
 _log = logging.getLogger(__name__)
 _PERIOD_SECONDS = 2.0
@@ -41,10 +42,9 @@ class Autosave:
         self._read = read
         self._freeze = freeze
         self._writing = threading.Lock()
-        self._stopping = threading.Event()
         self._frozen = 0
         self._saved = 0
-        self._thread = threading.Thread(target=self._loop, name="autosave", daemon=True)
+        self._loop = Loop("autosave", self._save_again)
 
     def start(self) -> None:
         """Save now, before the world's thread starts, and every few seconds from now on.
@@ -60,13 +60,11 @@ class Autosave:
             self._journal.start()
         except OSError as error:
             raise InputError(f"--state-file: {self._file.path} cannot be written: {error.strerror}") from None
-        self._thread.start()
+        self._loop.start()
 
     def stop(self) -> None:
         """End the periodic saving; wait for one that is under way."""
-        self._stopping.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._loop.stop()
         if self._journal is not None:
             self._journal.stop()
 
@@ -113,18 +111,19 @@ class Autosave:
             except OSError as error:
                 _log.error("the state was not saved in %s: %s", file.path, error.strerror)
 
-    def _loop(self) -> None:
+    def _save_again(self) -> float:
+        """Save the world as it is between two control ticks; return in how many seconds to do so again."""
         taken: list[_Frozen] = []
-        while not self._stopping.wait(_PERIOD_SECONDS):
-            ready = threading.Event()
+        ready = threading.Event()
 
-            def take(ready: threading.Event = ready) -> None:
-                taken.append(self._take())
-                ready.set()
+        def take() -> None:
+            taken.append(self._take())
+            ready.set()
 
-            self._read(take)
-            while not ready.wait(0.1):
-                if self._stopping.is_set():
-                    return
-            if self._file is not None:
-                self._write(taken.pop(), self._file)
+        self._read(take)
+        while not ready.wait(0.1):
+            if self._loop.stopping:
+                return _PERIOD_SECONDS
+        if self._file is not None:
+            self._write(taken.pop(), self._file)
+        return _PERIOD_SECONDS

@@ -1,17 +1,32 @@
-"""Requests about goals: accepted or refused at once, cancelled, looked up."""
+"""Goals over Zenoh: accepted or refused at once, carried out by the host and told about, cancelled, looked up."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
+from concurrent.futures import Future
 
-from robosandbox.errors import ConnectionLostError, ForbiddenError, InternalError, UnknownGoalError
+from robosandbox.errors import (
+    CancelledError,
+    ConnectionLostError,
+    Failure,
+    ForbiddenError,
+    InternalError,
+    InvalidArgumentError,
+    RoboSandboxError,
+    SkillError,
+    UnknownGoalError,
+)
 from robosandbox.evidence import ConnectionEvidence
-from robosandbox.types import SkillCall
-from robosandbox.workcell.embedded import EmbeddedWorkcell
-from robosandbox.workcell.orders import ORDERS, BoundOrder, bind_order
-from robosandbox.workcell.zenoh.messages import GoalRef, SendGoal
-from robosandbox.workcell.zenoh.server.changes import WorldChanges
-from robosandbox.workcell.zenoh.server.goals import Ledger
+from robosandbox.skills import events
+from robosandbox.types import SkillCall, SkillResult
+from robosandbox.workcell.host import WorkcellHost
+from robosandbox.workcell.orders import ORDERS, BoundOrder, OrderResult, bind_order
+from robosandbox.workcell.zenoh.messages import Feedback, Goal, GoalIntent, GoalRef, SendGoal
+from robosandbox.workcell.zenoh.server.autosave import Autosave
+from robosandbox.workcell.zenoh.server.goals import Ledger, LiveGoal
+from robosandbox.workcell.zenoh.server.publishing import GoalNews
+from robosandbox.workcell.zenoh.server.readings import thinned
 from robosandbox.workcell.zenoh.server.requests import Request
 from robosandbox.world.operators import BoundCall, bind
 
@@ -20,35 +35,35 @@ class GoalRequests:
     """Answers `skill/<name>/send_goal`, `cancel_goal` and `get_result`.
 
     Args:
-        ledger: Where goals stand.
-        served: Returns what is served now.
+        host: Carries goals out.
+        ledger: Where they stand.
+        news: Where they are told about.
+        autosave: Keeps accepted goals, and the world with each that ends, before anybody hears of it.
         boot_id: The sim process.
         robot_id: In keys.
-        changes: What else changes the world: a goal waits for none of it, and is refused meanwhile.
         with_truth: Whether clients may have the world judged.
-        begin: Has an accepted goal run.
         expect: Told the liveliness token that a goal is tied to.
     """
 
     def __init__(
         self,
+        host: WorkcellHost,
         ledger: Ledger,
-        served: Callable[[], EmbeddedWorkcell],
+        news: GoalNews,
+        autosave: Autosave,
         *,
         boot_id: str,
         robot_id: str,
-        changes: WorldChanges,
         with_truth: bool,
-        begin: Callable[[str], None],
         expect: Callable[[str], None],
     ) -> None:
+        self._host = host
         self._ledger = ledger
-        self._served = served
+        self._news = news
+        self._autosave = autosave
         self._boot_id = boot_id
         self._robot_id = robot_id
-        self._changes = changes
         self._with_truth = with_truth
-        self._begin = begin
         self._expect = expect
 
     def send(self, request: Request) -> None:
@@ -66,33 +81,104 @@ class GoalRequests:
         if name in ORDERS:
             call = bind_order(name, message.arguments)
         else:
-            call = bind(SkillCall(skill=name, arguments=message.arguments), self._served().calls)
+            call = bind(SkillCall(skill=name, arguments=message.arguments), self._host.cell.calls)
         try:
-            goal, new = self._ledger.admit(message, call, self._changes.doing)
+            entry, new = self._ledger.admit(message, call.name, self._host)
         except OSError as error:
             raise InternalError(
                 f"not accepted: the sim cannot write beside its state file ({error.strerror}); make room there"
             ) from None
-        request.answer(goal)
+        request.answer(entry.goal)
         if not new:
             return
-        self._begin(goal.goal_id)
+        # It moves nothing before a power cut would leave it known.
+        self._autosave.when_flushed(lambda: self._begin(entry, call, with_intents=message.intents))
         if message.client_id is not None:
             self._expect(message.client_id)
 
     def stop(self, request: Request) -> None:
         """Have a goal stopped, and answer how far it is."""
-        goal_id = self._named(request)
-        self.cancel(goal_id)
-        request.answer(self._ledger.find(goal_id))
+        entry = self._ledger.entry(self._named(request))
+        if entry.activity is not None:
+            self._host.stop(entry.activity)
+        request.answer(entry.goal)
 
     def result(self, request: Request) -> None:
         """Answer how far a goal is."""
         request.answer(self._ledger.find(self._named(request)))
 
-    def cancel(self, goal_id: str, *, abandoned: bool = False) -> None:
-        """Have a goal stopped; `abandoned` because its client is gone."""
-        self._ledger.cancel(goal_id, self._served().ctx.cancel, abandoned=abandoned)
+    # In the world's thread.
+
+    def _begin(self, entry: LiveGoal, call: BoundCall | BoundOrder, *, with_intents: bool) -> None:
+        """Have a goal carried out when those before it have ended."""
+        activity = entry.activity
+        assert activity is not None, "a goal of an earlier process is not run again"
+        ends: list[Goal] = []
+
+        def close(came: SkillResult | OrderResult | RoboSandboxError) -> None:
+            outcome = self._outcome(came, abandoned=activity.abandoned)
+            ends.append(self._ledger.ended(entry.goal.goal_id, self._now, outcome))
+            self._autosave.save(ends[0])
+
+        def tell(_: Future[SkillResult | OrderResult]) -> None:
+            self._ledger.finish(ends[0])
+            self._news.status(ends[0])
+
+        activity.closing = close
+        activity.done.add_done_callback(tell)
+        self._host.begin(activity, lambda: self._carry_out(entry, call, with_intents))
+
+    def _carry_out(
+        self, entry: LiveGoal, call: BoundCall | BoundOrder, with_intents: bool
+    ) -> SkillResult | OrderResult:
+        self._news.status(self._ledger.start(entry.goal.goal_id, self._now))
+        leave = self._host.events.subscribe(functools.partial(self._tell, entry, self._now, with_intents))
+        try:
+            return self._host.perform(call)
+        finally:
+            leave()
+
+    def _tell(self, entry: LiveGoal, began: float, with_intents: bool, event: object) -> None:
+        goal, now = entry.goal, self._now
+        match event:
+            case events.PhaseEntered(_, phase):
+                entry.phases += 1
+                self._news.feedback(
+                    Feedback(
+                        goal_id=goal.goal_id,
+                        skill=goal.skill,
+                        phase=phase,
+                        number=entry.phases,
+                        time=now,
+                        elapsed=now - began,
+                    )
+                )
+            case events.Intended(_, intent) if with_intents:
+                self._news.intent(GoalIntent(goal_id=goal.goal_id, intent=thinned(intent)))
+            case _:
+                pass
+
+    def _outcome(
+        self, came: SkillResult | OrderResult | RoboSandboxError, *, abandoned: bool
+    ) -> SkillResult | OrderResult | Failure:
+        match came:
+            case CancelledError() if abandoned:
+                # Nobody has cancelled: this is read by a client that lost its connection and came back.
+                return ConnectionLostError(
+                    "the connection to the client was lost and the goal stopped; look what is done and send what is left",
+                    phase=came.phase,
+                    evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
+                ).failure
+            case SkillError():
+                return came.failure
+            case RoboSandboxError():
+                return InvalidArgumentError(str(came)).failure
+            case _:
+                return came
+
+    @property
+    def _now(self) -> float:
+        return self._host.embedded.driver.time
 
     def _named(self, request: Request) -> str:
         """Return the goal that a request is about, which has to be one of the skill in its key."""

@@ -1,4 +1,4 @@
-"""The ledger of goals: which run, wait or have ended; each id runs once."""
+"""The ledger of goals: how each stands or has ended; each id runs once."""
 
 from __future__ import annotations
 
@@ -9,22 +9,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from robosandbox.errors import (
-    BusyError,
     CancelledError,
     ConnectionLostError,
     Failure,
     InvalidMessageError,
     UnknownGoalError,
 )
-from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEvidence
+from robosandbox.evidence import ConnectionEvidence, MessageEvidence
 from robosandbox.types import SkillResult
-from robosandbox.workcell.orders import Answer, BoundOrder
+from robosandbox.workcell.host import Activity, WorkcellHost
+from robosandbox.workcell.orders import OrderResult
 from robosandbox.workcell.zenoh.messages import KEPT_RESULTS, Goal, GoalStatus, SendGoal
 from robosandbox.workcell.zenoh.server.journal import Acceptance, KeptGoal
-from robosandbox.world.operators import BoundCall
-
-# Goals that may wait behind the running one; chosen as longer than any plan that a person follows.
-MAX_WAITING = 16
 
 
 @dataclass(slots=True, eq=False)
@@ -34,24 +30,14 @@ class LiveGoal:
     Attributes:
         goal: As clients see it now.
         arguments: As they came.
-        call: The same, bound; None for one of an earlier process.
-        timeout: Simulated seconds; None for no limit.
-        client_id: Whose loss cancels it.
-        cancelled: Whether somebody asked for its end.
-        abandoned: Whether that was because its client was lost.
+        activity: What the host carries out; None for a goal of an earlier process.
         phases: How many began.
-        intents: Whether its client wants to hear what it is about to do.
     """
 
     goal: Goal
     arguments: Mapping[str, Any]
-    call: BoundCall | BoundOrder | None = None
-    timeout: float | None = None
-    client_id: str | None = None
-    cancelled: bool = False
-    abandoned: bool = False
+    activity: Activity[SkillResult | OrderResult] | None = None
     phases: int = 0
-    intents: bool = False
 
 
 class Ledger:
@@ -70,56 +56,43 @@ class Ledger:
         self._live: OrderedDict[str, LiveGoal] = OrderedDict()
         self._ended: OrderedDict[str, LiveGoal] = OrderedDict()
 
-    def admit(self, request: SendGoal, call: BoundCall | BoundOrder, doing: str | None) -> tuple[Goal, bool]:
+    def admit(self, request: SendGoal, name: str, host: WorkcellHost) -> tuple[LiveGoal, bool]:
         """Take a goal in, or find it.
 
         Args:
             request: What was asked.
-            call: The same, bound.
-            doing: What else than goals occupies the robot.
+            name: The skill or order.
+            host: Has it among its activities from here on; it does not begin yet.
 
         Returns:
             The goal as it stands, and whether it is new.
 
         Raises:
-            BusyError: Another goal runs and this one would not wait, or too many wait.
+            BusyError: The host does something else and this one would not wait, or too many wait.
             InvalidMessageError: The id was used for something else.
             OSError: It could not be written down, and is not accepted.
         """
         with self._lock:
             known = self._live.get(request.goal_id) or self._ended.get(request.goal_id)
             if known is not None:
-                if known.goal.skill != call.name or dict(known.arguments) != request.arguments:
+                if known.goal.skill != name or dict(known.arguments) != request.arguments:
                     problem = f"{request.goal_id} is a {known.goal.skill} goal already; make a new id"
                     raise InvalidMessageError(problem, evidence=MessageEvidence(field="goal_id", problem=problem))
-                return known.goal, False
-            self._refuse_if_busy(request, doing)
-            goal = Goal(goal_id=request.goal_id, boot_id=self._boot_id, skill=call.name, status=GoalStatus.ACCEPTED)
-            number = self._accepted + 1
-            self._keep_acceptance(Acceptance(number=number, goal=goal, arguments=request.arguments))
-            self._accepted = number
-            self._live[request.goal_id] = LiveGoal(
-                goal, request.arguments, call, request.timeout, request.client_id, intents=request.intents
+                return known, False
+            activity = Activity[SkillResult | OrderResult](
+                name, is_goal=True, goal_id=request.goal_id, owner=request.client_id, timeout=request.timeout
             )
-            return goal, True
-
-    def _refuse_if_busy(self, request: SendGoal, doing: str | None) -> None:
-        first = next(iter(self._live.values()), None)
-        waiting = max(0, len(self._live) - 1)
-        if first is None and doing is None:
-            return
-        if request.queue and len(self._live) <= MAX_WAITING:
-            return
-        name = first.goal.skill if first else str(doing)
-        what = "cancel it, wait for it, or send with queue"
-        if request.queue:
-            what = f"{waiting} goals wait already"
-        elif first and first.cancelled:
-            what = "it was cancelled and is being stopped; wait for its end (`wait`, or its status), or send with queue"
-        raise BusyError(
-            f"the robot is busy with {name}; {what}",
-            evidence=BusyEvidence(doing=name, goal_id=first.goal.goal_id if first else None, waiting=waiting),
-        )
+            host.claim(activity, queue=request.queue)
+            goal = Goal(goal_id=request.goal_id, boot_id=self._boot_id, skill=name, status=GoalStatus.ACCEPTED)
+            number = self._accepted + 1
+            try:
+                self._keep_acceptance(Acceptance(number=number, goal=goal, arguments=request.arguments))
+            except OSError:
+                host.drop(activity)
+                raise
+            self._accepted = number
+            entry = self._live[request.goal_id] = LiveGoal(goal, request.arguments, activity)
+            return entry, True
 
     def find(self, goal_id: str) -> Goal:
         """Return a goal.
@@ -141,25 +114,23 @@ class Ledger:
             raise UnknownGoalError(f"no goal {goal_id}; the last {KEPT_RESULTS} ended ones are kept")
         return found
 
-    def start(self, goal_id: str, time: float) -> bool:
-        """Mark a goal as executing; False when it was cancelled while it waited."""
+    def start(self, goal_id: str, time: float) -> Goal:
+        """Return a goal that executes from now on."""
         with self._lock:
             entry = self._live[goal_id]
-            if entry.cancelled:
-                return False
             entry.goal = entry.goal.model_copy(update={"status": GoalStatus.EXECUTING, "began": time})
-            return True
+            return entry.goal
 
-    def ended(self, goal_id: str, time: float, outcome: SkillResult | Answer | Failure) -> Goal:
+    def ended(self, goal_id: str, time: float, outcome: SkillResult | OrderResult | Failure) -> Goal:
         """Return a goal as it ends, which `finish` then makes known."""
         change: dict[str, Any] = {}
-        if isinstance(outcome, Answer):
+        if isinstance(outcome, OrderResult):
             change["answer"] = outcome.data
-        if isinstance(outcome, Answer) and outcome.failure is not None:
+        if isinstance(outcome, OrderResult) and outcome.failure is not None:
             outcome = outcome.failure
         if isinstance(outcome, SkillResult):
             change = {"status": GoalStatus.SUCCEEDED, "result": outcome}
-        elif isinstance(outcome, Answer):
+        elif isinstance(outcome, OrderResult):
             change["status"] = GoalStatus.SUCCEEDED
         else:
             cancelled = outcome.code is CancelledError.code
@@ -170,45 +141,8 @@ class Ledger:
         """Record how a goal ended."""
         with self._lock:
             entry = self._live.pop(ended.goal_id)
-            entry.goal = ended
+            entry.goal, entry.activity = ended, None
             self._keep(entry)
-
-    def cancel(self, goal_id: str, stop: Callable[[], None], *, abandoned: bool = False) -> None:
-        """Ask for a goal's end.
-
-        Args:
-            goal_id: Which.
-            stop: Called if it executes, while no other goal can take its place.
-            abandoned: Whether its client was lost.
-        """
-        entry = self.entry(goal_id)
-        with self._lock:
-            if entry.goal.status.final:
-                return
-            entry.cancelled = True
-            entry.abandoned = entry.abandoned or abandoned
-            if entry.goal.status is GoalStatus.EXECUTING:
-                stop()
-
-    def of_client(self, client_id: str) -> tuple[str, ...]:
-        """Return the ids of a client's goals that have not ended."""
-        with self._lock:
-            return tuple(name for name, entry in self._live.items() if entry.client_id == client_id)
-
-    def live(self) -> tuple[str, ...]:
-        """Return the ids of all goals that have not ended, in the order in which they run."""
-        with self._lock:
-            return tuple(self._live)
-
-    def doing(self) -> str | None:
-        """Return the skill of the goal that runs or is next."""
-        with self._lock:
-            return next((entry.goal.skill for entry in self._live.values()), None)
-
-    def is_stopping(self) -> bool:
-        """Return whether the goal that runs or is next was cancelled and has not ended."""
-        with self._lock:
-            return next((entry.cancelled for entry in self._live.values()), False)
 
     # Across restarts.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,6 @@ from robosandbox.types import Scene
 from robosandbox.validation import validate
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import USUAL, WorkcellOptions
-from robosandbox.workcell.recording.settings import RecordSettings, open_recorder
 from robosandbox.workcell.session import open_workcell
 from robosandbox.workcell.zenoh.messages import Load
 from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld
@@ -35,7 +34,6 @@ class TaskLoader:
         options: How; their task, robot and seed are those of the first one.
         allowed: Folders whose files clients may name in tasks; without any, clients load bundled robots and plain
             objects only.
-        record: Where and how to record each goal; not at all when left out.
     """
 
     def __init__(
@@ -43,33 +41,18 @@ class TaskLoader:
         options: WorkcellOptions = USUAL,
         *,
         allowed: Sequence[Path] = (),
-        record: RecordSettings | None = None,
     ) -> None:
         self._options = replace(options, render_size=_PICTURE_SIZE)
         self._allowed = tuple(folder.resolve() for folder in allowed)
-        self._record = record
 
     def first(self) -> EmbeddedWorkcell:
         """Open the task that the person at this machine named."""
-        return self._open(self._options)
+        return open_workcell(self._options)
 
-    def open(
-        self, task: Task | str, robot: str | None = None, *, wait_hook: Callable[[], None] | None = None
-    ) -> EmbeddedWorkcell:
-        """Open a task as written; `wait_hook` as in `open_workcell`."""
-        own = replace(self._options, task=task, robot=robot, sidecar=None, arm=None, gripper=None, seed=0)
-        return self._open(own, wait_hook)
-
-    def _open(self, options: WorkcellOptions, wait_hook: Callable[[], None] | None = None) -> EmbeddedWorkcell:
-        session = open_workcell(options, wait_hook=wait_hook)
-        if self._record is not None:
-            try:
-                recorder = open_recorder(self._record, session)
-            except InputError:
-                session.close()
-                raise
-            recorder.follow()
-        return session
+    def open(self, task: Task | str) -> EmbeddedWorkcell:
+        """Open a task as written."""
+        unsaid = replace(self._options, scene=None, robot_base=None, robot=None, sidecar=None, arm=None, gripper=None)
+        return open_workcell(replace(unsaid, task=task, seed=0))
 
     def resume(self, world: SavedWorld) -> EmbeddedWorkcell:
         """Open the task of a state file as it was left.
@@ -87,12 +70,8 @@ class TaskLoader:
             raise InputError(f"--state-file: {error}; the file is damaged: remove it or bring back a copy") from None
         return session
 
-    def load(self, message: Load, wait_hook: Callable[[], None]) -> EmbeddedWorkcell:
-        """Open a task that a client asks for.
-
-        Args:
-            message: Which.
-            wait_hook: Called again and again on the way; what it raises ends the loading.
+    def load(self, message: Load) -> tuple[Task, str | None]:
+        """Return the task that a client asks for, and a robot in place of its own.
 
         Raises:
             InputError: There is none, it is wrong, names files that clients may not name, or is larger than a client's.
@@ -105,7 +84,7 @@ class TaskLoader:
             _check_amounts(task.scene)
         if message.robot is not None:
             self._check_file("robot", Path(message.robot))
-        return self.open(task, message.robot, wait_hook=wait_hook)
+        return task, message.robot
 
     def _check_files(self, scene: Scene) -> None:
         named = [("scene.robot_urdf", scene.robot_urdf), ("scene.robot_config", scene.robot_config)]

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import logging
-import threading
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
@@ -15,12 +12,22 @@ from zenoh import ext
 from robosandbox.errors import InvalidMessageError
 from robosandbox.evidence import MessageEvidence
 from robosandbox.validation import did_you_mean
-from robosandbox.workcell.zenoh.messages import JSON, STATE_HZ, Camera, Feedback, Goal, Intended, Message, Picture, key
-from robosandbox.workcell.zenoh.server.pictures import ENCODINGS, Format, Kind
+from robosandbox.workcell.loop import Loop
+from robosandbox.workcell.pictures import ENCODINGS, Format, Kind
+from robosandbox.workcell.studio import Read, Shot, Studio
+from robosandbox.workcell.zenoh.messages import (
+    JSON,
+    STATE_HZ,
+    Camera,
+    Feedback,
+    Goal,
+    GoalIntent,
+    Message,
+    Picture,
+    key,
+)
 from robosandbox.workcell.zenoh.server.requests import Request
-from robosandbox.workcell.zenoh.server.studio import Read, Studio, View
 
-_log = logging.getLogger(__name__)
 # Looks a second while somebody listens to `obs/objects`; chosen because a look through cameras takes 0.1 s and more.
 _OBJECTS_HZ = 5.0
 
@@ -37,33 +44,6 @@ class _Origin:
         return zenoh.SourceInfo(self._entity, next(self._numbers))
 
 
-class _Ticker:
-    """Calls something at a steady rate on a thread of its own."""
-
-    def __init__(self, name: str, hz: float, act: Callable[[], None]) -> None:
-        self._period = 1.0 / hz
-        self._act = act
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._loop, name=name, daemon=True)
-
-    def start(self) -> None:
-        self._thread.start()
-
-    def stop(self) -> None:
-        self._stopping.set()
-        self._thread.join()
-
-    def _loop(self) -> None:
-        due = time.monotonic()
-        while not self._stopping.wait(max(0.0, due - time.monotonic())):
-            try:
-                self._act()
-            except Exception:
-                _log.exception("fault in %s", self._thread.name)
-            # After a pause of the whole process there is no rush of what was missed.
-            due = max(due + self._period, time.monotonic() - self._period)
-
-
 class _Stream(ABC):
     """Asks the world's thread for a message at a steady rate, and publishes.
 
@@ -74,16 +54,20 @@ class _Stream(ABC):
         self._read = read
         self._look = look
         self._asked = False
-        self._ticker = _Ticker(name, hz, self._tick)
+        self._loop = Loop(name, self._act, hz=hz)
 
     def start(self) -> None:
         """Begin."""
-        self._ticker.start()
+        self._loop.start()
 
     def stop(self) -> None:
         """End."""
-        self._ticker.stop()
+        self._loop.stop()
         self._undeclare()
+
+    def _act(self) -> float:
+        self._tick()
+        return 0.0
 
     def _ask(self) -> None:
         if not self._asked:
@@ -177,7 +161,7 @@ class GoalNews:
         """Publish that a phase begins."""
         self._put(feedback.goal_id, "feedback", feedback)
 
-    def intent(self, intended: Intended) -> None:
+    def intent(self, intended: GoalIntent) -> None:
         """Publish what a goal is about to do."""
         self._put(intended.goal_id, "intent", intended)
 
@@ -223,19 +207,19 @@ class CameraStreams:
         if name not in self._cameras:
             problem = f"no camera {name[:60]!r}; there is {', '.join(self._cameras)}{did_you_mean(name, self._cameras)}"
             raise InvalidMessageError(problem, evidence=MessageEvidence(field="camera", problem=problem))
-        view = View(name, "rgb" if kind == "rgb" else "depth", _format(request, kind))
-        encoding = ENCODINGS[view.format]
+        shot = Shot(name, "rgb" if kind == "rgb" else "depth", _format(request, kind))
+        encoding = ENCODINGS[shot.format]
 
         def deliver(payload: bytes, attachment: Picture) -> None:
             request.deliver(payload, encoding, attachment)
 
-        self._studio.request(view, deliver, request.refuse)
+        self._studio.request(shot, deliver, request.refuse)
 
     def _offer(self, name: str, kind: Kind) -> None:
-        view = _streamed(name, kind)
+        shot = _streamed(name, kind)
         publisher = self._session.declare_publisher(
             key(self._robot_id, "obs", "camera", name, kind),
-            encoding=ENCODINGS[view.format],
+            encoding=ENCODINGS[shot.format],
             congestion_control=zenoh.CongestionControl.DROP,
         )
         self._publishers[name, kind] = publisher
@@ -245,13 +229,13 @@ class CameraStreams:
             publisher.put(payload, attachment=attachment.encode(), source_info=origin.next())
 
         def match(status: zenoh.MatchingStatus) -> None:
-            self._studio.stream(view, deliver if status.matching else None)
+            self._studio.stream(shot, deliver if status.matching else None)
 
         publisher.declare_matching_listener(match)
 
 
-def _streamed(name: str, kind: Kind) -> View:
-    return View(name, kind, "jpeg" if kind == "rgb" else "raw")
+def _streamed(name: str, kind: Kind) -> Shot:
+    return Shot(name, kind, "jpeg" if kind == "rgb" else "raw")
 
 
 def _format(request: Request, kind: str) -> Format:

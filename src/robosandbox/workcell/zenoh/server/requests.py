@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from concurrent.futures import Future
 
 import zenoh
 
@@ -61,14 +62,13 @@ class Request:
         payload = known.failure.model_dump_json().encode()
         self._send(lambda query: query.reply_err(payload, encoding=JSON))
 
-    def run(self, job: Callable[[], Message]) -> None:
-        """Answer with what the job returns or raises."""
-        try:
-            message = job()
-        except Exception as error:
+    def settle(self, came: Future[MessageT]) -> None:
+        """Answer with what something came to: a message or an error."""
+        error = came.exception()
+        if isinstance(error, Exception):
             self.refuse(error)
         else:
-            self.answer(message)
+            self.answer(came.result())
 
     def _send(self, send: Callable[[zenoh.Query], None]) -> None:
         try:

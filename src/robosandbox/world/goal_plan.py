@@ -22,55 +22,35 @@ _MOST_PROOFS = 12
 _MOST_PUT_BACK = 4
 
 
-def achieve(
+def plan_for(
     goals: Sequence[Fact],
     scene: ObservedScene,
     skills: Sequence[Operator],
     *,
-    constraints: Constraints | None = None,
-    robot: Abilities | None = None,
-    failed: Sequence[SkillCall] = (),
+    asked: Constraints | None = None,
+    robot: LateAbilities | None = None,
+    avoided: Sequence[SkillCall] = (),
 ) -> Plan | Refusal:
-    """Return a plan after which goals hold, or why there is none; drawers that it opens on the way are closed again.
+    """Return a plan after which goals hold and which the robot's kinematics and grasps do not deny, or why there is none.
+
+    Drawers that it opens on the way are closed again.
 
     Args:
         goals: What is to hold in the end.
         scene: What is seen now.
         skills: What may be called.
-        constraints: What was asked besides.
-        robot: What the robot can do; None denies nothing but what is far out of reach. Its kinematics and grasps are asked about
-            whole plans, and what they deny is searched around.
-        failed: Calls that have failed; they are planned anew only where nothing else would do.
-
-    Raises:
-        InputError: A goal names no relation, or gives it other arguments than it takes.
+        asked: What was asked besides.
+        robot: What the robot can do; what it denies of a whole plan is searched around.
+        avoided: Calls that are not planned.
     """
-    for goal in goals:
-        lookup(goal)
-    asked, able = constraints or Constraints(), LateAbilities(robot or Abilities())
-    if failed:
-        answer = _proved(goals, scene, skills, asked, able, failed)
-        if isinstance(answer, Plan):
-            return answer
-    return _proved(goals, scene, skills, asked, able, ())
-
-
-def _proved(
-    goals: Sequence[Fact],
-    scene: ObservedScene,
-    skills: Sequence[Operator],
-    asked: Constraints,
-    able: LateAbilities,
-    failed: Sequence[SkillCall],
-) -> Plan | Refusal:
-    """Return a plan that the robot's kinematics and grasps do not deny, or why there is none."""
+    asked, able = asked or Constraints(), robot or LateAbilities(Abilities.of(scene))
     achievers = Achievers(skills)
     postures = [goal for goal in goals if _is_posture(goal)]
     goals = [goal for goal in goals if goal not in postures]
     problem = ""
     for _ in range(_MOST_PROOFS):
         try:
-            plan = _planned(tuple(goals), Search(scene, achievers, asked, able, failed=failed), scene, asked)
+            plan = _planned(tuple(goals), Search(scene, achievers, asked, able, avoided=avoided), scene, asked)
             plan = Plan(steps=(*plan.steps, *_moves(postures, plan, scene, skills, able)))
         except NoWayError as failure:
             problem = str(failure)

@@ -7,17 +7,18 @@ from dataclasses import replace
 
 import pytest
 
-from robosandbox.agent.candidates import Candidates
 from robosandbox.apps.conformance.conformance import check_alternatives
-from robosandbox.errors import CollisionError, GraspError, Phase, PushError, SkillError, UnreachableError
-from robosandbox.evidence import CollisionEvidence, GraspEvidence, PushEvidence
+from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
+from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.push import PushError, PushEvidence
 from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillCall, SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import lies_in
+from robosandbox.world.workarounds import cheapest
 
 SKILLS = {skill.name: skill for skill in load_skills()}
 GREY = (0.5, 0.5, 0.5, 1.0)
@@ -41,7 +42,7 @@ def failed(call: SkillCall, error: SkillError, before: ObservedScene, now: Obser
 
 
 def found(failed: FailedCall) -> list[list[str]]:
-    return [[str(call) for call in calls] for calls, _ in Candidates(failed, SKILLS).cheapest()]
+    return [[str(call) for call in calls] for calls, _ in cheapest(failed, SKILLS)]
 
 
 def in_the_way(body: str, other: str, phase: str = Phase.PLAN) -> CollisionError:

@@ -1,4 +1,4 @@
-"""Candidates in place of a failed call, from its evidence, its contract, and the alternatives of its skill."""
+"""Workarounds of a failed call, from its evidence, its contract, and the alternatives of its skill."""
 
 from __future__ import annotations
 
@@ -41,59 +41,63 @@ _LEADS = 0.35
 Calls = tuple[SkillCall, ...]
 
 
-class Candidates:
-    """Candidates in place of a failed call.
+def cheapest(failed: FailedCall, skills: Mapping[str, Operator]) -> Iterator[tuple[Calls, str]]:
+    """Yield calls in place of a failed one and why they may help: those that move the fewest others first, then the shortest.
+
+    For who tries them before they are done.
 
     Args:
-        failure: The call and how it failed.
+        failed: The call and how it failed.
         skills: What may be called, by name.
     """
+    ways = _Workarounds(failed, skills)
+    return ways.planned(sorted(ways.all(), key=ways.cost))
 
-    def __init__(self, failure: FailedCall, skills: Mapping[str, Operator]) -> None:
-        self._failure = failure
+
+def likeliest(failed: FailedCall, skills: Mapping[str, Operator]) -> Iterator[tuple[Calls, str]]:
+    """Yield calls in place of a failed one and why they may help, the likeliest first: where nothing is tried before it is done."""
+    ways = _Workarounds(failed, skills)
+    return ways.planned(ways.all())
+
+
+class _Workarounds:
+    def __init__(self, failed: FailedCall, skills: Mapping[str, Operator]) -> None:
+        self._failed = failed
         self._skills = skills
-        self._view = View.of(failure.scene)
-        about = (failure.scene.find(name) for name in failure.contract.objects)
-        self._about = [item for item in about if item is not None and item.id not in failure.scene.in_hands]
-        skill = skills.get(failure.call.skill)
-        self._declared = () if skill is None else tuple(skill.alternatives(failure, **failure.call.arguments))
+        self._view = View.of(failed.scene)
+        about = (failed.scene.find(name) for name in failed.contract.objects)
+        self._about = [item for item in about if item is not None and item.id not in failed.scene.in_hands]
+        skill = skills.get(failed.call.skill)
+        self._declared = () if skill is None else tuple(skill.alternatives(failed, **failed.call.arguments))
         # Of a change that has been brought about in part, the skill says what is left.
         rest = (way.call for way in self._declared if way.call and not way.first and not way.cleared)
-        self._call = next(rest, failure.call) if failure.promises_a_change else failure.call
+        self._call = next(rest, failed.call) if failed.promises_a_change else failed.call
 
-    def cheapest(self) -> Iterator[tuple[Calls, str]]:
-        """Yield calls and why they may help: those that move the fewest others first, then the shortest; to be tried."""
-        return self._found(sorted(self._ways(), key=self._cost))
-
-    def likeliest(self) -> Iterator[tuple[Calls, str]]:
-        """Yield calls and why they may help, the likeliest first: where nothing is tried before it is done."""
-        return self._found(self._ways())
-
-    def _found(self, ways: Iterable[Alternative]) -> Iterator[tuple[Calls, str]]:
-        if self._failure.is_hopeless:
+    def planned(self, ways: Iterable[Alternative]) -> Iterator[tuple[Calls, str]]:
+        if self._failed.is_hopeless:
             return
         # A call that failed before anything moved would fail in the same way again.
-        seen: list[Calls] = [] if self._failure.had_begun else [(self._failure.call,)]
+        seen: list[Calls] = [] if self._failed.had_begun else [(self._failed.call,)]
         for way in ways:
             calls = self._planned(way)
             if calls and calls not in seen:
                 seen.append(calls)
                 yield calls, way.why
 
-    def _cost(self, way: Alternative) -> tuple[int, int]:
+    def cost(self, way: Alternative) -> tuple[int, int]:
         """Return how many others a way sets out to move, and about how many calls it takes."""
         known, ours = predicates(), {item.id for item in self._about}
         moved = {name for one in way.first for name in known[one.relation].objects(one.arguments)[:1]} | {*way.cleared}
-        others = [item for name in moved - ours if (item := self._failure.scene.find(name)) is not None]
+        others = [item for name in moved - ours if (item := self._failed.scene.find(name)) is not None]
         # Things that stay where they are unless somebody names them are moved only where nothing else helps.
         weight = sum(1 + _LEFT_ALONE * item.shape.stays_put for item in others)
         return weight, len(way.first) + 2 * len(way.cleared) + way.elsewhere + (way.call is not None)
 
     def _planned(self, way: Alternative) -> Calls | None:
         """Return the calls of a way with all that they need first; None where contracts show no way."""
-        failure = self._failure
+        failed = self._failed
         making = MeansEndsPlan(
-            failure.scene, self._skills, about=[item.id for item in self._about], held=failure.before.held
+            failed.scene, self._skills, about=[item.id for item in self._about], held=failed.before.held
         )
         try:
             for one in way.first:
@@ -106,11 +110,11 @@ class Candidates:
             return None
         return tuple(making.calls)
 
-    def _ways(self) -> Iterator[Alternative]:
-        failure, call = self._failure, self._call
-        if not failure.had_begun:
+    def all(self) -> Iterator[Alternative]:
+        failed, call = self._failed, self._call
+        if not failed.had_begun:
             yield Alternative(why=self._lacking(), call=call)
-        elif not failure.met and not failure.promises_a_change:
+        elif not failed.met and not failed.promises_a_change:
             yield Alternative(why="another try from where things are now", call=call)
         yield from self._declared
         if self._may_be_of_the_way():
@@ -118,27 +122,27 @@ class Candidates:
         for item in self._about:
             if tilt(item) >= TIPPED:
                 yield Alternative(why=f"{item.id} is set upright first", first=(fact("upright", item.id),), call=call)
-            if failure.error.code == ErrorCode.UNREACHABLE:
+            if failed.error.code == ErrorCode.UNREACHABLE:
                 yield from self._nearer(item)
         yield from self._cleared()
 
     def _lacking(self) -> str:
         """Return why what the call needs may help, when that is brought about first."""
-        if self._failure.met:
-            return f"{', '.join(self._failure.met)} is in the way and is put aside first"
-        held = self._failure.scene.held
+        if self._failed.met:
+            return f"{', '.join(self._failed.met)} is in the way and is put aside first"
+        held = self._failed.scene.held
         return f"{held} is put down first" if held else "what it needs is brought about first"
 
     def _may_be_of_the_way(self) -> bool:
         """Tell whether another start may help: not where the hand would touch something at its very goal."""
-        evidence = self._failure.error.evidence
+        evidence = self._failed.error.evidence
         if isinstance(evidence, CollisionEvidence) and evidence.waypoints <= 1:
             return False
-        return self._failure.error.code in (ErrorCode.COLLISION, ErrorCode.TRACKING)
+        return self._failed.error.code in (ErrorCode.COLLISION, ErrorCode.TRACKING)
 
     def _nearer(self, item: DetectedObject) -> Iterator[Alternative]:
         """Yield pushes of something that is out of reach towards the robot, and of far too near things away from it."""
-        offset = np.array(self._failure.scene.base_xy) - centre(item)[:2]
+        offset = np.array(self._failed.scene.base_xy) - centre(item)[:2]
         wanted = offset if float(np.hypot(*offset)) > _FAR else -offset
         for distance in _NEARER:
             for direction in _along(wanted):
@@ -158,7 +162,7 @@ class Candidates:
             pushes = self._pushed_away(other, item)
             for away in pushes if nearer(item, other, 0.0) else pushes[:1]:
                 yield Alternative(why=f"{other.id} is pushed out of the way first", first=(away,), call=call)
-            if other.id in self._failure.met:
+            if other.id in self._failed.met:
                 yield Alternative(why=why, cleared=(other.id,), elsewhere=True, call=call)
             for free in self._pushed_away(item, other)[:1]:
                 yield Alternative(why=f"{item.id} is pushed free of {other.id} first", first=(free,), call=call)
@@ -169,11 +173,11 @@ class Candidates:
 
     def _in_the_way(self) -> list[tuple[DetectedObject, DetectedObject]]:
         """Return what may be in the way, each with what it is in the way of: what was met first, then the nearest."""
-        met, hand = self._failure.met, self._failure.error.code in _OF_THE_HAND
+        met, hand = self._failed.met, self._failed.error.code in _OF_THE_HAND
         found = dict[str, tuple[DetectedObject, DetectedObject]]()
         for item in sorted(self._about, key=lambda one: one.shape.stays_put):
             on_it = {one.id for one in standing_on(self._view, item.id)}
-            for other in self._view.others(*self._failure.contract.objects):
+            for other in self._view.others(*self._failed.contract.objects):
                 if _lies_in(item, other):
                     # A thing that moves together with it does not get out of its way.
                     continue
@@ -185,7 +189,7 @@ class Candidates:
 
     def _pushed_away(self, item: DetectedObject, other: DetectedObject) -> list[Fact]:
         """Return pushes of an object away from another, far enough and to where there is room, the shortest first."""
-        if item.shape.opens or item.id in self._failure.scene.in_hands:
+        if item.shape.opens or item.id in self._failed.scene.in_hands:
             return []
         found: list[tuple[float, str]] = []
         for direction in DIRECTION_AXES:
@@ -200,7 +204,7 @@ class Candidates:
         """Tell whether an object that is moved by an offset (3,) comes to lie in nothing else that stands as high."""
         effect = predicates()["at"].effect
         end = centre(item) + offset
-        moved = effect and effect(self._failure.scene, item.id, float(end[0]), float(end[1])).find(item.id)
+        moved = effect and effect(self._failed.scene, item.id, float(end[0]), float(end[1])).find(item.id)
         others = (one for one in self._view.others(item.id, but) if not one.shape.is_granular)
         return moved is not None and not any(nearer(moved, one, 0.0) and top(one) > bottom(item) for one in others)
 

@@ -5,21 +5,23 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from robosandbox.driver import Driver
 from robosandbox.errors import BusyError, RenderingError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
+from robosandbox.workcell.loop import Loop
+from robosandbox.workcell.pictures import Develop, Format, Kind, Photographer, encode, photographer
 from robosandbox.workcell.zenoh.messages import Picture
-from robosandbox.workcell.zenoh.server.pictures import Develop, Format, Kind, Photographer, encode, photographer
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class View:
-    """One thing to draw."""
+class Shot:
+    """One picture to be drawn."""
 
     camera: str
     kind: Kind
@@ -62,92 +64,75 @@ class Studio:
         self._retired: list[Photographer] = []
         self._read = read
         self._boot_id = boot_id
-        self._streams: dict[View, Deliver] = {}
-        self._requests: list[tuple[View, Deliver, Refuse]] = []
-        self._changed = threading.Condition()
-        self._stopping = False
-        self._thread = threading.Thread(target=self._loop, name="cameras", daemon=True)
+        self._streams: dict[Shot, Deliver] = {}
+        self._requests: deque[tuple[Shot, Deliver, Refuse]] = deque()
+        self._due = 0.0
+        self._loop = Loop("cameras", self._act, end=self._leave)
 
     def start(self) -> None:
         """Begin."""
-        self._thread.start()
+        self._loop.start()
 
     def stop(self) -> None:
         """End after the picture in the making."""
-        with self._changed:
-            self._stopping = True
-            self._changed.notify_all()
-        self._thread.join()
+        self._loop.stop()
 
     def exchange(self, driver: Driver) -> None:
         """Look through another driver's cameras from now on; call it with `lock` held."""
         self._driver = driver
-        with self._changed:
-            self._retired.append(self._photographer)
-            self._photographer = photographer(driver)
-            self._changed.notify_all()
+        self._retired.append(self._photographer)
+        self._photographer = photographer(driver)
+        self._loop.wake()
 
     @property
     def sizes(self) -> Mapping[str, tuple[int, int]]:
         """(height, width) of pictures in pixels, by camera."""
         return self._photographer.sizes()
 
-    def stream(self, view: View, deliver: Deliver | None) -> None:
-        """Draw a view over and over, or no longer."""
-        with self._changed:
-            if deliver is None:
-                self._streams.pop(view, None)
-            else:
-                self._streams[view] = deliver
-            self._changed.notify_all()
+    def stream(self, shot: Shot, deliver: Deliver | None) -> None:
+        """Draw a shot over and over, or no longer."""
+        if deliver is None:
+            self._streams.pop(shot, None)
+        else:
+            self._streams[shot] = deliver
+        self._loop.wake()
 
-    def request(self, view: View, deliver: Deliver, refuse: Refuse) -> None:
-        """Draw a view once."""
-        with self._changed:
-            self._requests.append((view, deliver, refuse))
-            self._changed.notify_all()
+    def request(self, shot: Shot, deliver: Deliver, refuse: Refuse) -> None:
+        """Draw a shot once."""
+        self._requests.append((shot, deliver, refuse))
+        self._loop.wake()
 
     # In the thread.
 
-    def _loop(self) -> None:
-        due = 0.0
-        while True:
-            with self._changed:
-                while not self._stopping and not self._requests and not self._retired:
-                    wait = due - time.monotonic() if self._streams else None
-                    if wait is not None and wait <= 0.0:
-                        break
-                    self._changed.wait(wait)
-                if self._stopping:
-                    break
-                asked, self._requests = self._requests, []
-                streamed = dict(self._streams) if time.monotonic() >= due else {}
-            self._dismiss()
-            if streamed:
-                due = time.monotonic() + 1.0 / self._photographer.hz
-            if asked or streamed:
-                self._draw_all(asked, streamed)
-        self._retired.append(self._photographer)
+    def _act(self) -> float | None:
+        """Draw what was asked for, and what is streamed when it is due; return in how many seconds the streams are again."""
         self._dismiss()
+        asked = [self._requests.popleft() for _ in range(len(self._requests))]
+        streamed = self._streams.copy() if time.monotonic() >= self._due else {}
+        if streamed:
+            self._due = time.monotonic() + 1.0 / self._photographer.hz
+        if asked or streamed:
+            self._draw_all(asked, streamed)
+        return max(0.0, self._due - time.monotonic()) if self._streams else None
 
-    def _draw_all(self, asked: list[tuple[View, Deliver, Refuse]], streamed: dict[View, Deliver]) -> None:
-        moment = self._moment({view.camera for view in (*(view for view, _, _ in asked), *streamed)})
+    def _draw_all(self, asked: list[tuple[Shot, Deliver, Refuse]], streamed: dict[Shot, Deliver]) -> None:
+        moment = self._moment({shot.camera for shot in (*(shot for shot, _, _ in asked), *streamed)})
         if moment is None:
             return
-        for view, deliver, refuse in asked:
+        for shot, deliver, refuse in asked:
             try:
-                deliver(*self._draw(view, moment))
+                deliver(*self._draw(shot, moment))
             except Exception as error:
                 refuse(UnsupportedError(str(error)) if isinstance(error, RenderingError) else error)
-        for view, deliver in streamed.items():
+        for shot, deliver in streamed.items():
             try:
-                deliver(*self._draw(view, moment))
+                deliver(*self._draw(shot, moment))
             except BusyError:
                 continue
             except Exception as error:
                 # Without OpenGL every further picture would fail likewise.
-                _log.warning("no pictures of %s: %s", view.camera, error)
-                self.stream(view, None)
+                _log.warning("no pictures of %s: %s", shot.camera, error)
+                self.stream(shot, None)
 
     def _moment(self, cameras: set[str]) -> _Moment | None:
         """Return the world between two ticks; None when the studio is stopping."""
@@ -161,25 +146,29 @@ class Studio:
 
         self._read(take)
         while not ready.wait(0.1):
-            if self._stopping:
+            if self._loop.stopping:
                 return None
         return found[0]
 
-    def _draw(self, view: View, moment: _Moment) -> tuple[bytes, Picture]:
+    def _draw(self, shot: Shot, moment: _Moment) -> tuple[bytes, Picture]:
         with self.lock:
             if moment.photographer is not self._photographer:
                 raise BusyError("another task was loaded meanwhile; ask again", evidence=BusyEvidence(doing="load"))
-            pixels, lens, pose = moment.develop(view.camera, view.kind)
+            pixels, lens, pose = moment.develop(shot.camera, shot.kind)
             self.frames += 1
-        return encode(pixels, view.format), Picture(
-            camera=view.camera,
+        return encode(pixels, shot.format), Picture(
+            camera=shot.camera,
             boot_id=self._boot_id,
             stamp=moment.stamp,
             time=moment.time,
             intrinsics=lens,
-            format=view.format,
+            format=shot.format,
             pose_camera_in_world=pose,
         )
+
+    def _leave(self) -> None:
+        self._retired.append(self._photographer)
+        self._dismiss()
 
     def _dismiss(self) -> None:
         while self._retired:

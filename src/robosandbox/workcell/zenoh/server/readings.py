@@ -1,19 +1,19 @@
-"""Messages that describe a world: what it is, its state, what is true in it, and what a skill intends."""
+"""Readings of a world as messages: what it is, its state, what is true in it, and what a skill intends."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from robosandbox.sim.opening import mujoco_behind
 from robosandbox.types import ArmTruth, GraspSearch, Intent, Trajectory, Truth, frozen_array, the_only
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.host import Activity, WorkcellHost
 from robosandbox.workcell.zenoh.messages import Camera, GripperInfo, Info, Joint, Objects, SkillInfo, State, TrueState
-from robosandbox.workcell.zenoh.server.goals import LiveGoal
 
 # Configurations or grasps of an intent that are sent; chosen as many as a viewer can draw apart.
 _MOST_SHOWN = 64
@@ -77,8 +77,7 @@ class Readings:
     """Values that are asked again and again: state, objects, truth; only in the world's thread.
 
     Args:
-        served: Returns what is served now.
-        running: Returns the goal that runs.
+        host: Owns the world.
         boot_id: The sim process.
         with_truth: Whether the truth is told with its objects.
 
@@ -86,52 +85,51 @@ class Readings:
         loads: Tasks that were loaded since the process began.
     """
 
-    def __init__(
-        self,
-        served: Callable[[], EmbeddedWorkcell],
-        running: Callable[[], LiveGoal | None],
-        *,
-        boot_id: str,
-        with_truth: bool,
-    ) -> None:
+    def __init__(self, host: WorkcellHost, *, boot_id: str, with_truth: bool) -> None:
         self.loads: int = 0
-        self._served = served
-        self._running = running
+        self._host = host
+        self._cell = host.embedded
         self._boot_id = boot_id
         self._with_truth = with_truth
 
+    @property
+    def _goal(self) -> Activity[Any] | None:
+        """The goal that runs."""
+        running = self._host.running
+        return running if running is not None and running.goal_id is not None else None
+
     def state(self) -> State:
         """Return how the robot stands and what it does."""
-        served, goal = self._served(), self._running()
+        cell, goal = self._cell, self._goal
         return State(
             boot_id=self._boot_id,
             seq=0,
             stamp=time.time(),
-            robot=served.driver.state(),
+            robot=cell.driver.state(),
             hands=self._hands(),
-            goal_id=goal.goal.goal_id if goal else None,
-            skill=goal.goal.skill if goal else None,
-            phase=served.ctx.phase if goal else None,
+            goal_id=goal.goal_id if goal else None,
+            skill=goal.what if goal else None,
+            phase=cell.ctx.phase if goal else None,
             physics_steps=self._physics_steps(),
             loads=self.loads,
         )
 
     def objects(self) -> Objects:
         """Return what perception sees; while a goal runs in a world that does not stand still for a look, what it saw last."""
-        ctx = self._served().ctx
-        moving = self._running() is not None and not self._served().driver.capabilities.truth
+        ctx = self._cell.ctx
+        moving = self._goal is not None and not self._cell.driver.capabilities.truth
         return Objects(boot_id=self._boot_id, scene=ctx.seen if moving and ctx.seen is not None else ctx.look())
 
     def truth(self) -> TrueState:
         """Return the simulated state; without objects where it is not told or not known."""
-        driver = self._served().driver
+        driver = self._cell.driver
         if driver.simulation is not None:
             truth = driver.simulation.truth()
         else:
             truth = Truth(
                 time=driver.time,
                 arms={name: ArmTruth(q=arm.state().q, home_q=arm.spec.home_q) for name, arm in driver.arms.items()},
-                table_height=self._served().task.scene.table_height,
+                table_height=self._cell.task.scene.table_height,
                 objects={},
                 hands=dict.fromkeys(driver.hands),
             )
@@ -143,13 +141,13 @@ class Readings:
 
     def _hands(self) -> dict[str, str | None]:
         """Return what contacts say is held in each hand, where they are known, else what perception believed at its last look."""
-        world, seen = mujoco_behind(self._served().driver), self._served().ctx.seen
+        world, seen = mujoco_behind(self._cell.driver), self._cell.ctx.seen
         if world is not None:
             return world.in_hands()
-        return dict(seen.hands) if seen is not None else dict.fromkeys(self._served().driver.hands)
+        return dict(seen.hands) if seen is not None else dict.fromkeys(self._cell.driver.hands)
 
     def _physics_steps(self) -> int | None:
-        world = self._served().driver.simulation
+        world = self._cell.driver.simulation
         return None if world is None else world.physics_steps
 
 

@@ -1,0 +1,96 @@
+"""News that the panels and layers of the page are told: what begins, what came of it, and how the world changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from robosandbox.agent.episode import AgentEvent
+from robosandbox.types import Refusal, RefusalCode
+from robosandbox.workcell.orders import BoundOrder, OrderResult
+
+
+class Doing(StrEnum):
+    """Activity that is under way."""
+
+    NOTHING = "nothing"
+    PLANNING = "planning"
+    TRYING = "trying"
+    RUNNING = "running"
+    JUDGING = "judging"
+    MOVING = "moving"
+    LOADING = "loading"
+    RECOVERING = "recovering"
+
+
+@dataclass(frozen=True, slots=True)
+class Began:
+    """Something is under way now; `what` says it in words."""
+
+    doing: Doing
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class Idle:
+    """Nothing is under way any more; `ways_back` is how often Step back can be used."""
+
+    ways_back: int
+
+
+@dataclass(frozen=True, slots=True)
+class Came:
+    """What came of an order."""
+
+    order: BoundOrder
+    result: OrderResult
+
+    @property
+    def refusal(self) -> Refusal | None:
+        """The planner's no, if it said no."""
+        refused = self.result.data.get("refusal")
+        return Refusal.model_validate(refused) if refused else None
+
+    @property
+    def question(self) -> Refusal | None:
+        """The planner's no where it is a question, which the next sentence answers."""
+        return self.refusal if self.refusal is not None and is_question(self.refusal) else None
+
+
+@dataclass(frozen=True, slots=True)
+class Stopped:
+    """What was under way, and is no order, was stopped."""
+
+
+@dataclass(frozen=True, slots=True)
+class Went:
+    """The world was put into another state: `how` says by what."""
+
+    how: str
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """There is another world."""
+
+
+@dataclass(frozen=True, slots=True)
+class Complaint:
+    """Something could not be done, for the reason in `message`."""
+
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """The process that has the world went away, which `away` says in words, or is back, and `away` is empty."""
+
+    away: str
+
+
+News = Began | Idle | Came | Stopped | Went | Loaded | Complaint | Presence | AgentEvent
+
+
+def is_question(refusal: Refusal) -> bool:
+    """Tell whether the planner asks something, which the next sentence answers."""
+    return refusal.code is RefusalCode.AMBIGUOUS
