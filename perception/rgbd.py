@@ -80,7 +80,7 @@ class RgbdPerception:
         self._episode = -1
         self._last: ObservedScene | None = None
         self._scenes: PlanningScenes | None = None
-        self.frames = FrameSet({}, TablePrior(setup.scene.table_height))
+        self.frames: FrameSet = FrameSet({}, TablePrior(setup.scene.table_height))
         self.things: list[Thing] = []
         self.tags: list[Tag] = []
         self.notes: tuple[str, ...] = ()

@@ -50,7 +50,8 @@ class Simulation:
     """
 
     def __init__(self, control_timestep: float) -> None:
-        self.control_timestep = self._wanted_timestep = control_timestep
+        self.control_timestep: float = control_timestep
+        self._wanted_timestep = control_timestep
         self._loop = ControlLoop()
         self.guards: list[Guard] = self._loop.guards
         self.wait_hooks: list[Callable[[], None]] = []

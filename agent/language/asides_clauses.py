@@ -212,8 +212,8 @@ class Clausewise:
     def __init__(self, said: Said) -> None:
         self.said = said
         self.tokens: tuple[Token, ...] = tuple(said.tokens)
-        self.texts = said.texts
-        self.tags = [{tag for _, tag, _ in LEXICON.at(self.tokens, i)} for i in range(len(self.tokens))]
+        self.texts: list[str] = said.texts
+        self.tags: list[set[str]] = [{tag for _, tag, _ in LEXICON.at(self.tokens, i)} for i in range(len(self.tokens))]
 
     def _clauses(self) -> Iterator[Clause]:
         i, n, opens = 0, len(self.texts), True

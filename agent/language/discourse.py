@@ -30,7 +30,7 @@ class RefusedError(Exception):
         self.about = about
         self.firm = firm
         sure = sure and code is not RefusalCode.UNRECOGNIZED
-        self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates), sure=sure)
+        self.refusal: Refusal = Refusal(code=code, message=message, candidates=tuple(candidates), sure=sure)
 
 
 class AlreadySoError(RefusedError):

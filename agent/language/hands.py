@@ -26,9 +26,9 @@ class Hands:
     def __init__(
         self, scene: ObservedScene, skills: frozenset[str], discourse: Discourse, chosen: Mapping[str, str] | None
     ) -> None:
-        self.world = World(scene)
+        self.world: World = World(scene)
         self.discourse = discourse
-        self.ground = Grounder(self.world, discourse, chosen)
+        self.ground: Grounder = Grounder(self.world, discourse, chosen)
         self.skills = skills
         self.steps: list[Step] = []
         self.start_held: str | None = scene.held

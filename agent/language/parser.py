@@ -43,9 +43,11 @@ class Parser:
 
     def __init__(self, tokens: Sequence[Token], book: Ruleset, classes: Sequence[Hits]) -> None:
         """Begin with a sentence; `classes` has, for each token, the hits of each class that begin there."""
-        self.tokens, self.book, self.classes = tokens, book, classes
-        self.count = len(tokens)
-        self.reach = 0
+        self.tokens: Sequence[Token] = tokens
+        self.book: Ruleset = book
+        self.classes: Sequence[Hits] = classes
+        self.count: int = len(tokens)
+        self.reach: int = 0
         self._gendered = book.vocabulary.has_gender
         self.genders: dict[Ref, int] = {}
         bits, present = book.bits, book.bits["OVER"]

@@ -120,7 +120,7 @@ class Ruleset:
         Raises:
             LexiconError: A line is malformed, a rule names what there is not, or it begins with itself.
         """
-        self.vocabulary = Vocabulary()
+        self.vocabulary: Vocabulary = Vocabulary()
         self.written: dict[str, Rule] = {}
         self.rules: dict[str, Rule] = {}
         self.bits: dict[str, int] = {}

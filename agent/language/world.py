@@ -94,7 +94,7 @@ class World:
     """
 
     def __init__(self, scene: ObservedScene) -> None:
-        self.base_xy = scene.base_xy
+        self.base_xy: tuple[float, float] = scene.base_xy
         self._near, self._far = scene.reach
         self.area: Area = scene.table_area
         self._grid = _grid(self.area)
@@ -102,7 +102,7 @@ class World:
         self.at: dict[str, tuple[float, float]] = {
             item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects
         }
-        self.start_at = dict(self.at)
+        self.start_at: dict[str, tuple[float, float]] = dict(self.at)
         self.held = scene.held
         self._table_height = scene.table_height
         self._extents, parents = _seen(scene)

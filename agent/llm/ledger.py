@@ -31,7 +31,7 @@ class PromptLedger:
         self._skills = skills
         self._budgets = tuple(budgets)
         self._note = note
-        self.due = Constraints()
+        self.due: Constraints = Constraints()
         self.failed: str | None = None
         self._succeeded = 0
         self._moved: set[str] = set()

@@ -69,7 +69,7 @@ class Program:
     """
 
     def __init__(self, code: str, skills: Mapping[str, Sequence[str]], reads: Mapping[str, Callable[..., Any]]) -> None:
-        self.printed = ""
+        self.printed: str = ""
         self._code = code
         self._skills = skills
         self._reads = reads

@@ -29,7 +29,7 @@ class ConvexPieces:
     """
 
     def __init__(self, pieces: Iterable[Convex], name: str) -> None:
-        self.pieces = tuple(pieces)
+        self.pieces: tuple[Convex, ...] = tuple(pieces)
         if not self.pieces:
             raise InputError(
                 f"success.object: {name!r}: this world does not report what it is made of; its driver's truth or referee "

@@ -115,7 +115,7 @@ class SafeDriver(PassingDriver):
 
     def __init__(self, inner: Driver) -> None:
         super().__init__(inner)
-        self.safety = Safety(inner)
+        self.safety: Safety = Safety(inner)
         self._arms = {name: SafeArm(arm, inner, self.safety) for name, arm in inner.arms.items()}
         self._hands = {name: SafeHand(hand, self.safety) for name, hand in inner.hands.items()}
         self._guards: list[Guard] = [*inner.guards]

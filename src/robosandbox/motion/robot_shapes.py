@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array
@@ -52,8 +53,8 @@ class RobotShapes:
         self._bodies = np.array([part.body for part in parts], dtype=int)
         self.vertices: Array = np.vstack([np.zeros((0, 3)), *(part.vertices for part in parts)])
         counts = np.array([len(part.vertices) for part in parts], dtype=int)
-        self.part_of = np.repeat(np.arange(len(parts)), counts)
-        self.ends = np.concatenate([[0], np.cumsum(counts)])
+        self.part_of: NDArray[np.intp] = np.repeat(np.arange(len(parts)), counts)
+        self.ends: NDArray[np.intp] = np.concatenate([[0], np.cumsum(counts)])
 
     def place(self, q: Array, gripper_q: Array) -> None:
         """Put the robot as its encoders say it stood.

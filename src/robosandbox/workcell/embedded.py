@@ -69,7 +69,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     def _take(self, opened: OpenedTask) -> None:
         opened.agent.calls = ChainMap(opened.agent.skills, {move.name: move for move in MANUAL})
-        self.driver = opened.driver
+        self.driver: SafeDriver = opened.driver
         self._layouts = opened.layouts
         self._start_state: Array | None = None
         self._begin(opened.seed)

@@ -98,13 +98,13 @@ class WorkcellHost:
         record: RecordSettings | None = None,
         boot_id: str = "",
     ) -> None:
-        self.events = EventStream()
+        self.events: EventStream = EventStream()
         self._record = record
         self._activities: deque[Activity[Any]] = deque()
         self._moved = False
         self._leave: list[Job] = []
         driver = cell.driver if isinstance(cell, EmbeddedWorkcell) else None
-        self.thread = WorldThread(driver, pace, self._next_job)
+        self.thread: WorldThread = WorldThread(driver, pace, self._next_job)
         self._changed = self.thread.changed
         self._studio = Studio(driver, self.read, boot_id) if driver is not None else None
         self.cell: Workcell = cell

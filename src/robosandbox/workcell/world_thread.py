@@ -41,10 +41,10 @@ class WorldThread:
     """
 
     def __init__(self, driver: Driver | None, pace: Pace, next_job: Callable[[], Job | None]) -> None:
-        self.changed = threading.Condition()
+        self.changed: threading.Condition = threading.Condition()
         self.pace: Pace = pace
         self.looks: int = 0
-        self.started = False
+        self.started: bool = False
         self._driver = driver
         self._next_job = next_job
         self._reads: deque[Job] = deque()

@@ -31,11 +31,11 @@ class Interrupts:
     """
 
     def __init__(self, host: WorkcellHost, away: Callable[[], bool]) -> None:
-        self.count = 0
-        self.moved = False
+        self.count: int = 0
+        self.moved: bool = False
         self._host = host
         self._away = away
-        self.running = False
+        self.running: bool = False
         self._asked: float | None = None
 
     def __call__(self, event: events.AgentEvent) -> None:

@@ -73,8 +73,8 @@ class Shell:
         self.plan: Plan | None = None
         self.candidates: tuple[str, ...] = ()
         self.scene: ObservedScene | None = None
-        self.said = ""
-        self.interrupts = Interrupts(host, lambda: self.away)
+        self.said: str = ""
+        self.interrupts: Interrupts = Interrupts(host, lambda: self.away)
         host.events.subscribe(self.interrupts)
         host.events.subscribe(self._note_plan)
 

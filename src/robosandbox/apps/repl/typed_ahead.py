@@ -28,7 +28,7 @@ class TypedAhead:
 
     def __init__(self) -> None:
         self.lines: deque[str] = deque()
-        self.left = False
+        self.left: bool = False
 
     @contextmanager
     def listening(self) -> Iterator[None]:

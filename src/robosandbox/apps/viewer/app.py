@@ -78,12 +78,12 @@ class Viewer:
 
     def __init__(self, source: WorldSource, port: int, playback: RecordedFrames | None = None) -> None:
         self.source = source
-        self.control = Control(source)
+        self.control: Control = Control(source)
         self.server = open_server(port, taker(self.control))
         self._lock = threading.RLock()
         self._layers = [layer(self.server) for layer in _LAYERS]
         self._dragging = Dragging(source, self.control)
-        self.stream = FrameStream(self._draw, lambda: bool(self.server.get_clients()))
+        self.stream: FrameStream = FrameStream(self._draw, lambda: bool(self.server.get_clients()))
         self._replay: ReplayPanel | None = None
         self._lay_out(playback)
         self._adopt(source.blueprint)

@@ -35,7 +35,7 @@ class Control:
         self.source = source
         self.host = source.host
         self.listeners: list[Callable[[News], None]] = []
-        self.doing = Doing.NOTHING
+        self.doing: Doing = Doing.NOTHING
         self.host.events.subscribe(self.tell)
 
     @property

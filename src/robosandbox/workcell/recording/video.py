@@ -70,7 +70,7 @@ class VideoWriter:
         size = driver.state((camera,)).images[camera].shape[:2] if world is None else world.render_size
         height, width = size
         every = rows_per_frame(settings.fps, driver.control_timestep, "--video-fps")
-        self.meta = VideoMeta(camera=camera, every=every, fps=settings.fps, width=width, height=height)
+        self.meta: VideoMeta = VideoMeta(camera=camera, every=every, fps=settings.fps, width=width, height=height)
         self._driver = driver
         (folder / VIDEOS).mkdir(exist_ok=True)
         self._film = Film(folder / VIDEOS / f"{camera}.mp4", settings.fps, (height, width))

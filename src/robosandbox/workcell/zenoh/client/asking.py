@@ -36,7 +36,7 @@ class Asker:
     """
 
     def __init__(self, client: Client, robot_id: str) -> None:
-        self.source = Source(client, robot_id)
+        self.source: Source = Source(client, robot_id)
         self._client = client
         self._robot_id = robot_id
 

@@ -79,7 +79,7 @@ class StateFile:
         Raises:
             InputError: Its folder is missing or cannot be written to.
         """
-        self.path = path.absolute()
+        self.path: Path = path.absolute()
         if not self.path.parent.is_dir():
             raise InputError(f"--state-file: the folder of {str(path)!r} does not exist; make it first")
         if not os.access(self.path.parent, os.W_OK):

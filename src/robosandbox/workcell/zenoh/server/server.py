@@ -80,7 +80,7 @@ class SimServer:
         self._truth = truth
         if state_file is not None:
             simulated(cell.driver, "--state-file keeps its world")
-        self.host = WorkcellHost(cell, pace=pace, record=record, boot_id=self.boot_id)
+        self.host: WorkcellHost = WorkcellHost(cell, pace=pace, record=record, boot_id=self.boot_id)
         self._kept = KeptCheckpoints()
         self._pace_owner: str | None = None
         self._declared: list[Any] = []
