@@ -33,7 +33,7 @@ from robosandbox.workcell.zenoh.messages import (
     decode,
 )
 
-CODES = frozenset(code.value for code in ErrorCode)
+CODES = frozenset(code for name, code in vars(ErrorCode).items() if name.isupper())
 QUERYABLES: dict[str, type[Message]] = {
     "info": Ask,
     "truth": Ask,

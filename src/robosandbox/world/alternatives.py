@@ -80,8 +80,9 @@ class FailedCall:
 
     @property
     def had_begun(self) -> bool:
-        """True where the robot had moved for it, so that another try begins from somewhere else."""
-        return self.error.phase not in BEFORE_MOVING
+        """True where the robot had moved for it, or may have, so that another try begins from somewhere else."""
+        # Of a sim that went away nobody knows how far it came.
+        return self.error.code == ErrorCode.CONNECTION_LOST or self.error.phase not in BEFORE_MOVING
 
     @property
     def promises_a_change(self) -> bool:
