@@ -118,7 +118,7 @@ def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
             # Above that of any finger pad: the thing's own friction counts, not the larger of both.
             session.mujoco.model.geom_priority[hand.geoms(thing)] = session.mujoco.model.geom_priority.max() + 1
         hand.wake()
-        world = session.simulation.fork()
+        world = session.mujoco.fork()
         start = places(world)
         bottom = lowest(world, raw_state(world, mujoco.MjData(world.model)), odd.subject)
         meter = Meter(session.mujoco, odd)
@@ -127,7 +127,7 @@ def episode(odd: Odd, oracle: Oracle | None, **options: Any) -> Row | None:
         run = session.run()
         cpu = time.process_time() - begin
         end()
-        is_done = done(session.simulation.fork(), odd, start, bottom)
+        is_done = done(session.mujoco.fork(), odd, start, bottom)
         now = places(session.mujoco)
         judged = session.judge().success
         possible: bool | None = odd.possible

@@ -28,7 +28,6 @@ import cv2
 import mujoco
 import numpy as np
 from odd_judge import raw_state
-from robosandbox.sim.modelled import Modelled
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import COLOURS, colour_name
@@ -136,7 +135,7 @@ def _as_seen(kind: ObjectKind, size: tuple[float, ...], pose: Pose) -> DetectedO
 class Visibility:
     """How much of each object the cameras show, by drawing the simulated state in false colours."""
 
-    def __init__(self, sim: Modelled) -> None:
+    def __init__(self, sim: MuJoCoBackend) -> None:
         self._sim = sim
         self._renderer = OffscreenRenderer(sim.model, FRAME_SIZE)
         frames = [sim.capture(camera) for camera in sim.capabilities.cameras]

@@ -23,7 +23,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from robosandbox.sim.modelled import Modelled
 
 # The benchmark beside this file.
 from perception import Case, Visibility, _compare, random_scene  # noqa: TID251
@@ -60,7 +59,7 @@ def looks(scenes: int, sensor: str) -> Iterator[Look]:
             yield _look(1000 + number, session.mujoco, Setup.of(session.task.scene))
 
 
-def _look(seed: int, sim: Modelled, setup: Setup) -> Look:
+def _look(seed: int, sim: MuJoCoBackend, setup: Setup) -> Look:
     visibility = Visibility(sim)
     shares = visibility.of()
     visibility.close()
