@@ -33,7 +33,7 @@ async function visit() {
   const checked = await call("check", { steps: STEPS });
   const turned = await call("check", { steps: STEPS.slice(1) });
   must(checked.ok && !turned.ok, "check: the plan is fine, its second half is not");
-  shown.check = `plan ok; without its pick: ${turned.problems[0].cause}`;
+  shown.check = `plan ok; without its pick: ${turned.problems[0].error.message}`;
 
   const tried = await call("simulate", { steps: STEPS });
   must(tried.ok && tried.would_work.length === 2, "simulate: both calls would work");

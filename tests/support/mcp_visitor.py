@@ -60,7 +60,7 @@ class Visit:
         self.shown["look"] = ", ".join(names)
         checked, turned = await self.call("check", steps=STEPS), await self.call("check", steps=STEPS[1:])
         must(checked["ok"] and not turned["ok"], "check: the plan is fine, its second half is not")
-        self.shown["check"] = f"plan ok; without its pick: {turned['problems'][0]['cause']}"
+        self.shown["check"] = f"plan ok; without its pick: {turned['problems'][0]['error']['message']}"
         tried = await self.call("simulate", steps=STEPS)
         must(tried["ok"] and len(tried["would_work"]) == 2, "simulate: both calls would work")
         must(place(await self.call("look")) == place(self.first), "simulate moved the cube")
