@@ -71,4 +71,4 @@ def test_the_oracle_holds_what_can_be_held_and_not_what_cannot(odd: ModuleType) 
         red = scenes.thing("red_box", "box", (size, size, size), (0.15, 0.0))
         case = scenes.Odd(family="x", seed=0, prompt="go home", objects=(red,), subject="red_box", goal="held")
         with odd.open_session(task(case)) as session:
-            assert can_hold(session.driver, case, session.ctx.planning(session.observe())) is holds
+            assert can_hold(session.mujoco, case, session.ctx.planning(session.observe())) is holds
