@@ -257,6 +257,50 @@ def test_streamed_commands_within_the_limits_are_followed_and_one_past_a_joints_
         driver.arms["arm"].trim(past)
 
 
+def cruise(spec: RobotSpec, q: Array, *, goes_on: bool) -> Trajectory:
+    """Return a way of the first joint that speeds up within its limits and is at 1 rad/s where it ends."""
+    rate, tick = 0.5 * spec.acceleration_limits[0], 0.01
+    seconds = np.arange(0.0, 1.0 / rate + 0.5 * tick, tick)
+    return Trajectory(q=q + 0.5 * rate * seconds[:, None] ** 2 * np.eye(spec.n)[0], dt=tick, goes_on=goes_on)
+
+
+def test_a_trajectory_that_ends_at_a_speed_is_refused_unless_it_goes_on(driver: SafeDriver) -> None:
+    q, spec, before = driver.state().q, driver.arms["arm"].spec, driver.time
+    with pytest.raises(
+        LimitError, match=r"would accelerate by .* where it ends, at a speed.*nothing has moved"
+    ) as caught:
+        driver.arms["arm"].follow(cruise(spec, q, goes_on=False))
+    value, _, most = limit_of(caught.value)
+    assert most == spec.acceleration_limits[0] and value > most and is_still(driver, q, before)
+    driver.arms["arm"].follow(cruise(spec, q, goes_on=True))
+
+
+def test_a_trajectory_that_begins_at_another_speed_than_the_last_ended_at_is_refused(driver: SafeDriver) -> None:
+    spec, arm = driver.arms["arm"].spec, driver.arms["arm"]
+    way = cruise(spec, driver.state().q, goes_on=True)
+    arm.follow(way)
+    ends, before = way.q[-1], driver.time
+    back = Trajectory(q=np.linspace(ends, moved(spec, ends, 0, -0.1), 11), dt=0.01, goes_on=True)
+    with pytest.raises(LimitError, match=r"would accelerate by .* where it begins, and its limit is 15") as caught:
+        arm.follow(back)
+    value, _, most = limit_of(caught.value)
+    # From 1 rad/s to -1 in a window of 50 ms.
+    assert value == pytest.approx(2.0 / TOLERANCES.window, rel=0.2) and most == spec.acceleration_limits[0]
+    assert driver.time == before
+    arm.follow(Trajectory(q=np.linspace(ends, moved(spec, ends, 0, 0.1), 11), dt=0.01, goes_on=True))
+
+
+def test_an_arm_that_was_to_go_on_and_does_not_brakes_within_its_limits(driver: SafeDriver) -> None:
+    arm, spec = driver.arms["arm"], driver.arms["arm"].spec
+    way = cruise(spec, driver.state().q, goes_on=True)
+    arm.follow(way)
+    driver.wait(1.0)
+    came = float(arm.state().q[0] - way.q[-1, 0])
+    # v^2 / 2a from 1 rad/s.
+    assert came == pytest.approx(1.0 / (2.0 * spec.acceleration_limits[0]), abs=0.01)
+    assert float(np.abs(driver.state().qd).max()) < TOLERANCES.still and driver.safety.mode == "ready"
+
+
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
 def test_what_is_no_number_is_refused(driver: SafeDriver, wrong: float) -> None:
     q, before = driver.state().q, driver.time

@@ -238,9 +238,10 @@ class Placing(Hands):
         world = self.world
         kind = world.objects[target].kind
         if kind not in match.CONTAINERS:
-            raise RefusedError(
-                RefusalCode.IMPOSSIBLE, f"{target} is a {kind}, which is no container: nothing goes in it.", (target,)
-            )
+            why = f"{target} is a {kind}, which is no container: nothing goes in it."
+            if world.objects[target].is_fixed:
+                why = f"{target} is not open to above, and I put nothing in from the side."
+            raise RefusedError(RefusalCode.IMPOSSIBLE, why, (target,))
         self._not_there_yet(name, ("in", target))
         item, holder = world.objects[name], world.objects[target]
         if match.has_straight_walls(item):

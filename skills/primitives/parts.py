@@ -65,8 +65,8 @@ _AT_ITS_STOP = 0.06
 _YAWS = 8
 # Metres before a button from which it is pressed, and beyond its travel that the hand goes, for servos to give.
 _STAND_OFF, _BEYOND = 0.012, 0.003
-# Share of its way at which a button is in, and m/s of the hand, as of a touch.
-_IN, _PRESS_METRES_PER_SECOND = 0.97, 0.01
+# m/s of a hand that presses, as of a touch.
+_PRESS_METRES_PER_SECOND = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,20 +194,21 @@ def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
 def _pressed(
     arm: Manipulator, part: DetectedObject, push: Trajectory, axis: Array, rest: float, span: float
 ) -> tuple[float, float]:
-    force, most = 0.0, 0.0
+    force = 0.0
 
     def felt() -> bool:
-        nonlocal force, most
+        nonlocal force
         now = float(arm.force_on(part.id) @ axis)
         force = max(force, now)
-        most = max(most, abs(part_value(arm.find(part.id, arm.look())) - rest) / span)
-        return now > MOST_FORCE or most >= _IN
+        return now > MOST_FORCE
 
     # A servo trails its target by its damping over its stiffness, and presses with what it trails by.
     length = float(_STAND_OFF + span + _BEYOND)
     slow = max(1.0, length / _PRESS_METRES_PER_SECOND / max(push.duration, 1e-6))
     follow_until(arm, Trajectory(q=push.q, dt=slow * push.dt), Phase.TOUCH, felt)
-    arm.use(arm.look())
+    scene = arm.look()
+    most = abs(part_value(arm.find(part.id, scene)) - rest) / span
+    arm.use(scene)
     arm.motion.allow(part.id, _owner(part))
     away = _moved(arm.state.tcp_pose, -HOVER_HEIGHT * axis)
     arm.follow(arm.motion.plan_line(arm.q, away, speed=arm.tempo.leave), Phase.RETREAT)
