@@ -1,4 +1,4 @@
-"""What pronouns stand for beside a condition: "if there is a ball, tap it", "put the key in it if it is open"."""
+"""Antecedents of pronouns beside a condition: "if there is a ball, tap it", "put the key in it if it is open"."""
 
 from __future__ import annotations
 

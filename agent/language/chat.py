@@ -20,7 +20,7 @@ _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
 
 class _Clause(NamedTuple):
-    """What a clause is looked at for: what it names, whether it asks for an act, what it bears."""
+    """Properties of a clause: what it names, whether it asks for an act, what it bears."""
 
     end: int
     named: bool

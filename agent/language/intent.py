@@ -265,7 +265,7 @@ class Element(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
-    """What to do, in order, and what to keep away from.
+    """Orders of a sentence, one after the other, and what to keep away from.
 
     Attributes:
         steps: In order.

@@ -34,7 +34,7 @@ Hits = Mapping[str, Sequence[Hit]]
 
 
 class Parser:
-    """What the rules of a language find at each token of one sentence.
+    """Hits of a language's rules at each token of one sentence.
 
     Attributes:
         reach: How far the words go that some rule found a use for.

@@ -170,7 +170,7 @@ class _Reaction:
         return (Step(SkillCall(skill="pick", arguments={"object": name})),) if name else ()
 
     def _pushed_enough(self) -> Draft | None:
-        """What remains behind a push whose strokes have done enough of it together."""
+        """Steps that remain behind a push whose strokes have done enough of it together."""
         evidence = self.error.evidence
         if not isinstance(evidence, PushEvidence):
             return None

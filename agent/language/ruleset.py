@@ -141,7 +141,7 @@ class Ruleset:
 
     @property
     def lines(self) -> int:
-        """How many lines of data it has, empty ones and comments apart."""
+        """Number of its lines of data, empty ones and comments apart."""
         return self.vocabulary.lines + sum(1 + len(rule.source) for rule in self.written.values())
 
     @cached_property
