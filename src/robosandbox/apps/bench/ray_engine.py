@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import socket
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
+from time import monotonic
 from typing import Any
 
 from robosandbox.apps.bench.episodes import Chunk, run_chunk
@@ -19,11 +21,15 @@ _LOOPBACK = "127.0.0.1"
 _RETRIES = 3
 # Seconds that a cluster's address may take to answer; chosen because Ray itself waits for minutes.
 _CONNECT_SECONDS = 5.0
-# Seconds without the end of a task after which the head is asked whether it is there. Chosen: far fewer than the sixty after which
-# Ray ends a process whose head is gone, and it costs one connection.
+# Seconds between two questions whether the head is there: tasks go on without it, and end, for the sixty seconds after which Ray
+# ends this process too. Chosen: far fewer than those, and it costs one connection.
 _HEAD_SECONDS = 5.0
 # Tasks that wait on each core, so that none runs dry while the next is sent.
 _AHEAD = 2
+
+
+class HeadLostError(ServiceUnavailableError):
+    """The head of a Ray cluster is gone: no call of Ray comes back that asks it, cancelling among them."""
 
 
 class RayEngine:
@@ -53,6 +59,7 @@ class RayEngine:
         self._ray = ray
         self._jobs = jobs
         self._address = address
+        self._asked = monotonic()
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
         """Yield each chunk's rows as it ends."""
@@ -76,6 +83,9 @@ class RayEngine:
                     return
                 reference = self._ended(ended)
                 yield from self._rows(reference, pending.pop(reference))
+        except HeadLostError:
+            pending.clear()
+            raise
         finally:
             for reference in pending:
                 self._ray.cancel(reference, force=True)
@@ -86,20 +96,21 @@ class RayEngine:
         """Return the next task that has ended.
 
         Raises:
-            ServiceUnavailableError: The head is gone.
+            HeadLostError: The head is gone.
         """
         while True:
-            try:
-                return ended.get(timeout=_HEAD_SECONDS)
-            except Empty:
+            if monotonic() - self._asked >= _HEAD_SECONDS:
                 self._ask_head()
+                self._asked = monotonic()
+            with suppress(Empty):
+                return ended.get(timeout=_HEAD_SECONDS)
 
     def _ask_head(self) -> None:
         host, _, port = str(self._ray.get_runtime_context().gcs_address).rpartition(":")
         try:
             socket.create_connection((host, int(port)), _CONNECT_SECONDS).close()
         except OSError as error:
-            raise ServiceUnavailableError(
+            raise HeadLostError(
                 f"--engine: the head of the Ray cluster at {host}:{port} is gone: {error}; --resume goes on with the rows"
             ) from None
 
