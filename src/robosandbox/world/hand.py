@@ -101,6 +101,11 @@ def _put_down(held: Sequence[str]) -> tuple[Fact, ...]:
     return tuple(fact("on", name, TABLE) for name in held)
 
 
+def _gripped(scene: ObservedScene, a: str, how: str) -> ObservedScene:
+    del how
+    return taken(scene, a)
+
+
 @predicate("object")
 def seen(view: View, a: str) -> Finding:
     """An object is seen; without that nothing else is asked of it."""
@@ -116,6 +121,12 @@ def holding(view: View, a: str, hand: str | None = None) -> Finding:
     now = f"{holder} holds {' and '.join(held)}" if held else f"{holder} is empty"
     named = () if hand is None else (hand,)
     return Finding(holds=a in held, cause=now, help=f"pick {a} first", remedies=(fact("holding", a, *named),))
+
+
+@predicate("object", "word", effect=_gripped)
+def gripped(view: View, a: str, how: str) -> Finding:
+    """The hand holds an object by a grip of a kind, as "side"; nobody sees of which kind it is."""
+    return Finding(holds=a in view.scene.in_hands, is_sure=False, cause=f"{a} is not held from the {how}")
 
 
 @predicate("word?", blame=_not_empty)
