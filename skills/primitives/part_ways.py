@@ -110,17 +110,17 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     if not grasps:
         raise no_grip(arm, part, "none_found", arm.gripper.width)
     failures: list[SkillError] = []
-    free: list[Grasp] = []
-    for grasp in grasps:
+    # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
+    turns = _TURNS if joint_of(part).kind == "hinge" else _TURNS[:1]
+    free: dict[int, bool] = {}
+    for goal, share, (number, grasp) in product(goals, turns, enumerate(grasps)):
         try:
-            _check_free(arm, grasp)
-            free.append(grasp)
-            return _led(arm, part, grasp, goals[0])
-        except (UnreachableError, CollisionError) as error:
-            failures.append(error)
-    for goal, grasp in product(goals[1:], free):
-        try:
-            return _led(arm, part, grasp, goal)
+            if number not in free:
+                free[number] = False
+                _check_free(arm, grasp)
+                free[number] = True
+            if free[number]:
+                return _led(arm, part, grasp, goal, share)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
     raise most_telling(failures)
@@ -138,7 +138,9 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
     for tcp, direction in _faces(arm, part, goal):
         start = moved(tcp, -STAND_OFF * direction)
         values = _values(part, tcp, goal)
-        for poses in _along(part, tcp, [*values[1:-1], _pressed_home(part, values[-1], tcp)]):
+        beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp)]
+        for share in _TURNS if joint_of(part).kind == "hinge" else _TURNS[:1]:
+            poses = _along(part, tcp, beyond, share)
             try:
                 motion.allow()
                 descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
@@ -258,6 +260,11 @@ def _way(joint: PartJoint, point: Array) -> Array:
     return turned_by
 
 
+def opened_for(arm: Manipulator, grasp: Grasp) -> float:
+    """Return how far apart the fingers come to a grip, metres."""
+    return min(arm.geometry.max_aperture, grasp.width + 2.0 * PRESHAPE)
+
+
 def _check_free(arm: Manipulator, grasp: Grasp) -> None:
     """Check that the hand gets to a grip, open, without touching anything.
 
@@ -266,7 +273,7 @@ def _check_free(arm: Manipulator, grasp: Grasp) -> None:
         CollisionError: It touches something there.
     """
     motion = arm.motion
-    motion.open_to(min(arm.geometry.max_aperture, grasp.width + 2.0 * PRESHAPE))
+    motion.open_to(opened_for(arm, grasp))
     motion.allow()
     try:
         q = motion.ik(grasp.tcp_pose, arm.q, restarts=_RESTARTS)
@@ -276,33 +283,30 @@ def _check_free(arm: Manipulator, grasp: Grasp) -> None:
         raise met
 
 
-def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float) -> PartWay:
-    """Return the way to a grip and along the part's joint to a value.
+def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float) -> PartWay:
+    """Return the way to a grip and along the part's joint to a value, the hand turned by a share of its turn.
 
     Raises:
         UnreachableError: Part of it is out of reach.
         CollisionError: Something is in the way.
     """
     motion, failures, q = arm.motion, list[SkillError](), arm.q
+    motion.open_to(opened_for(arm, grasp))
     tcp, values = grasp.tcp_pose, _values(part, grasp.tcp_pose, goal)
+    poses = _along(part, tcp, values[1:], share)
     for height in HOVERS:
         try:
             motion.allow(*touched(part))
             descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near)
+            motion.allow(*around(part))
+            steps = _steps(arm, descent.q[-1], poses)
+            motion.ik(withdrawn(poses[-1], HOVERS[-1]), steps[-1].q[-1])
+            motion.allow()
+            approach = motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue
-        for poses in _along(part, tcp, values[1:]):
-            try:
-                motion.allow(*around(part))
-                steps = _steps(arm, descent.q[-1], poses)
-                motion.ik(withdrawn(poses[-1], HOVERS[-1]), steps[-1].q[-1])
-                motion.allow()
-                approach = motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
-            except (UnreachableError, CollisionError) as error:
-                failures.append(error)
-                continue
-            return PartWay(grasp, approach, descent, (tcp, *poses), steps, tuple(values), _is_end(part, goal))
+        return PartWay(grasp, approach, descent, (tcp, *poses), steps, tuple(values), _is_end(part, goal))
     raise most_telling(failures)
 
 
@@ -343,21 +347,19 @@ def _pressed_home(part: DetectedObject, goal: float, grip: Pose) -> float:
     return goal + math.copysign(_PRESS, goal - part_value(part)) / _arm_of(joint_of(part), grip.position)
 
 
-def _along(part: DetectedObject, grip: Pose, values: Sequence[float]) -> Iterator[tuple[Pose, ...]]:
-    """Yield a grip's poses where the part's joint has each of some values, the hand turned by the whole of its turn or by less."""
+def _along(part: DetectedObject, grip: Pose, values: Sequence[float], share: float) -> tuple[Pose, ...]:
+    """Return a grip's poses where the part's joint has each of some values, the hand turned by a share of the part's turn."""
     joint, here = joint_of(part), part_value(part)
     axis, anchor = np.array(joint.axis), np.array(joint.anchor)
     if joint.kind == "slide":
-        yield tuple(moved(grip, (value - here) * axis) for value in values)
-        return
-    for share in _TURNS:
-        yield tuple(
-            Pose.from_matrix(
-                anchor + matrix_about_axis(axis, value - here) @ (grip.position - anchor),
-                matrix_about_axis(axis, share * (value - here)) @ grip.rotation,
-            )
-            for value in values
+        return tuple(moved(grip, (value - here) * axis) for value in values)
+    return tuple(
+        Pose.from_matrix(
+            anchor + matrix_about_axis(axis, value - here) @ (grip.position - anchor),
+            matrix_about_axis(axis, share * (value - here)) @ grip.rotation,
         )
+        for value in values
+    )
 
 
 def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tuple[Pose, Array]]:

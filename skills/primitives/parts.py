@@ -26,6 +26,7 @@ from robosandbox.skills.primitives.part_ways import (
     PartWay,
     around,
     no_grip,
+    opened_for,
     plan_lead,
     plan_push,
     pressing_poses,
@@ -38,6 +39,8 @@ from robosandbox.world.relations import bottom, contents, room_of, top
 # N along the way from which a part is stuck: more might break it, or drag along what it is on; and from which it resists, above the
 # friction of one that runs.
 MOST_FORCE, RESISTED = 20.0, 5.0
+# N in any direction from which the hand and the part are on different ways.
+_MOST_ACROSS = 2.0 * MOST_FORCE
 # Share of its way by which a drawer has to come out; chosen so that the seeds' task, which asks for 80 mm of 120, is passed (halved
 # nothing changes, at more than the way no drawer is open).
 PULLED_SHARE = 0.75
@@ -76,8 +79,7 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
     def grasped(part: DetectedObject) -> float:
         way = plan_lead(arm, part, goals)
         assert way.grasp is not None
-        aperture = min(arm.geometry.max_aperture, way.grasp.width + 2.0 * PRESHAPE)
-        _go(arm, way, aperture)
+        _go(arm, way, opened_for(arm, way.grasp))
         arm.ctx.enter(Phase.GRASP)
         closed = arm.close_on(way.grasp.width)
         if closed < empty_aperture(arm.geometry, way.grasp.width):
@@ -166,9 +168,11 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay) -> float:
 
         def felt(direction: Array = direction) -> bool:
             nonlocal force
-            now = float(arm.force_on(part.id) @ direction)
+            pressed = arm.force_on(part.id)
+            now = float(pressed @ direction)
             force = max(force, now)
-            return now > MOST_FORCE
+            # Across the way the hand only keeps the part on it.
+            return now > MOST_FORCE or float(np.linalg.norm(pressed)) > _MOST_ACROSS
 
         feels = number == 1 or (way.ends_at_stop and number == len(way.poses) - 1)
         length = float(np.linalg.norm(way.poses[number].position - way.poses[number - 1].position))
