@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
-from robosandbox.evidence import GraspEvidence
+from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.hand import FINGER_CLEARANCE, hand_pose, turned
 from robosandbox.shapes.body import PartJoint
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, moved, withdrawn
@@ -123,7 +123,15 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
                 return _led(arm, part, grasp, goal, share)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
-    raise most_telling(failures)
+    # What stands in the way tells more than that there is no room for fingers at the part itself.
+    in_the_way = [error for error in failures if not _is_own(part, error)]
+    raise most_telling(in_the_way or failures)
+
+
+def _is_own(part: DetectedObject, error: SkillError) -> bool:
+    """Tell whether the hand would only meet the part itself, or what it is on."""
+    met = error.evidence.other if isinstance(error.evidence, CollisionEvidence) else ""
+    return met == part.id or met in around(part)
 
 
 def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
