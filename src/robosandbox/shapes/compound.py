@@ -231,6 +231,11 @@ class Cupboard(Fixture):
     nouns = ("cupboard",)
     holds_things = True
 
+    @property
+    def name(self) -> str:
+        """The kind with its article: it stays where it is as any fixture."""
+        return f"a {Fixture.kind}"
+
     def room(self, size: Size, opening: float | None = None) -> Room | None:
         """Return its cavity, the ceiling for a rim."""
         del size, opening

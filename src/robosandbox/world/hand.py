@@ -19,7 +19,7 @@ from robosandbox.types import ObservedScene
 from robosandbox.world.effects import taken
 from robosandbox.world.facts import HELD, TABLE, Fact, fact
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
-from robosandbox.world.relations import mouth_of, room_of
+from robosandbox.world.relations import lies_in, mouth_of, room_of
 
 # How far under a drawer's cabinet the middle of a thing may lie and still be got out, metres; chosen as half a finger's
 # thickness, by which fingers reach in.
@@ -191,9 +191,17 @@ def graspable(view: View, a: str) -> Finding:
 
 @predicate("object")
 def accessible(view: View, a: str) -> Finding:
-    """No drawer's cabinet is over an object."""
+    """No drawer's cabinet and no board of a fixture is over an object."""
     item = view.get(a)
     for drawer in view.others(a):
+        if drawer.kind == "cupboard" and a != drawer.id and lies_in(item, drawer):
+            return Finding(
+                holds=False,
+                is_sure=is_clearly_seen(item),
+                cause=f"{a} is inside {drawer.id}, which is open to the side only, and nothing is taken out from there",
+                help="take it out by hand",
+                blocking=(drawer.id,),
+            )
         if not drawer.shape.opens or item.shape.is_granular:
             continue
         local = drawer.pose.rotation.T @ (item.shape.centre(item) - drawer.pose.position)
