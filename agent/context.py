@@ -15,6 +15,7 @@ from robosandbox.errors import (
     ErrorCode,
     Failure,
     GoalTimeoutError,
+    InputError,
     InvalidArgumentError,
     Phase,
     Repair,
@@ -30,6 +31,7 @@ from robosandbox.perception.protocols import Glancing, Perception
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import Executor, require
 from robosandbox.skills.primitives.sliding import slides_under
+from robosandbox.suggestions import did_you_mean
 from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, Plan, SkillResult, Tempo, force_limits, the_only
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import FailedCall
@@ -70,7 +72,7 @@ class AgentContext(GoalContext):
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         tempo: How fast the arm goes.
         safety: Of the driver that `sim` is a view of; where it is left out, `sim` is put behind its robot's limits.
-        arm: The arm that calls work with.
+        arm: The arm that calls work with; `work_with` changes it.
         hand: The hand that it carries; None where it carries none.
         phase: The phase that began last.
         seen: What perception saw when it last looked.
@@ -102,9 +104,7 @@ class AgentContext(GoalContext):
         if self.safety is None:
             safe = made_safe(sim)
             self.driver, self.safety = safe, safe.safety
-        self.arm = the_only(self.driver.arms, "arms") if arm_name is None else self.driver.arms[arm_name]
-        carried = (hand for hand in self.driver.hands.values() if hand.arm == self.arm.name)
-        self.hand = next(carried, None)
+        self.work_with(arm_name)
         self._safety = self.safety
         self._safety.phase = self.phase
         if self.limits is not None:
@@ -113,6 +113,24 @@ class AgentContext(GoalContext):
         self._tells_apart = self.driver.capabilities.contact == "named"
         self._safety.expect(() if self._tells_apart else None)
         self.driver.guards.append(self._ended)
+
+    def work_with(self, arm_name: str | None) -> None:
+        """Have the calls that follow work with an arm; the others are obstacles.
+
+        Args:
+            arm_name: Its name; None for the only one.
+
+        Raises:
+            InputError: There is no such arm.
+            ValueError: There are several, and none is named.
+        """
+        arms = self.driver.arms
+        if arm_name is not None and arm_name not in arms:
+            raise InputError(f"arm: {arm_name[:40]!r} is not one of {', '.join(arms)}{did_you_mean(arm_name, arms)}")
+        self.arm = the_only(arms, "arms") if arm_name is None else arms[arm_name]
+        carried = (hand for hand in self.driver.hands.values() if hand.arm == self.arm.name)
+        self.hand = next(carried, None)
+        self.seen = None
 
     @property
     def max_force_n(self) -> float:
@@ -139,7 +157,8 @@ class AgentContext(GoalContext):
             return seen
         robot = self.arm.spec
         base = float(robot.base_position[0]), float(robot.base_position[1])
-        return replace(seen, hand=None if self.hand is None else self.hand.name, base_xy=base, reach=robot.reach)
+        hand = None if self.hand is None else self.hand.name
+        return replace(seen, hand=hand, base_xy=base, reach=robot.reach, grips=hand is not None)
 
     def feel(self) -> ObservedScene:
         """Return what is believed now without a look, where perception remembers: what the hand holds is where the hand is."""
@@ -162,8 +181,10 @@ class AgentContext(GoalContext):
         return RobotAbilities(self, self.limits)
 
     def planning(self, seen: ObservedScene) -> PlanningScene:
-        """Return what to plan among where things are believed to be as `seen`."""
-        return self.perception.planning(self.driver, seen)
+        """Return what to plan among where things are believed to be as `seen`, the other arms where they stand now."""
+        found = self.perception.planning(self.driver, seen)
+        others = {name: arm.state() for name, arm in self.driver.arms.items() if name != self.arm.name}
+        return found.for_arm(self.arm.name, others) if others else found
 
     def permit(self, call: BoundCall) -> None:
         """Check a call against the workspace before anything moves, and take note of what it means to touch.
@@ -189,6 +210,7 @@ class AgentContext(GoalContext):
         """
         copy = AgentContext(
             sim=self.planning(self.look()).twin(self.arm.state()),
+            arm_name=self.arm.name if len(self.driver.arms) > 1 else None,
             perception=GroundTruthPerception(),
             grasp=self.grasp,
             motion=self.motion,

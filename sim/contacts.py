@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.sim.suction import is_sucking, pulls, seal
-from robosandbox.sim.world import World, hand_of
+from robosandbox.sim.world import World
 from robosandbox.types import Touch
+from robosandbox.types.robot import hand_of
 
 
 class Contacts:

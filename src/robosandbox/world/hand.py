@@ -35,7 +35,11 @@ def _not_empty(view: View, arguments: Sequence[Any], finding: Finding) -> SkillE
 
 
 def _not_ready(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
-    return AlreadyHoldingError(sentence(finding), phase=Phase.CHECK, evidence=_evidence(view, arguments[1:]))
+    evidence = _evidence(view, arguments[1:])
+    if evidence.held is None:
+        # Another hand holds it.
+        evidence = evidence.model_copy(update={"held": str(arguments[0])})
+    return AlreadyHoldingError(sentence(finding), phase=Phase.CHECK, evidence=evidence)
 
 
 def _evidence(view: View, named: Sequence[Any]) -> HoldingEvidence:
@@ -55,6 +59,13 @@ def _holder(scene: ObservedScene, hand: str | None) -> str:
     """Return what a hand is called in a sentence: the gripper, where there is one."""
     name = hand or scene.hand
     return f"the hand {name!r}" if name is not None and len(scene.hands) > 1 else "the gripper"
+
+
+def _other_holder(scene: ObservedScene, name: str, hand: str | None) -> str | None:
+    """Return the hand that holds an object, where it is another than the one named, or than the one that calls are made with."""
+    hand = hand or scene.hand
+    holders = (other for other, held in scene.hands.items() if held == name and other != hand)
+    return None if hand is None else next(holders, None)
 
 
 def _unknown(scene: ObservedScene, hand: str | None) -> Finding | None:
@@ -130,8 +141,12 @@ def hand_empty(view: View, hand: str | None = None) -> Finding:
 
 @predicate("object", "word?", blame=_not_ready)
 def hand_ready(view: View, a: str, hand: str | None = None) -> Finding:
-    """A hand is empty, or holds the object already; which, as in `hand_empty`."""
+    """A hand is empty, or holds the object already, and no other hand does; which, as in `hand_empty`."""
     held = _held(view.scene, hand)
+    if (other := _other_holder(view.scene, a, hand)) is not None:
+        return Finding(
+            holds=False, cause=f"{_holder(view.scene, other)} holds {a}", help="have that hand put it down first"
+        )
     cause = f"{_holder(view.scene, hand)} holds {' and '.join(held)}"
     return Finding(holds=held in ((), (a,)), cause=cause, help="place it first", remedies=_put_down(held))
 
