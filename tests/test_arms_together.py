@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -73,7 +74,7 @@ def touches(cell: EmbeddedWorkcell, arm: str, path: np.ndarray) -> set[str]:
     for name, other in world.robots.items():
         data.qpos[other.qpos_indices] = cell.driver.arms[name].state().q
     found = set[str]()
-    for begin, end in zip(path[:-1], path[1:], strict=True):
+    for begin, end in itertools.pairwise(path):
         for share in np.linspace(0.0, 1.0, 5):
             data.qpos[robot.qpos_indices] = begin + share * (end - begin)
             mujoco.mj_fwdPosition(model, data)
@@ -118,7 +119,7 @@ def test_a_sentence_is_carried_out_by_the_arm_that_was_chosen() -> None:
     with open_session(TASK, arm="right") as cell:
         assert cell.run("pick up the green cube").success
         assert cell.truth().hands == {"left": None, "right": "green_cube"}
-    with pytest.raises(InputError, match="arm: 'rigth' is not one of left, right; did you mean 'right'?"):
+    with pytest.raises(InputError, match="arm: .rigth. is not one of left, right"):
         open_session(TASK, arm="rigth")
 
 
@@ -128,8 +129,7 @@ def test_a_way_through_the_other_arm_is_planned_around_it(cell: EmbeddedWorkcell
     ctx.work_with("left")
     motion = DLSMotionPlanner()
     motion.use(ctx.planning(ctx.look()), ctx.arm.state())
-    begin = motion.ik(over(0.05, 0.3, 0.2), ctx.arm.state().q)
-    end = motion.ik(over(0.32, 0.0, 0.25), begin)
+    begin, end = (motion.ik(over(*xyz), ctx.arm.state().q) for xyz in ((0.0, -0.1, 0.15), (0.15, 0.3, 0.4)))
     assert touches(cell, "left", np.linspace(begin, end, 40)), "the straight way leads through the other arm"
     assert not touches(cell, "left", motion.plan_joints(begin, end).q)
 
@@ -212,4 +212,5 @@ def test_a_recording_has_both_arms_and_is_run_again(cell: EmbeddedWorkcell, tmp_
     replay = open_replay(episode)
     with replay.session:
         again = replay.run()
-    assert again.same and again.joint_error == 0.0 and max(again.object_error_mm.values()) == 0.0
+    assert again.same and again.joint_error == 0.0
+    assert max(again.object_error_mm.values()) < 1e-4, "as near as the column's numbers tell"

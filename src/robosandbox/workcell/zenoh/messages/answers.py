@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import operator
 from enum import StrEnum
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field
 
 from robosandbox.errors import Failure
 from robosandbox.types import (
@@ -19,6 +22,7 @@ from robosandbox.types import (
     StrictModel,
     Truth,
 )
+from robosandbox.types.robot import ARM
 from robosandbox.workcell.zenoh.messages.message import Count, GoalId, Message, Numbers, RobotId, decode
 
 
@@ -80,8 +84,28 @@ class SkillInfo(StrictModel):
     by_hand: bool = False
 
 
+class ArmInfo(StrictModel):
+    """One of several arms.
+
+    Attributes:
+        robot: The robot's model.
+        joints: In the order of `q`.
+        home_q: Configuration, one value per joint.
+        base_xy: Where the robot stands, metres.
+        gripper: None for an arm without one.
+    """
+
+    robot: str
+    joints: tuple[Joint, ...]
+    home_q: Numbers
+    base_xy: tuple[Finite, Finite]
+    gripper: GripperInfo | None
+
+
 class Info(Message):
     """Description of a sim: the answer to `info`.
+
+    `robot`, `joints`, `home_q`, `base_xy` and `gripper` are of the arm that calls are made with.
 
     Attributes:
         robot_id: In keys.
@@ -100,6 +124,8 @@ class Info(Message):
         truth: Whether `truth` answers.
         unprotected: What is not kept of this robot, in sentences: a limit that its driver cannot keep, or that nobody gives.
         doing: The running skill, or "reset" and the like; None when it is free.
+        arm: Name of the arm that calls are made with.
+        arms: Each arm by name, where there are several.
     """
 
     robot_id: RobotId
@@ -118,6 +144,8 @@ class Info(Message):
     truth: bool
     unprotected: tuple[str, ...] = ()
     doing: str | None = None
+    arm: Annotated[str, Field(exclude_if=lambda arm: arm == ARM)] = ARM
+    arms: dict[str, ArmInfo] = Field(default={}, exclude_if=operator.not_)
 
 
 class GoalStatus(StrEnum):
