@@ -119,7 +119,7 @@ def test_a_sentence_is_carried_out_by_the_arm_that_was_chosen() -> None:
     with open_session(TASK, arm="right") as cell:
         assert cell.run("pick up the green cube").success
         assert cell.truth().hands == {"left": None, "right": "green_cube"}
-    with pytest.raises(InputError, match="arm: .rigth. is not one of left, right"):
+    with pytest.raises(InputError, match="arm: 'rigth' is not one of left"):
         open_session(TASK, arm="rigth")
 
 

@@ -35,4 +35,4 @@ class BelievedWorld:
         """
         self.world = self._scenes.world_of(seen)
         qpos = frozen_array(standing(self.world, self._since_look.objects(seen, state.arms), state.arms))
-        return Frame(model=self.world.model, seen=state, held=", ".join(seen.in_hands) or None, qpos=qpos)
+        return Frame(model=self.world.model, seen=state, hands=seen.hands, qpos=qpos)

@@ -65,7 +65,7 @@ class ConnectedSource:
     @property
     def blueprint(self) -> Blueprint:
         """Blueprint of the world that is drawn."""
-        return Blueprint.of(self._drawn.world)
+        return Blueprint.of(self._drawn.world, self._drawn.arm)
 
     @property
     def title(self) -> str:
@@ -178,6 +178,7 @@ class _Told:
 
     def __init__(self, session: RemoteWorkcell) -> None:
         self._robot = session.robot
+        self.arm = session.robot.info().arm
         self.scene = _scene(session)
         self.world: World = build_world_of(self.scene)
 
@@ -187,7 +188,7 @@ class _Told:
         arms = {name: replace(arm, q=truth.arms[name].q) for name, arm in state.robot.arms.items()}
         seen = _of_this_robot(replace(state.robot, arms=arms), self.world)
         qpos = frozen_array(standing(self.world, truth.objects.values(), arms))
-        return Frame(model=self.world.model, seen=seen, held=", ".join(truth.in_hands) or None, qpos=qpos)
+        return Frame(model=self.world.model, seen=seen, hands=truth.hands, qpos=qpos)
 
 
 class _Supposed:
@@ -197,6 +198,7 @@ class _Supposed:
 
     def __init__(self, session: RemoteWorkcell) -> None:
         self._robot = session.robot
+        self.arm = session.robot.info().arm
         self.scene = session.task.scene
         self._believed = BelievedWorld(self.scene, session.observe())
 

@@ -78,7 +78,7 @@ def recorded_frames(episode: RecordedEpisode, session: EmbeddedWorkcell) -> Reco
 
     def frame(row: int) -> Frame:
         seen = Observation(time=float(times[row]), arms={name: arm.state(row) for name, arm in arms.items()})
-        return Frame(model=model, seen=seen, held=None, qpos=frozen_array(qpos[row]))
+        return Frame(model=model, seen=seen, hands={}, qpos=frozen_array(qpos[row]))
 
     def said(row: int) -> str:
         return f"{skills[row]}: {phases[row]}" if skills[row] else "between skills"

@@ -57,7 +57,7 @@ class Timeline:
 
     def add(self, frame: Frame, blueprint: Blueprint) -> None:
         """Take a frame; one from before the last sample, as after a step back, begins anew."""
-        seen = frame.seen
+        seen = frame.seen.arms[blueprint.arm]
         force = seen.gripper.force if seen.gripper else None
         gripper = (
             (np.nan, np.nan)
