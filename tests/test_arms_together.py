@@ -3,24 +3,37 @@
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 
-from robosandbox.errors import AlreadyHoldingError, CollisionError, InputError
+from robosandbox.apps.bench.contact_monitor import ContactMonitor
+from robosandbox.apps.envs.env import ManipulationEnv
+from robosandbox.apps.export.foxglove import export_mcap
+from robosandbox.apps.export.lerobot import export_lerobot
+from robosandbox.apps.viewer.app import Viewer
+from robosandbox.apps.viewer.embedded import EmbeddedSource
+from robosandbox.apps.viewer.replay import recorded_frames
+from robosandbox.errors import AlreadyHoldingError, CollisionError, InputError, LimitError
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.tasks.loader import load_task
 from robosandbox.tasks.task import Task
-from robosandbox.types import Pose, Scene, SceneArm, SceneObject
+from robosandbox.types import Pose, Scene, SceneArm, SceneObject, Trajectory
 from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.host import WorkcellHost
+from robosandbox.workcell.recording.drawing import plot
 from robosandbox.workcell.recording.episode import RecordedEpisode
 from robosandbox.workcell.recording.recorder import Recorder
 from robosandbox.workcell.recording.replay import open_replay
 from robosandbox.workcell.session import open_session
+from robosandbox.workcell.zenoh.messages import Info, decode
+from robosandbox.workcell.zenoh.server.readings import info_of
 
 LEFT, RIGHT = (-0.3, 0.35, 0.04, 0.0), (-0.3, -0.35, 0.04, 0.0)
 DOWN = (1.0, 0.0, 0.0, 0.0)
@@ -214,3 +227,112 @@ def test_a_recording_has_both_arms_and_is_run_again(cell: EmbeddedWorkcell, tmp_
         again = replay.run()
     assert again.same and again.joint_error == 0.0
     assert max(again.object_error_mm.values()) < 1e-4, "as near as the column's numbers tell"
+
+
+def test_exports_and_pictures_of_a_recording_have_both_arms(cell: EmbeddedWorkcell, tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path, cell)
+    recorder.begin("one")
+    cell.do("pick", object="red_cube")
+    folder = recorder.finish()
+    recorder.close()
+    assert folder is not None
+    episode = RecordedEpisode.load(folder)
+    target = tmp_path / "set"
+    export_lerobot([episode], target, fps=20, cameras=(), size=(120, 160))
+    names = json.loads((target / "meta/info.json").read_text())["features"]["observation.state"]["names"]
+    assert names[0] == "left/joint1.pos" and names[7] == "left/gripper.closed" and names[8] == "right/joint1.pos"
+    assert len(names) == 16
+    plot(episode, tmp_path / "plot.png")
+    assert (tmp_path / "plot.png").stat().st_size > 10_000
+    frames = recorded_frames(episode, cell)
+    drawn = frames.frame(len(episode) - 1)
+    assert np.allclose(drawn.seen.arms["left"].q, cell.state().arms["left"].q)
+    export_mcap(episode, tmp_path / "log.mcap", fps=20.0, cameras=(), size=(120, 160))
+    with (tmp_path / "log.mcap").open("rb") as stream:
+        topics = {channel.topic for channel in make_reader(stream).get_summary().channels.values()}  # type: ignore[union-attr]
+    assert {"/left/tcp", "/right/tcp", "/left/state", "/right/state", "/joint_states"} <= topics
+
+
+def test_info_tells_of_each_arm(cell: EmbeddedWorkcell) -> None:
+    cell.ctx.work_with("right")
+    info = info_of(cell, robot_id="cell", boot_id="b", truth=True, pace="fast", sizes={})
+    assert decode(info.model_dump_json().encode(), Info) == info
+    assert info.arm == "right" and [*info.arms] == ["left", "right"] and info.base_xy == RIGHT[:2]
+    assert info.arms["left"].base_xy == LEFT[:2] and len(info.arms["left"].joints) == 7
+    with open_session() as alone:
+        told = info_of(alone, robot_id="arm", boot_id="b", truth=True, pace="fast", sizes={}).model_dump()
+        assert told["robot"] == "panda" and "arms" not in told and "arm" not in told
+
+
+def test_cameras_see_things_and_neither_arm_nor_what_they_hold() -> None:
+    with open_session(TASK, perception="rgbd") as cell:
+        go(cell, "right", over(0.2, 0.0, 0.25))
+        seen, truth = cell.ctx.look(), cell.truth().objects
+        assert {item.id for item in seen.objects} == {*truth} and seen.hands == {"left": None, "right": None}
+        for item in seen.objects:
+            assert np.linalg.norm(item.pose.position - truth[item.id].pose.position) < 0.005, item.id
+        cell.ctx.work_with("left")
+        cell.do("pick", object="red_cube")
+        cell.ctx.work_with("right")
+        cell.do("pick", object="green_cube")
+        seen = cell.ctx.look()
+        assert seen.hands == {"left": "red_cube", "right": "green_cube"} and seen.held == "green_cube"
+        for name in ("red_cube", "green_cube"):
+            found = seen.find(name)
+            assert found is not None
+            assert np.linalg.norm(found.pose.position - cell.truth().objects[name].pose.position) < 0.005
+        assert {item.id for item in seen.objects} == {*truth}, "no arm is taken for a thing"
+
+
+def test_an_environment_moves_the_arm_that_is_named(cell: EmbeddedWorkcell) -> None:
+    env = ManipulationEnv(cell, arm="right", action="joint")
+    seen, _ = env.reset()
+    before = cell.state().arms
+    assert env.action_space.shape == (8,) and seen["agent_pos"].shape == (8,)
+    goal = before["right"].q + 0.2 * np.eye(7)[0]
+    for _ in range(20):
+        seen, *_ = env.step(env.controller.joint_action(goal, closed=1.0))
+    after = cell.state().arms
+    assert np.allclose(seen["agent_pos"][:7], goal, atol=5e-3) and np.allclose(
+        after["left"].q, before["left"].q, atol=1e-3
+    )
+    assert after["right"].gripper is not None and after["right"].gripper.closed > 0.9
+    assert after["left"].gripper is not None and after["left"].gripper.closed < 0.1
+
+
+def test_a_viewer_draws_all_arms_and_says_whose_readings_are_which(cell: EmbeddedWorkcell) -> None:
+    source = EmbeddedSource(WorkcellHost(cell, pace="watched"))
+    viewer = Viewer(source, 0)
+    try:
+        assert source.blueprint.arm == "left" and source.blueprint.robot_scene.robot_base == LEFT
+        cell.ctx.work_with("right")
+        cell.do("pick", object="green_cube")
+        viewer._draw(source._frame())
+        assert viewer._blueprint.arm == "right", "layers are about the arm that works now"
+        world, data = cell.mujoco.world, mujoco.MjData(cell.mujoco.model)
+        for name, robot in world.robots.items():
+            data.qpos[robot.qpos_indices] = cell.state().arms[name].q
+        mujoco.mj_kinematics(world.model, data)
+        for name in world.robots:
+            hand = world.names.index(f"{name}/hand")
+            assert np.allclose(viewer._body_scene.pose(hand).position, data.xpos[hand], atol=1e-4), name
+        told = viewer._readings._board.content
+        for heading in ("Joints, left", "Joints, right", "Gripper, right", "Tool centre point, left"):
+            assert heading in told
+        assert told.index("nothing") < told.index("green_cube"), "the left hand is empty, the right one is not"
+    finally:
+        viewer.server.stop()
+
+
+def test_arms_that_touch_count_as_a_contact_that_nobody_means(cell: EmbeddedWorkcell) -> None:
+    monitor = ContactMonitor(cell.mujoco, cell.agent.skills)
+    go(cell, "right", over(0.15, 0.2, 0.2))
+    assert not monitor.touched
+    cell.ctx.work_with("left")
+    motion = DLSMotionPlanner()
+    motion.use(cell.ctx.planning(cell.ctx.look()), cell.ctx.arm.state())
+    q = cell.ctx.arm.state().q
+    goal = motion.ik(over(0.15, 0.25, 0.2), q)
+    with pytest.raises(LimitError, match=r"presses on right/"):
+        cell.ctx.arm.follow(Trajectory(q=np.linspace(q, goal, 300), dt=0.01))
+    assert any("left/" in one and "right/" in one for one in monitor.touched), monitor.touched

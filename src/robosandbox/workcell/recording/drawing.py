@@ -15,8 +15,10 @@ from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.step_recorder import column_of
 from robosandbox.sim.world import World, build_world_of
 from robosandbox.tasks.task import Task
+from robosandbox.types.robot import ARM
 from robosandbox.validation import validate
 from robosandbox.workcell.recording.episode import RecordedEpisode
+from robosandbox.workcell.recording.files import Meta
 
 PLOTS = ("joints", "tcp", "gripper", "force", "phases")
 
@@ -90,7 +92,7 @@ def plot(episode: RecordedEpisode, path: Path, kinds: Sequence[str] = PLOTS) -> 
 
 
 def contact_force(episode: RecordedEpisode) -> NDArray[np.float64]:
-    """Return the largest normal force between the robot and anything else in each row, N, shape (rows,).
+    """Return the largest normal force between an arm and anything else in each row, N, shape (rows,).
 
     Not a number where contacts were not recorded.
     """
@@ -98,14 +100,22 @@ def contact_force(episode: RecordedEpisode) -> NDArray[np.float64]:
         return np.full(len(episode), np.nan)
     bodies = episode.ragged("contact_bodies")
     forces = episode.ragged("contact_force")
-    others = {*episode.meta.objects, "table", "floor", "world"}
-    robot = np.array([name not in others for name in episode.meta.bodies])
-    pairs = robot[np.asarray(bodies.values, dtype=int)].reshape(-1, 2)
+    arm_of = np.array([_arm_of(name, episode.meta) for name in episode.meta.bodies])
+    pairs = arm_of[np.asarray(bodies.values, dtype=int)].reshape(-1, 2)
     counted = np.where(pairs[:, 0] != pairs[:, 1], np.asarray(forces.values, dtype=float), 0.0)
     rows = np.repeat(np.arange(len(episode)), np.diff(forces.offsets))
     largest = np.zeros(len(episode))
     np.maximum.at(largest, rows, counted)
     return largest
+
+
+def _arm_of(body: str, meta: Meta) -> int:
+    """Return the number of the arm that a body belongs to by its name; -1 of others."""
+    arms = [*meta.arms]
+    if arms == [ARM]:
+        return -1 if body in {*meta.objects, "table", "floor", "world"} else 0
+    arm = body.partition("/")[0]
+    return arms.index(arm) if arm in arms else -1
 
 
 def _bands(panel: Any, episode: RecordedEpisode) -> None:
