@@ -35,6 +35,10 @@ class SkillContext(Protocol):
         """The hand that this arm carries; None where it carries none."""
         ...
 
+    def work_with(self, arm_name: str | None) -> None:
+        """Have the calls that follow work with an arm, by its name."""
+        ...
+
     @property
     def perception(self) -> Perception: ...
     @property

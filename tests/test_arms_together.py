@@ -11,15 +11,17 @@ import mujoco
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from support.processes import SimProcess
 
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
 from robosandbox.apps.envs.env import ManipulationEnv
 from robosandbox.apps.export.foxglove import export_mcap
 from robosandbox.apps.export.lerobot import export_lerobot
 from robosandbox.apps.viewer.app import Viewer
+from robosandbox.apps.viewer.connected import ConnectedSource
 from robosandbox.apps.viewer.embedded import EmbeddedSource
 from robosandbox.apps.viewer.replay import recorded_frames
-from robosandbox.errors import AlreadyHoldingError, CollisionError, InputError, LimitError
+from robosandbox.errors import AlreadyHoldingError, CollisionError, InputError, InvalidArgumentError, LimitError
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.tasks.loader import load_task
@@ -32,6 +34,8 @@ from robosandbox.workcell.recording.episode import RecordedEpisode
 from robosandbox.workcell.recording.recorder import Recorder
 from robosandbox.workcell.recording.replay import open_replay
 from robosandbox.workcell.session import open_session
+from robosandbox.workcell.zenoh.client.client import connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 from robosandbox.workcell.zenoh.messages import Info, decode
 from robosandbox.workcell.zenoh.server.readings import info_of
 
@@ -107,6 +111,33 @@ def test_each_arm_picks_its_cube_and_both_hold_at_the_end(cell: EmbeddedWorkcell
     assert cell.truth().hands == {"left": "red_cube", "right": "green_cube"}
     verdict = cell.judge()
     assert verdict.success and verdict.detail["holding(red_cube, left).in_hand"] == 1.0
+
+
+def test_an_arm_is_chosen_by_a_call_as_others_are(cell: EmbeddedWorkcell) -> None:
+    assert cell.do("use_arm", arm="right").detail == {"arm": "right"} and cell.ctx.arm.name == "right"
+    with pytest.raises(InvalidArgumentError, match="arm: 'rigth' is not one of left, right; did you mean 'right'"):
+        cell.do("use_arm", arm="rigth")
+    cell.do("pick", object="blue_cube")
+    assert cell.truth().hands == {"left": None, "right": "blue_cube"}
+    with open_session() as alone:
+        assert "use_arm" not in alone.calls and "use_arm" in cell.calls
+
+
+def test_a_sim_process_takes_the_arm_with_a_goal_and_says_which_it_is(tmp_path: Path) -> None:
+    file = tmp_path / "two.yaml"
+    file.write_text(TASK.model_dump_json())
+    with SimProcess("--task", str(file), "--pace", "fast") as sim, connect(sim.endpoint) as client:
+        far = RemoteWorkcell(client.robot())
+        assert [*far.robot.info().arms] == ["left", "right"] and far.robot.state().arm == "left"
+        far.do("use_arm", arm="right")
+        far.do("pick", object="green_cube")
+        state = far.robot.state()
+        assert state.arm == far.robot.info().arm == "right" and state.hands == {"left": None, "right": "green_cube"}
+        source = ConnectedSource(WorkcellHost(far))
+        frame = source._drawn.frame(state)
+        assert source.blueprint.arm == "right" and frame.hands == state.hands
+        robot = source.blueprint.robots["right"]
+        assert np.allclose(frame.qpos[robot.qpos_indices], state.robot.arms["right"].q, atol=1e-4)
 
 
 def test_the_hand_that_is_named_has_to_hold(cell: EmbeddedWorkcell) -> None:

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from robosandbox.driver import Arm, Driver, Hand
-from robosandbox.errors import CollisionError, Failure, Repair, SkillError, UnreachableError
+from robosandbox.errors import CollisionError, Failure, Repair, SkillError, UnreachableError, UnsupportedError
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.collision import CollisionChecker
@@ -175,6 +175,14 @@ class _Imagined:
     def max_force_n(self) -> float:
         """Largest force on the object that a skill manipulates, N."""
         return self._ctx.max_force_n
+
+    def work_with(self, arm_name: str | None) -> None:
+        """Refuse: what is rehearsed is a way of one hand.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        raise UnsupportedError(f"arm: {arm_name!r} cannot be chosen while a way of {self.arm.name!r} is rehearsed")
 
     def look(self, *names: str) -> ObservedScene:
         """Return what is imagined."""

@@ -65,7 +65,9 @@ class ConnectedSource:
     @property
     def blueprint(self) -> Blueprint:
         """Blueprint of the world that is drawn."""
-        return Blueprint.of(self._drawn.world, self._drawn.arm)
+        world, arm = self._drawn.world, (self._state or self._robot.state()).arm
+        # A state may be older than the world.
+        return Blueprint.of(world, arm if arm in world.robots else next(iter(world.robots)))
 
     @property
     def title(self) -> str:
@@ -178,7 +180,6 @@ class _Told:
 
     def __init__(self, session: RemoteWorkcell) -> None:
         self._robot = session.robot
-        self.arm = session.robot.info().arm
         self.scene = _scene(session)
         self.world: World = build_world_of(self.scene)
 
@@ -198,7 +199,6 @@ class _Supposed:
 
     def __init__(self, session: RemoteWorkcell) -> None:
         self._robot = session.robot
-        self.arm = session.robot.info().arm
         self.scene = session.task.scene
         self._believed = BelievedWorld(self.scene, session.observe())
 

@@ -25,6 +25,9 @@ from robosandbox.types import (
 from robosandbox.types.robot import ARM
 from robosandbox.workcell.zenoh.messages.message import Count, GoalId, Message, Numbers, RobotId, decode
 
+# Left out where there is one arm.
+WorkingArm = Annotated[str, Field(exclude_if=lambda arm: arm == ARM)]
+
 
 class Joint(StrictModel):
     """An arm joint.
@@ -144,7 +147,7 @@ class Info(Message):
     truth: bool
     unprotected: tuple[str, ...] = ()
     doing: str | None = None
-    arm: Annotated[str, Field(exclude_if=lambda arm: arm == ARM)] = ARM
+    arm: WorkingArm = ARM
     arms: dict[str, ArmInfo] = Field(default={}, exclude_if=operator.not_)
 
 
@@ -248,6 +251,7 @@ class State(Message):
         phase: Its phase.
         physics_steps: Since the last reset; None where nothing is simulated.
         loads: Tasks that were loaded since the process began: with another number, or boot id, ask `info` again.
+        arm: Name of the arm that calls are made with.
     """
 
     boot_id: str
@@ -260,6 +264,7 @@ class State(Message):
     phase: str | None = None
     physics_steps: Count | None
     loads: Count = 0
+    arm: WorkingArm = ARM
 
 
 class Objects(Message):

@@ -132,6 +132,7 @@ class Readings:
             phase=cell.ctx.phase if goal else None,
             physics_steps=self._physics_steps(),
             loads=self.loads,
+            arm=cell.ctx.arm.name,
         )
 
     def objects(self) -> Objects:
