@@ -132,7 +132,7 @@ def test_a_sim_process_takes_the_arm_with_a_goal_and_says_which_it_is(tmp_path: 
         far.do("use_arm", arm="right")
         far.do("pick", object="green_cube")
         state = far.robot.state()
-        assert state.arm == far.robot.info().arm == "right" and state.hands == {"left": None, "right": "green_cube"}
+        assert state.arm == "right" and state.hands == {"left": None, "right": "green_cube"}
         source = ConnectedSource(WorkcellHost(far))
         frame = source._drawn.frame(state)
         assert source.blueprint.arm == "right" and frame.hands == state.hands
@@ -285,14 +285,13 @@ def test_exports_and_pictures_of_a_recording_have_both_arms(cell: EmbeddedWorkce
 
 
 def test_info_tells_of_each_arm(cell: EmbeddedWorkcell) -> None:
-    cell.ctx.work_with("right")
     info = info_of(cell, robot_id="cell", boot_id="b", truth=True, pace="fast", sizes={})
     assert decode(info.model_dump_json().encode(), Info) == info
-    assert info.arm == "right" and [*info.arms] == ["left", "right"] and info.base_xy == RIGHT[:2]
-    assert info.arms["left"].base_xy == LEFT[:2] and len(info.arms["left"].joints) == 7
+    assert [*info.arms] == ["left", "right"] and info.base_xy == info.arms["left"].base_xy == LEFT[:2]
+    assert info.arms["right"].base_xy == RIGHT[:2] and len(info.arms["right"].joints) == 7
     with open_session() as alone:
         told = info_of(alone, robot_id="arm", boot_id="b", truth=True, pace="fast", sizes={}).model_dump()
-        assert told["robot"] == "panda" and "arms" not in told and "arm" not in told
+        assert told["robot"] == "panda" and "arms" not in told
 
 
 def test_cameras_see_things_and_neither_arm_nor_what_they_hold() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from enum import StrEnum
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import Field
 
@@ -24,9 +24,6 @@ from robosandbox.types import (
 )
 from robosandbox.types.robot import ARM
 from robosandbox.workcell.zenoh.messages.message import Count, GoalId, Message, Numbers, RobotId, decode
-
-# Left out where there is one arm.
-WorkingArm = Annotated[str, Field(exclude_if=lambda arm: arm == ARM)]
 
 
 class Joint(StrictModel):
@@ -108,7 +105,7 @@ class ArmInfo(StrictModel):
 class Info(Message):
     """Description of a sim: the answer to `info`.
 
-    `robot`, `joints`, `home_q`, `base_xy` and `gripper` are of the arm that calls are made with.
+    Of several arms `robot`, `joints`, `home_q`, `base_xy` and `gripper` are those of the first.
 
     Attributes:
         robot_id: In keys.
@@ -127,8 +124,7 @@ class Info(Message):
         truth: Whether `truth` answers.
         unprotected: What is not kept of this robot, in sentences: a limit that its driver cannot keep, or that nobody gives.
         doing: The running skill, or "reset" and the like; None when it is free.
-        arm: Name of the arm that calls are made with.
-        arms: Each arm by name, where there are several.
+        arms: Each arm by name, where there are several; which one calls are made with, `obs/state` says.
     """
 
     robot_id: RobotId
@@ -147,7 +143,6 @@ class Info(Message):
     truth: bool
     unprotected: tuple[str, ...] = ()
     doing: str | None = None
-    arm: WorkingArm = ARM
     arms: dict[str, ArmInfo] = Field(default={}, exclude_if=operator.not_)
 
 
@@ -251,7 +246,7 @@ class State(Message):
         phase: Its phase.
         physics_steps: Since the last reset; None where nothing is simulated.
         loads: Tasks that were loaded since the process began: with another number, or boot id, ask `info` again.
-        arm: Name of the arm that calls are made with.
+        arm: Name of the arm that calls are made with, where there are several.
     """
 
     boot_id: str
@@ -264,7 +259,7 @@ class State(Message):
     phase: str | None = None
     physics_steps: Count | None
     loads: Count = 0
-    arm: WorkingArm = ARM
+    arm: str = Field(default=ARM, exclude_if=lambda arm: arm == ARM)
 
 
 class Objects(Message):

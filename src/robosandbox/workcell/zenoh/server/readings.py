@@ -50,11 +50,10 @@ def info_of(
         sizes: (height, width) of pictures in pixels, by camera.
     """
     arms = {name: _arm_info(arm.spec) for name, arm in served.driver.arms.items()}
-    working = served.ctx.arm.name
     return Info(
         robot_id=robot_id,
         boot_id=boot_id,
-        **dict(arms[working]),
+        **dict(next(iter(arms.values()))),
         cameras=tuple(Camera(name=name, width=width, height=height) for name, (height, width) in sizes.items()),
         skills=tuple(
             SkillInfo(
@@ -71,7 +70,6 @@ def info_of(
         control_timestep=served.driver.control_timestep,
         truth=truth,
         unprotected=served.ctx.safety.unprotected if served.ctx.safety is not None else (),
-        arm=working,
         arms=arms if len(arms) > 1 else {},
     )
 
