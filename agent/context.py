@@ -141,7 +141,7 @@ class AgentContext(GoalContext):
         self.arm = the_only(arms, "arms") if arm_name is None else arms[arm_name]
         carried = (hand for hand in self.driver.hands.values() if hand.arm == self.arm.name)
         self.hand = next(carried, None)
-        self.seen = None
+        self.seen = None if self.seen is None else self._of_this_arm(self.seen)
 
     @property
     def max_force_n(self) -> float:
@@ -221,7 +221,10 @@ class AgentContext(GoalContext):
         named = {*meant, *(value for value in call.arguments.values() if isinstance(value, str))}
         keeps = self._tells_apart and meant and self.seen
         slides = slides_under(self.planning, self.seen, named) if keeps and self.seen else {}
-        self._safety.expect(meant if self._tells_apart else None, slides, FRICTION, self.arm.name)
+        in_hands = self.seen.hands if self.seen else {}
+        hands = self.driver.hands.values()
+        held_by = {hand.arm: one for hand in hands if (one := in_hands.get(hand.name)) is not None}
+        self._safety.expect(meant if self._tells_apart else None, slides, FRICTION, self.arm.name, held_by)
         for limits in self.all_limits():
             if limits.workspace is not None:
                 check_call(call.call, self.look(), limits.workspace)

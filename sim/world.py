@@ -20,7 +20,7 @@ from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.keyframes import put_keyframes
 from robosandbox.sim.objects import PREFIX, add_objects, body_names
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
-from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array, the_only
+from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
 from robosandbox.types.robot import hand_of
 
 ROBOT_PREFIX = "robot/"
@@ -76,8 +76,14 @@ class World:
 
     @property
     def robot(self) -> Robot:
-        """The robot of a world with one, as what is planned in; a ValueError where there are several."""
-        return the_only(self.robots, "arms")
+        """The robot of a world with one, as drivers and planners of one robot ask for it.
+
+        Raises:
+            InputError: There are several.
+        """
+        if len(self.robots) != 1:
+            raise InputError(f"scene.arms: there are {', '.join(self.robots)}, and this works with one robot alone")
+        return next(iter(self.robots.values()))
 
     @cached_property
     def grippers(self) -> Mapping[str, Gripper]:

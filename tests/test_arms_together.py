@@ -26,7 +26,7 @@ from robosandbox.evidence import CollisionEvidence
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.tasks.loader import load_task
 from robosandbox.tasks.task import Task
-from robosandbox.types import Pose, Scene, SceneArm, SceneObject, Trajectory
+from robosandbox.types import Limits, Pose, Scene, SceneArm, SceneObject, Trajectory
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.recording.drawing import plot
@@ -157,6 +157,22 @@ def test_what_one_arm_holds_the_other_does_not_pick(cell: EmbeddedWorkcell) -> N
         cell.do("pick", object="blue_cube")
     assert cell.state() is not before and cell.truth().hands == {"left": "blue_cube", "right": None}
     assert np.allclose(cell.state().arms["right"].q, before.arms["right"].q, atol=1e-3), "nothing has moved"
+
+
+def test_an_arm_may_go_on_holding_what_it_may_not_press_otherwise() -> None:
+    heavy = tuple(item.model_copy(update={"mass": 0.5}) for item in TASK.scene.objects)
+    scene = TASK.scene.model_copy(update={"objects": heavy})
+    with open_session(TASK.model_copy(update={"scene": scene, "limits": Limits(max_unintended_force_n=4.0)})) as cell:
+        cell.do("pick", object="red_cube")
+        cell.do("use_arm", arm="right")
+        cell.do("pick", object="green_cube")
+        weight = float(np.linalg.norm(cell.driver.senses.force_on("red_cube", "left")))
+        assert weight > 4.5 and cell.truth().hands == {"left": "red_cube", "right": "green_cube"}
+
+
+def test_drivers_of_one_robot_refuse_a_scene_with_several() -> None:
+    with pytest.raises(InputError, match=r"scene\.arms: there are left, right, and this works with one robot alone"):
+        open_session(TASK, driver="hardware")
 
 
 def test_a_sentence_is_carried_out_by_the_arm_that_was_chosen() -> None:

@@ -20,7 +20,7 @@ from robosandbox.robots.loader import robots_of
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.populated import populated
 from robosandbox.sim.world import World, build_world
-from robosandbox.types import ArmState, Array, DetectedObject, ObservedScene, Scene, the_only
+from robosandbox.types import ArmState, Array, DetectedObject, ObservedScene, Scene
 
 # Two sightings of an object whose sizes differ by less than this share a compiled model, metres: the accuracy that
 # benchmarks/perception.py measures for the sizes of objects in depth pictures.
@@ -85,7 +85,7 @@ class PlanningScene:
             state: How the robot stands now.
         """
         world = self._world if self._believed is None else self._believed(self.seen)
-        arm = the_only({name: name for name in world.robots}, "arms") if self._arm is None else self._arm
+        (arm,) = world.robots if self._arm is None else (self._arm,)
         return make_twin(world, self.seen, {arm: state, **self._others})
 
     @property

@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from robosandbox.apps.conformance.conformance import demand
-from robosandbox.driver import CAPABILITIES, Arm, CameraSpec, Driver, Guard, Hand, Simulated
+from robosandbox.driver import ARM, CAPABILITIES, HAND, Arm, CameraSpec, Driver, Guard, Hand, Simulated
 from robosandbox.errors import InputError, UnsupportedError
 from robosandbox.types import Array, PictureWindow, RgbdFrame, Trajectory
 
@@ -68,6 +68,10 @@ def check_driver(driver: Driver, *, pictures: bool = True) -> None:
 
 def _check_values(driver: Driver) -> None:
     demand(bool(driver.arms), "there is no arm")
+    for named, name in ((driver.arms, ARM), (driver.hands, HAND)):
+        demand(
+            len(driver.arms) > 1 or {*named} <= {name}, f"{', '.join(named)}: the only one of a cell is called {name!r}"
+        )
     first, second = driver.state(), driver.state()
     demand(
         [*first.arms] == [*driver.arms],
