@@ -104,7 +104,7 @@ class Oracle:
             # What is held is taken along by where it is in the hand.
             self._carry(before)
         mujoco.mj_forward(model, data)
-        free = not _touching(self._world, data, self._held)
+        free = not _touching(self._world, data, self._held, itself=True)
         data.qpos[:] = before
         return free
 
@@ -126,18 +126,23 @@ class Oracle:
         data.qpos[start : start + 7] = [*(point + rotation @ local), *quat]
 
 
-def _touching(world: MuJoCoBackend, data: mujoco.MjData, held: str | None) -> list[str]:
-    """Return pairs that touch, one of which is of the arm beyond its base or what it holds, and the other neither."""
+def _touching(world: MuJoCoBackend, data: mujoco.MjData, held: str | None, *, itself: bool = False) -> list[str]:
+    """Return pairs that touch, one of which is of the arm beyond its base or what it holds, and the other neither.
+
+    With `itself` also two parts of the arm; what is held touches the hand anyway.
+    """
     model = world.model
     first = int(model.jnt_bodyid[model.dof_jntid[world.robot.dof_indices[0]]])
-    mine = {model.body(f"object/{held}").id} if held else set()
+    mine_held = {model.body(f"object/{held}").id} if held else set()
+    mine = set(mine_held)
     for body in range(first, model.nbody):
         if body == first or int(model.body_parentid[body]) in mine:
             mine.add(body)
     found = []
     for contact in data.contact[: data.ncon]:
         pair = [int(model.geom_bodyid[geom]) for geom in (contact.geom1, contact.geom2)]
-        if (pair[0] in mine) != (pair[1] in mine) and contact.dist < 0.0:
+        own = itself and set(pair) <= mine - mine_held
+        if contact.dist < 0.0 and ((pair[0] in mine) != (pair[1] in mine) or own):
             found.append(f"{model.body(pair[0]).name} on {model.body(pair[1]).name}")
     return found
 
