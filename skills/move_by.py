@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -15,6 +15,7 @@ from robosandbox.skills.primitives.guarded import follow_until, touching_line
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Pose, SkillResult
+from robosandbox.world.contracts import Contract
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
 
@@ -23,6 +24,11 @@ class MoveBy(Skill):
     """Move the hand some way in a straight line."""
 
     name = "move_by"
+
+    def contract(self, **arguments: Any) -> Contract:
+        """Return that what is held stays held; nothing else is promised."""
+        del arguments
+        return Contract(keeps_hold=True)
 
     def run(
         self,
@@ -54,8 +60,9 @@ class MoveBy(Skill):
         way = np.array([dx, dy, dz])
         goal = Pose(xyz=tuple(start.position + way), quat_xyzw=start.quat_xyzw)
         if until_force == 0.0:
-            arm.follow(arm.motion.plan_line(arm.q, goal, speed=speed), Phase.APPROACH)
-            return SkillResult(skill=self.name, detail=arrived(arm, goal))
+            trajectory = arm.motion.plan_line(arm.q, goal, speed=speed)
+            arm.follow(trajectory, Phase.APPROACH)
+            return SkillResult(skill=self.name, detail=arrived(arm, goal, trajectory.q[-1]))
         require(ctx.driver, "wrist_wrench", "the way ends where something is felt")
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
         trajectory = touching_line(arm, arm.q, goal)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from robosandbox.errors import InvalidArgumentError, Phase
@@ -10,12 +12,18 @@ from robosandbox.skills.move_to import ready_to_move
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
 
 
 class MoveJoints(Skill):
     """Move the arm to joint angles."""
 
     name = "move_joints"
+
+    def contract(self, **arguments: Any) -> Contract:
+        """Return that what is held stays held; nothing else is promised."""
+        del arguments
+        return Contract(keeps_hold=True)
 
     def run(self, ctx: SkillContext, *, q: tuple[float, ...]) -> SkillResult:
         """Move the arm to a configuration on a free way; what it holds stays held.

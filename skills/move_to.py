@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -11,21 +11,31 @@ from robosandbox.errors import CollisionError, Phase, UnreachableError
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.skills.base import Skill
-from robosandbox.skills.primitives.carrying import carried_along, carry_speed
+from robosandbox.skills.primitives.carrying import carried_along
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, Pose, SkillResult, Speed
+from robosandbox.world.contracts import Contract
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 # Headings of the closing direction that are tried where none is asked for, rad from the present one: those of fingers are alike
 # after half a turn.
 _TURNS = (0.0, np.pi / 2.0)
+# Configurations at random from which others are looked for where those at hand touch something.
+_SEEDS = 12
+# How near the hand comes to a pose that is asked for, metres and rad, and the seconds of integral action that it may take.
+_NEAR, _TURNED, _SECONDS = 0.0005, 0.003, 1.5
 
 
 class MoveTo(Skill):
     """Move the hand to a pose."""
 
     name = "move_to"
+
+    def contract(self, **arguments: Any) -> Contract:
+        """Return that what is held stays held; nothing else is promised."""
+        del arguments
+        return Contract(keeps_hold=True)
 
     def run(
         self,
@@ -70,7 +80,7 @@ class MoveTo(Skill):
                 failure = failure or error
                 continue
             arm.follow(trajectory, Phase.APPROACH)
-            return SkillResult(skill=self.name, detail=arrived(arm, goal))
+            return SkillResult(skill=self.name, detail=arrived(arm, goal, trajectory.q[-1]))
         assert failure is not None
         raise failure
 
@@ -93,20 +103,35 @@ def ready_to_move(arm: Manipulator) -> Speed:
         arm.motion.allow(*allowed)
     if held is None:
         return arm.tempo.free
-    return carry_speed(arm, arm.held, arm.start, arm.tempo.free)
+    # What a grip bears is reckoned for ways on which the hand stays upright; here it may turn with what it holds.
+    return arm.tempo.full
 
 
-def arrived(arm: Manipulator, goal: Pose) -> dict[str, float | str | bool]:
-    """Return where the hand is, metres, and how far that is from where it was to be, mm and degrees."""
+def arrived(arm: Manipulator, goal: Pose, q: Array) -> dict[str, float | str | bool]:
+    """Bring the hand, which has followed a way to `q` (n,), on to its goal; return where it is, metres, mm and degrees off."""
+    deadline = arm.driver.time + _SECONDS
+    while arm.driver.time < deadline:
+        off, turned = _off(arm, goal)
+        if off <= _NEAR and turned <= _TURNED:
+            break
+        arm.trim(q)
     there = arm.state.tcp_pose
-    turn = float(np.clip((np.trace(goal.rotation.T @ there.rotation) - 1.0) / 2.0, -1.0, 1.0))
+    off, turned = _off(arm, goal)
     return {
         "x": there.xyz[0],
         "y": there.xyz[1],
         "z": there.xyz[2],
-        "off_mm": 1e3 * float(np.linalg.norm(there.position - goal.position)),
-        "off_deg": float(np.degrees(np.arccos(turn))),
+        "off_mm": 1e3 * off,
+        "off_deg": float(np.degrees(turned)),
     }
+
+
+def _off(arm: Manipulator, goal: Pose) -> tuple[float, float]:
+    """Return how far the hand is from a pose, metres and rad."""
+    there = arm.state.tcp_pose
+    cosine = (np.trace(goal.rotation.T @ there.rotation) - 1.0) / 2.0
+    off = float(np.linalg.norm(there.position - goal.position))
+    return off, float(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def _poses(
@@ -124,14 +149,21 @@ def _poses(
 
 
 def _standing_at(arm: Manipulator, pose: Pose) -> Array:
-    """Return a configuration at a pose, free of collisions.
+    """Return a configuration at a pose, free of collisions, the first one found of those nearest to the arm's, home and others.
 
     Raises:
         UnreachableError: There is none.
-        CollisionError: It touches something.
+        CollisionError: Each that is found touches something.
     """
-    q = arm.motion.ik(pose, arm.q)
-    touched = arm.motion.touch(q)
-    if touched is not None:
-        raise touched
-    return q
+    robot = arm.spec
+    low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    others = np.random.default_rng(0).uniform(low, high, (_SEEDS, robot.n))
+    failure: CollisionError | None = None
+    for seed in (arm.q, robot.home_q, *others):
+        q = arm.motion.ik(pose, seed)
+        touched = arm.motion.touch(q)
+        if touched is None:
+            return q
+        failure = failure or touched
+    assert failure is not None
+    raise failure

@@ -16,6 +16,7 @@ from robosandbox.errors import (
     GoalTimeoutError,
     GraspError,
     InvalidArgumentError,
+    NotHoldingError,
     UnreachableError,
 )
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -152,3 +153,16 @@ def test_a_move_that_cannot_be_is_refused_before_anything_moves(
 def test_moves_can_be_said_as_calls(cell: Workcell) -> None:
     episode = cell.run("move_by(dz=0.05), wait(seconds=0.5), move_joints(q=[0, 0.1, 0.2, -1.5, 0, 1.5, 0.7])")
     assert episode.success, episode
+
+
+def test_what_is_lost_on_the_way_is_said(cell: EmbeddedWorkcell) -> None:
+    cell.pick("red_cube")
+
+    def open_up() -> None:
+        if cell.driver.time > began + 0.3:
+            cell.driver.hands["hand"].set_gripper(0.0)
+
+    began = cell.driver.time
+    cell.driver.subscribe(open_up)
+    with pytest.raises(NotHoldingError, match="red_cube is out of the hand"):
+        cell.do("move_to", x=0.1, y=0.3, z=0.3)
