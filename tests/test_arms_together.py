@@ -237,9 +237,15 @@ success: {kind: lifted, object: red_cube, hand: left}
     (tmp_path / "two.yaml").write_text(text)
     task = load_task(tmp_path / "two.yaml")
     assert [arm.name for arm in task.scene.arms] == ["left", "right"]
-    (tmp_path / "two.yaml").write_text(text.replace("name: right", "name: red_cube"))
-    with pytest.raises(InputError, match="arms: 'red_cube' is the name of something else in the scene"):
-        load_task(tmp_path / "two.yaml")
+    for change, said in (
+        (("name: right", "name: red_cube"), "arms: 'red_cube' is the name of something else in the scene"),
+        (("name: right", "name: left"), "arms: 'left' is the name of something else in the scene"),
+        (("    - {name: left,", "    # - {name: left,"), "arms: one arm is the scene's own robot"),
+        (("robot_urdf: xarm7", "robot_config: x.yaml"), "robot_config: is the sidecar of a model; give robot_urdf"),
+    ):
+        (tmp_path / "two.yaml").write_text(text.replace(*change))
+        with pytest.raises(InputError, match=said):
+            load_task(tmp_path / "two.yaml")
 
 
 def test_a_layout_leaves_each_thing_to_the_arms_that_reach_it(cell: EmbeddedWorkcell) -> None:

@@ -13,8 +13,8 @@ from robosandbox.types.objects import TABLE_AREA, Area, SceneObject
 
 # A scene's table top, metres, where it says nothing else; as in the seeds.
 TABLE_HEIGHT = 0.04
-# What people call bodies that are no arm's and no object's.
-_BODIES = frozenset({"table", "floor", "robot", "object", "world"})
+# Names that mean something else, or are those of the only arm.
+_BODIES = frozenset({"arm", "table", "floor", "robot", "object", "world"})
 # Least height of a table that is built for a scene, metres.
 _LEAST_TABLE = 0.005
 
@@ -81,9 +81,11 @@ class Scene(StrictModel):
         return self.model_copy(update=said)
 
     @model_validator(mode="after")
-    def _arms_are_told_from_things(self) -> Self:
+    def _arms_are_several_and_told_from_things(self) -> Self:
         if self.arms and self.robot_base is not None:
             raise ValueError("robot_base: each arm has its own; leave it out")
+        if len(self.arms) == 1:
+            raise ValueError("arms: one arm is the scene's own robot; leave arms out, or name two")
         taken = {item.id for item in self.objects} | _BODIES
         for arm in self.arms:
             if arm.name in taken:

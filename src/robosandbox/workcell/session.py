@@ -142,6 +142,8 @@ def _task_of(options: WorkcellOptions) -> Task:
             raise InputError(
                 "--robot-base: is for scenes from files; give --scene, or base_pose in the robot's sidecar"
             )
+        if task.scene.arms:
+            raise InputError("--robot-base: each arm of the task has its own; change scene.arms in its file")
         task = task.model_copy(update={"scene": task.scene.model_copy(update={"robot_base": options.robot_base})})
     scene = task.scene if options.robot is None else with_robot(task.scene, options.robot)
     files = {"sidecar": options.sidecar, "gripper": options.gripper}
