@@ -20,32 +20,53 @@ import numpy as np
 from odd_judge import raw_state
 
 from robosandbox import Pose, Scene, SceneObject, open_session
-from robosandbox.errors import SkillError
+from robosandbox.errors import InputError, SkillError
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import mujoco_behind
 from robosandbox.types import Array
+from robosandbox.types.robot import RobotSpec
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 
-_OFF, _TURNED, _GONE = 0.002, 1.0, 0.002
+_OFF, _TURNED, _GONE, _SAID = 0.002, 1.0, 0.002, 0.2
 _MOVES_A_SCENE = 10
 _STARTS, _STEPS, _DAMPING = 40, 80, 1e-3
 
 
-def clutter(rng: np.random.Generator) -> Scene:
-    """Return a scene of a cube to hold, five low boxes and three pillars."""
+def clutter(rng: np.random.Generator, spec: RobotSpec) -> Scene:
+    """Return a scene of a cube to hold, three pillars and five low boxes, in the reach of a robot and as large as suits it."""
+    size = spec.reach[1] / 0.8
     objects: list[SceneObject] = []
-    spots = [(0.0, 0.0)]
+    spots: list[tuple[float, float]] = []
     while len(objects) < 9:
-        x, y = float(rng.uniform(0.0, 0.4)), float(rng.uniform(-0.35, 0.35))
-        if any(np.hypot(x - a, y - b) < 0.12 for a, b in spots):
+        x, y = _somewhere(rng, spec)
+        if any(np.hypot(x - a, y - b) < 0.12 * size for a, b in spots):
             continue
         spots.append((x, y))
-        half = 0.015 if not objects else float(rng.uniform(0.1, 0.18) if len(objects) < 4 else rng.uniform(0.02, 0.05))
-        size = (half, half, half) if not objects else (0.025, 0.025, half)
-        name = "cube" if not objects else f"thing_{len(objects)}"
-        pose = Pose(xyz=(x, y, 0.0405 + half))
-        objects.append(SceneObject(id=name, kind="box", size=size, pose=pose, mass=0.05 if not objects else 1.0))
+        wide = 0.012 if not objects else 0.025 * size
+        tall = (
+            wide
+            if not objects
+            else size * float(rng.uniform(0.1, 0.18) if len(objects) < 4 else rng.uniform(0.02, 0.05))
+        )
+        objects.append(
+            SceneObject(
+                id=f"thing_{len(objects)}" if objects else "cube",
+                kind="box",
+                size=(wide, wide, tall),
+                pose=Pose(xyz=(x, y, 0.0405 + tall)),
+                mass=1.0 if objects else 0.03,
+            )
+        )
     return Scene(objects=tuple(objects))
+
+
+def _somewhere(rng: np.random.Generator, spec: RobotSpec) -> tuple[float, float]:
+    """Return a place on the table within a robot's reach."""
+    while True:
+        radius, angle = rng.uniform(*spec.reach), rng.uniform(-1.2, 1.2)
+        x, y = spec.base_position[:2] + radius * np.array([np.cos(angle), np.sin(angle)])
+        if abs(x) < 0.45 and abs(y) < 0.45:
+            return float(x), float(y)
 
 
 class Oracle:
@@ -151,13 +172,13 @@ def move(cell: EmbeddedWorkcell, held: str | None, rng: np.random.Generator) -> 
     """Make a random move and return what came of it."""
     world = mujoco_behind(cell.driver)
     assert world is not None
-    radius, angle = rng.uniform(0.15, 0.85), rng.uniform(-1.2, 1.2)
-    base = cell.driver.arms["arm"].spec.base_position
-    point = base + np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
+    spec = cell.driver.arms["arm"].spec
+    radius, angle = 1.1 * rng.uniform(0.1, 1.0) * spec.reach[1], rng.uniform(-1.2, 1.2)
+    point = spec.base_position + np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
     asked = {
         "x": float(point[0]),
         "y": float(point[1]),
-        "z": float(rng.uniform(0.06, 0.55)),
+        "z": float(0.05 + rng.uniform(0.0, 0.6) * spec.reach[1]),
         "heading": float(rng.uniform(-np.pi, np.pi)),
         "tilt": float(rng.uniform(0.0, 1.2) if rng.random() < 0.5 else 0.0),
         "towards": float(rng.uniform(-np.pi, np.pi)),
@@ -165,7 +186,7 @@ def move(cell: EmbeddedWorkcell, held: str | None, rng: np.random.Generator) -> 
     before = {item.id: item.pose.position for item in cell.truth().objects.values()}
     goal = _pose(asked)
     try:
-        cell.do("move_to", **asked)
+        told = cell.do("move_to", **asked).detail
     except SkillError as error:
         rotation = goal.rotation
         free = Oracle(world, held).finds_free(goal.position, rotation, rng)
@@ -179,10 +200,12 @@ def move(cell: EmbeddedWorkcell, held: str | None, rng: np.random.Generator) -> 
     }
     off = float(np.linalg.norm(there.position - goal.position))
     touching = _touching(world, raw_state(world, mujoco.MjData(world.model)), held)
-    right = off < _OFF and turn < _TURNED and max(gone.values()) < _GONE and not touching
+    right = off < _OFF and max(gone.values()) < _GONE and not touching
+    # An arm of fewer than six joints gives up some of the turn, and says how much.
+    given_up = spec.n < 6 and abs(turn - float(told["off_deg"])) < _SAID
     return {
         "asked": asked,
-        "outcome": "done" if right else "wrong",
+        "outcome": "wrong" if not right else "done" if turn < _TURNED else "turned" if given_up else "wrong",
         "off_mm": 1e3 * off,
         "off_deg": float(turn),
         "gone_mm": 1e3 * max(gone.values()),
@@ -217,11 +240,19 @@ def main() -> None:
     given = parser.parse_args()
     rows: list[dict[str, Any]] = []
     scene = 0
+    with open_session(task=Scene(objects=()), robot=given.robot) as empty:
+        assert isinstance(empty, EmbeddedWorkcell)
+        spec = empty.driver.arms["arm"].spec
     while len(rows) < given.moves:
         rng = np.random.default_rng([given.seed, scene])
         holding = scene % 2 == 1
         scene += 1
-        with open_session(task=clutter(rng), robot=given.robot, what_if=False) as cell:
+        try:
+            opened = open_session(task=clutter(rng, spec), robot=given.robot, what_if=False)
+        except InputError:
+            # A pillar stands where the arm does at home.
+            continue
+        with opened as cell:
             assert isinstance(cell, EmbeddedWorkcell)
             if holding:
                 try:
@@ -236,6 +267,10 @@ def main() -> None:
         print(json.dumps(rows))
         return
     print(f"{len(rows)} moves: {counts['done']} done, {counts['wrong']} wrong, {counts['refused']} refused")
+    if turned := [row["off_deg"] for row in rows if row["outcome"] == "turned"]:
+        print(
+            f"  {len(turned)} done but for a turn that the arm cannot make and tells: {max(turned):.1f} degrees at most"
+        )
     for (code, free), count in sorted(refused.items()):
         print(f"  refused as {code}: {count}{' although the oracle found a free configuration' if free else ''}")
     for row in rows:
