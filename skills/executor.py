@@ -67,8 +67,11 @@ class Executor:
         seen = View(scene=after, before=before, robot=robot)
         broken = first_refuted(contract.gives, seen)
         if broken is None:
-            kept = before.in_hands & apply_effects(contract, before).in_hands
-            broken = first_refuted([fact("holding", name) for name in sorted(kept)], seen)
+            after_all = apply_effects(contract, before).hands
+            kept = [(hand, held) for hand, held in before.hands.items() if after_all.get(hand) == held]
+            several = len(before.hands) > 1
+            holds = [fact("holding", held, *([hand] if several else [])) for hand, held in kept if held]
+            broken = first_refuted(holds, seen)
         if broken is not None:
             raise lost(*broken, seen, by=call.skill.name)
         moved = disturbed(before, after, *contract.moves, *before.in_hands)

@@ -709,7 +709,7 @@ def test_a_step_back_begins_the_timeline_anew() -> None:
             )
         assert timeline.recording().seconds.tolist() == [0.5] and timeline.recording().phases == ()
         assert timeline.recording().values[0, 0] == pytest.approx(np.degrees(0.5))
-        assert (blueprint.speed_unit, blueprint.force_unit) == ("°/s", "N")
+        assert (blueprint.speed_unit, blueprint.force_unit()) == ("°/s", "N")
 
 
 @pytest.mark.parametrize(
