@@ -14,7 +14,7 @@ from robosandbox.skills.move_to import arrived, ready_to_move
 from robosandbox.skills.primitives.guarded import follow_until, touching_line
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.types import Pose, SkillResult
+from robosandbox.types import Array, Pose, SkillResult
 from robosandbox.world.contracts import Contract
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
@@ -66,11 +66,12 @@ class MoveBy(Skill):
         require(ctx.driver, "wrist_wrench", "the way ends where something is felt")
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
         trajectory = touching_line(arm, arm.q, goal)
-        most = 0.0
+        before, most = _pressed(arm), 0.0
 
         def felt() -> bool:
+            # Beside what is held, which weighs something.
             nonlocal most
-            most = max(most, arm.strongest_contact()[0])
+            most = max(most, float(np.linalg.norm(_pressed(arm) - before)))
             return most >= until_force
 
         touched = follow_until(arm, trajectory, Phase.TOUCH, felt)
@@ -85,3 +86,10 @@ class MoveBy(Skill):
                 "force_n": most,
             },
         )
+
+
+def _pressed(arm: Manipulator) -> Array:
+    """Return the sum of what the arm presses with, N in the world, shape (3,)."""
+    if arm.driver.capabilities.contact == "named":
+        return sum(arm.forces().values(), np.zeros(3))
+    return arm.force_on(None)

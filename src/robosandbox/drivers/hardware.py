@@ -338,11 +338,11 @@ class _HardwareSenses(BareSenses):
         return self._cell.next_frame(camera, window)
 
     def force_on(self, object_id: str | None, arm: str | None = None) -> Array:
-        """Return what the wrist's sensor feels, N in the world, shape (3,); it cannot tell of which object.
+        """Return what the wrist's sensor feels, N in the world, shape (3,); it cannot tell of which object, or of the table.
 
         Raises:
             UnsupportedError: There is no such sensor.
         """
         del object_id, arm
         require(self._cell, "wrist_wrench", "a force was asked for")
-        return self._cell.plant.force_on(None)
+        return frozen_array(sum(self._cell.plant.forces().values(), np.zeros(3)))
