@@ -30,7 +30,18 @@ from robosandbox.perception.protocols import Glancing, Perception
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import Executor, require
 from robosandbox.skills.primitives.sliding import slides_under
-from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, Plan, SkillResult, Tempo, force_limits, the_only
+from robosandbox.types import (
+    DEFAULT_TEMPO,
+    Limits,
+    ObservedScene,
+    Plan,
+    RgbdFrame,
+    SkillResult,
+    Tempo,
+    force_limits,
+    the_only,
+)
+from robosandbox.types.robot import RobotSpec
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import BoundCall, meant_by
@@ -117,9 +128,21 @@ class AgentContext(GoalContext):
     @property
     def max_force_n(self) -> float:
         """Largest force on the object that a skill manipulates, N."""
-        return force_limits(*self._all_limits())[0]
+        return force_limits(*self.all_limits())[0]
 
-    def _all_limits(self) -> list[Limits]:
+    def robot(self) -> RobotSpec:
+        """Return the robot of the arm that calls work with."""
+        return self.arm.spec
+
+    def cameras(self) -> tuple[str, ...]:
+        """Return the driver's cameras."""
+        return tuple(self.driver.capabilities.cameras)
+
+    def capture(self, camera: str) -> RgbdFrame:
+        """Return what a camera of the driver sees now; raises as the driver does."""
+        return self.driver.senses.capture(camera)
+
+    def all_limits(self) -> list[Limits]:
         """Return the robot's own limits, and this context's."""
         return [limits for limits in (self.arm.spec.limits, self.limits) if limits is not None]
 
@@ -178,7 +201,7 @@ class AgentContext(GoalContext):
         keeps = self._tells_apart and meant and self.seen
         slides = slides_under(self.planning, self.seen, named) if keeps and self.seen else {}
         self._safety.expect(meant if self._tells_apart else None, slides, FRICTION, self.arm.name)
-        for limits in self._all_limits():
+        for limits in self.all_limits():
             if limits.workspace is not None:
                 check_call(call.call, self.look(), limits.workspace)
 

@@ -26,6 +26,13 @@ from robosandbox.world.relations import mouth_of, room_of
 _UNDER = 0.01
 
 
+def _slipped(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    name = str(arguments[0])
+    at = view.scene.find(name)
+    where = f"it is at ({', '.join(f'{value:.2f}' for value in at.pose.xyz)})" if at else "it is not seen any more"
+    return NotHoldingError(f"{name} is out of the hand: {finding.cause}, and {where}; pick it anew", phase=Phase.VERIFY)
+
+
 def _not_holding(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
     return NotHoldingError(sentence(finding), phase=Phase.CHECK, evidence=_evidence(view, arguments[1:]))
 
@@ -107,7 +114,7 @@ def seen(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=view.scene.find(a) is not None)
 
 
-@predicate("object", "word?", effect=taken, lasts=True, last=True, blame=_not_holding, lost=_not_holding)
+@predicate("object", "word?", effect=taken, lasts=True, last=True, blame=_not_holding, lost=_slipped)
 def holding(view: View, a: str, hand: str | None = None) -> Finding:
     """A hand holds an object: the one named, else the one that calls are made with, else any."""
     if (unknown := _unknown(view.scene, hand)) is not None:
