@@ -258,6 +258,11 @@ def _way(joint: PartJoint, point: Array) -> Array:
     return turned_by
 
 
+def opened_for(arm: Manipulator, grasp: Grasp) -> float:
+    """Return how far apart the fingers come to a grip, metres."""
+    return min(arm.geometry.max_aperture, grasp.width + 2.0 * PRESHAPE)
+
+
 def _check_free(arm: Manipulator, grasp: Grasp) -> None:
     """Check that the hand gets to a grip, open, without touching anything.
 
@@ -266,7 +271,7 @@ def _check_free(arm: Manipulator, grasp: Grasp) -> None:
         CollisionError: It touches something there.
     """
     motion = arm.motion
-    motion.open_to(min(arm.geometry.max_aperture, grasp.width + 2.0 * PRESHAPE))
+    motion.open_to(opened_for(arm, grasp))
     motion.allow()
     try:
         q = motion.ik(grasp.tcp_pose, arm.q, restarts=_RESTARTS)
@@ -284,6 +289,7 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float) -> P
         CollisionError: Something is in the way.
     """
     motion, failures, q = arm.motion, list[SkillError](), arm.q
+    motion.open_to(opened_for(arm, grasp))
     tcp, values = grasp.tcp_pose, _values(part, grasp.tcp_pose, goal)
     for height in HOVERS:
         try:

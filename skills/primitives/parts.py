@@ -26,6 +26,7 @@ from robosandbox.skills.primitives.part_ways import (
     PartWay,
     around,
     no_grip,
+    opened_for,
     plan_lead,
     plan_push,
     pressing_poses,
@@ -76,8 +77,7 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
     def grasped(part: DetectedObject) -> float:
         way = plan_lead(arm, part, goals)
         assert way.grasp is not None
-        aperture = min(arm.geometry.max_aperture, way.grasp.width + 2.0 * PRESHAPE)
-        _go(arm, way, aperture)
+        _go(arm, way, opened_for(arm, way.grasp))
         arm.ctx.enter(Phase.GRASP)
         closed = arm.close_on(way.grasp.width)
         if closed < empty_aperture(arm.geometry, way.grasp.width):
