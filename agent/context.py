@@ -34,6 +34,7 @@ from robosandbox.skills.primitives.sliding import slides_under
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import (
     DEFAULT_TEMPO,
+    Array,
     Limits,
     ObservedScene,
     Plan,
@@ -82,6 +83,7 @@ class AgentContext(GoalContext):
         advise: Whether a failure on a robot with a sidecar of its own names what static checks find wrong with the sidecar.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         tempo: How fast the arm goes.
+        poses: Configurations that were given a name, shape (n,) each, by arm and name.
         safety: Of the driver that `sim` is a view of; where it is left out, `sim` is put behind its robot's limits.
         arm: The arm that calls work with; `work_with` changes it.
         hand: The hand that it carries; None where it carries none.
@@ -99,6 +101,7 @@ class AgentContext(GoalContext):
     advise: bool = True
     limits: Limits | None = None
     tempo: Tempo = DEFAULT_TEMPO
+    poses: dict[tuple[str, str], Array] = field(default_factory=dict, repr=False)
     safety: Safety | None = field(default=None, repr=False)
     driver: Driver = field(init=False)
     arm: Arm = field(init=False, repr=False)
@@ -244,6 +247,7 @@ class AgentContext(GoalContext):
             advise=False,
             limits=self.limits,
             tempo=self.tempo,
+            poses=dict(self.poses),
         )
         copy.skills = self.skills
         # A cancel stops what is tried out, too.

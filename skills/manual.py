@@ -9,8 +9,20 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
 from robosandbox.skills.move_by import MoveBy
 from robosandbox.skills.move_joints import MoveJoints
+from robosandbox.skills.move_through import MoveThrough
 from robosandbox.skills.move_to import MoveTo
+from robosandbox.skills.poses import MoveToPose, SavePose
 from robosandbox.skills.wait import Wait
 
-MANUAL: tuple[Skill, ...] = (MoveTo(), MoveBy(), MoveJoints(), OpenGripper(), CloseGripper(), Wait())
+MANUAL: tuple[Skill, ...] = (
+    MoveTo(),
+    MoveBy(),
+    MoveThrough(),
+    MoveJoints(),
+    SavePose(),
+    MoveToPose(),
+    OpenGripper(),
+    CloseGripper(),
+    Wait(),
+)
 """All of them, for `Agent`."""

@@ -19,6 +19,7 @@ from robosandbox.errors import (
     NotHoldingError,
     UnreachableError,
 )
+from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 
@@ -166,3 +167,31 @@ def test_what_is_lost_on_the_way_is_said(cell: EmbeddedWorkcell) -> None:
     cell.driver.subscribe(open_up)
     with pytest.raises(NotHoldingError, match="red_cube is out of the hand"):
         cell.do("move_to", x=0.1, y=0.3, z=0.3)
+
+
+def test_several_points_are_passed_without_a_stop(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.2, y=0.1, z=0.3)
+    path: list[np.ndarray] = []
+    end_of_listening = cell.driver.subscribe(lambda: path.append(tcp(cell)[0]))
+    cell.do("move_through", points=(0.2, -0.1, 0.3, 0.2, -0.1, 0.4, 0.2, 0.1, 0.4))
+    end_of_listening()
+    assert np.linalg.norm(tcp(cell)[0] - [0.2, 0.1, 0.4]) < 0.002
+    for corner in ([0.2, -0.1, 0.3], [0.2, -0.1, 0.4]):
+        assert min(np.linalg.norm(point - corner) for point in path) < 0.005
+    with pytest.raises(InvalidArgumentError, match="2 numbers"):
+        cell.do("move_through", points=(0.2, 0.1))
+
+
+def test_a_pose_is_found_again_by_its_name_also_on_the_twin(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.3, y=0.2, z=0.3)
+    saved = cell.driver.arms["arm"].state().q
+    cell.do("save_pose", pose="camera")
+    cell.do("move_to_pose", pose="home")
+    episode = cell.run("move_to_pose(pose=camera)")
+    assert episode.success and np.abs(cell.driver.arms["arm"].state().q - saved).max() < 0.005
+    foreseen = cell.simulate(Plan(steps=(SkillCall(skill="move_to_pose", arguments={"pose": "camera"}),)))
+    assert "would_fail" not in foreseen or foreseen["would_fail"] is None, foreseen
+    with pytest.raises(InvalidArgumentError, match="camera, home"):
+        cell.do("move_to_pose", pose="camra")
+    with pytest.raises(InvalidArgumentError, match="home"):
+        cell.do("save_pose", pose="home")

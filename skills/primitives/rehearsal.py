@@ -167,6 +167,7 @@ class _Imagined:
         self.driver: Driver = ctx.driver
         self.arm: Arm = ctx.arm
         self.hand: Hand | None = ctx.hand
+        self.poses: dict[tuple[str, str], Array] = ctx.poses
         self.perception: Perception = ctx.perception
         self.grasp: GraspPlanner = ctx.grasp
         self.motion: MotionPlanner = planner
