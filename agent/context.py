@@ -177,6 +177,10 @@ class AgentContext(GoalContext):
         self.seen = self._of_this_arm(seen)
         return self.seen
 
+    def go_at(self, tempo: Tempo) -> None:
+        """Have the calls that follow go at a tempo."""
+        self.tempo = tempo
+
     def _of_this_arm(self, seen: ObservedScene) -> ObservedScene:
         """Return what was seen as it concerns the arm that calls are made with."""
         if len(self.driver.arms) == 1:

@@ -12,6 +12,7 @@ from robosandbox.skills.move_joints import MoveJoints
 from robosandbox.skills.move_through import MoveThrough
 from robosandbox.skills.move_to import MoveTo
 from robosandbox.skills.poses import MoveToPose, SavePose
+from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.wait import Wait
 
 MANUAL: tuple[Skill, ...] = (
@@ -23,6 +24,7 @@ MANUAL: tuple[Skill, ...] = (
     MoveToPose(),
     OpenGripper(),
     CloseGripper(),
+    SetTempo(),
     Wait(),
 )
 """All of them, for `Agent`."""

@@ -62,6 +62,10 @@ class SkillContext(Protocol):
         """Speeds of the arm in each situation."""
         ...
 
+    def go_at(self, tempo: Tempo) -> None:
+        """Have the calls that follow go at a tempo."""
+        ...
+
     def look(self, *names: str) -> ObservedScene:
         """Return what perception sees now; with names, of these things, and what is remembered of the others."""
         ...

@@ -195,3 +195,17 @@ def test_a_pose_is_found_again_by_its_name_also_on_the_twin(cell: EmbeddedWorkce
         cell.do("move_to_pose", pose="camra")
     with pytest.raises(InvalidArgumentError, match="home"):
         cell.do("save_pose", pose="home")
+
+
+def test_a_tempo_counts_for_what_follows(cell: EmbeddedWorkcell) -> None:
+    def seconds(tempo: str) -> float:
+        cell.do("set_tempo", tempo=tempo)
+        cell.do("move_to_pose", pose="home")
+        began = cell.driver.time
+        cell.do("move_to", x=0.3, y=0.2, z=0.3)
+        return cell.driver.time - began
+
+    careful, fast = seconds("careful"), seconds("fast")
+    assert careful > 1.2 * fast
+    with pytest.raises(InvalidArgumentError, match="tempo"):
+        cell.do("set_tempo", tempo="wild")

@@ -185,6 +185,14 @@ class _Imagined:
         """
         raise UnsupportedError(f"arm: {arm_name!r} cannot be chosen while a way of {self.arm.name!r} is rehearsed")
 
+    def go_at(self, tempo: Tempo) -> None:
+        """Refuse: a rehearsal has a tempo of its own.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        raise UnsupportedError(f"tempo: {tempo.name} cannot be chosen while a way is rehearsed")
+
     def look(self, *names: str) -> ObservedScene:
         """Return what is imagined."""
         del names
