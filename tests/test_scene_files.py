@@ -27,7 +27,8 @@ from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
 
-RACK = Path(__file__).parent.parent / "examples/scenes/rack.xml"
+RACK = Path(__file__).parents[1] / "examples" / "scenes" / "rack.xml"
+STOVE = Path(__file__).parents[1] / "examples" / "scenes" / "stove.xml"
 KITCHEN = Path(__file__).parents[1] / "examples" / "scenes" / "kitchen.xml"
 
 # A room of somebody else: his own arm, a tilted block, a stool, things that are nowhere near a table.
@@ -440,3 +441,38 @@ def _pressed_on(cell: EmbeddedWorkcell, prompt: str, name: str) -> tuple[Episode
         return cell.run(prompt), forces
     finally:
         end()
+
+
+def test_a_knob_is_turned_on_halfway_and_off_and_a_lever_too(tmp_path: Path) -> None:
+    path = tmp_path / "stove.yaml"
+    path.write_text(
+        f'name: stove\ngoal: "turned_to(stove.knob, 0.5), turned_to(wall.lever, 1.0)"\nscene: {{world: {STOVE}}}\n'
+    )
+    with open_workcell(WorkcellOptions(task=load_task(path))) as cell:
+        assert not cell.judge().success
+        for prompt, knob, lever in (
+            ("turn the stove on", 120.0, 0.0),
+            ("turn on the stove halfway", 60.0, 0.0),
+            ("turn the lever on", 60.0, 70.0),
+        ):
+            episode = cell.run(prompt)
+            assert episode.success, episode.final_detail
+            now = cell.simulation.truth().objects
+            assert np.degrees(now["stove.knob"].opening or 0.0) == pytest.approx(knob, abs=12.0)
+            assert np.degrees(now["wall.lever"].opening or 0.0) == pytest.approx(lever, abs=7.0)
+        verdict = cell.judge()
+        assert verdict.success, verdict.detail
+        episode = cell.run("turn off the stove and turn the lever off")
+        assert episode.success, episode.final_detail
+        assert not cell.judge().success
+
+
+def test_a_knob_that_is_stuck_is_told_of(tmp_path: Path) -> None:
+    path = tmp_path / "stove.xml"
+    lock = '<equality><joint joint1="knob" polycoef="0 0 0 0 0" solref="0.005 1"/></equality>'
+    path.write_text(STOVE.read_text().replace("</worldbody>", f"</worldbody>{lock}"))
+    with open_here(WorkcellOptions(scene=path, max_replans=0)) as cell:
+        episode = cell.run("turn the stove on")
+        assert not episode.success
+        assert "stove.knob" in episode.final_detail
+        assert abs(np.degrees(cell.simulation.truth().objects["stove.knob"].opening or 0.0)) < 5.0

@@ -36,7 +36,7 @@ HOVERS = (HOVER_HEIGHT, 0.05, 0.035)
 # the chord leaves an arc of 0.3 m by 0.2 mm.
 _TRIAL, _STEP = 0.005, 0.02
 # Metres before the end of its range from which a part is pushed slowly, since it meets its stop there, and beyond it, for servos to give.
-_STOP_WITHIN, _PRESS = 0.006, 0.002
+_STOP_WITHIN, _PRESS = 0.008, 0.002
 # Share of the longest lever that a grip on a hinged part has.
 _LEAST_LEVER = 0.5
 # How much of the part's turn the hand makes, as a share, tried in this order.
@@ -45,6 +45,8 @@ _TURNS = (1.0, 0.7, 0.4)
 _RUBS = 0.8
 # Leans of the hand about its closing line, radians, and the least cosine between its approach and the way from where it is at home.
 _LEANS, _FROM_BEHIND = tuple(np.radians([0.0, 30.0, -30.0])), -0.3
+# Metres of the fingertips by which a part is held at the least.
+_TIPS = 0.008
 # Metres by which what is held is wider than closed fingers.
 _THINNEST = 0.001
 # Sampled starts for a configuration: another grip is worth more than a harder search.
@@ -111,7 +113,7 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
         raise no_grip(arm, part, "none_found", arm.gripper.width)
     failures: list[SkillError] = []
     # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
-    turns = _TURNS if joint_of(part).kind == "hinge" else _TURNS[:1]
+    turns = _TURNS if joint_of(part).kind == "hinge" and not _is_knob(arm, part) else _TURNS[:1]
     free: dict[int, bool] = {}
     for goal, share, (number, grasp) in product(goals, turns, enumerate(grasps)):
         try:
@@ -191,31 +193,36 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
     joint, hand = joint_of(part), arm.state.tcp_pose.rotation
     home = arm.motion.forward(arm.spec.home_q).position
     rotation, origin = part.pose.rotation, part.pose.position
-    longest = lever(part)
+    longest, is_knob = lever(part), _is_knob(arm, part)
     found: list[tuple[tuple[float, ...], Grasp]] = []
     for piece in part.shape.handles(part):
         axes = rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
         middle, half = origin + rotation @ np.array(piece.centre), piece.hull.half_extents
-        if _arm_of(joint, middle) < _LEAST_LEVER * longest:
-            continue
         away = middle - home
         away = away / max(float(np.linalg.norm(away)), 1e-9)
         for c, a in permutations(range(3), 2):
             long = 3 - c - a
             spare = max(0.0, float(half[long]) - arm.geometry.finger_width / 2.0)
-            along_it = dict.fromkeys((0.0, spare / 2.0, -spare / 2.0))
-            for sign, side, lean, along in product((1.0, -1.0), (1.0, -1.0), _LEANS, along_it):
+            along_it = dict.fromkeys((0.0, spare / 2.0, -spare / 2.0, spare, -spare))
+            # Or only by the tips, where what the part is on leaves no room beside it.
+            short = max(0.0, float(half[a]) + arm.geometry.tip_depth - _TIPS)
+            grips = product((1.0, -1.0), (1.0, -1.0), _LEANS, along_it, dict.fromkeys((0.0, short)))
+            for sign, side, lean, along, back in grips:
                 closing = side * axes[:, c]
                 approach = turned(sign * axes[:, a], axes[:, c], lean)
-                if approach @ away < _FROM_BEHIND:
+                if approach @ away < _FROM_BEHIND or (is_knob and abs(approach @ np.array(joint.axis)) < _AGAINST):
                     continue
-                point = middle + along * axes[:, long]
-                grasp = _grip(arm, part, point, closing, approach, 2.0 * float(half[c]), float(half[a]))
+                at = middle + along * axes[:, long]
+                if _arm_of(joint, at) < _LEAST_LEVER * longest and not is_knob:
+                    continue
+                point = at - back * approach
+                grasp = _grip(arm, part, point, closing, approach, 2.0 * float(half[c]), float(half[a]) - back)
                 if grasp is not None:
-                    # A hand that comes from where it is at home has its arm behind it.
-                    straight = round(max(0.0, float(approach @ away)), 1)
+                    # A hand that comes from where it is at home has its arm behind it; one along a knob's axis only turns.
+                    line = np.sign(approach @ np.array(joint.axis)) * np.array(joint.axis) if is_knob else away
+                    straight = round(max(0.0, float(approach @ line)), 1)
                     turn = -round(float(np.trace(hand.T @ grasp.tcp_pose.rotation)), 3)
-                    found.append(((-_sure(grasp, joint) - straight, abs(lean), abs(along), turn), grasp))
+                    found.append(((-_sure(grasp, joint) - straight, abs(lean), back, abs(along), turn), grasp))
     # The best of each direction of the hand first: where one has no room, its neighbours have none either.
     turns: dict[tuple[float, ...], int] = {}
     ranked = []
@@ -249,6 +256,11 @@ def _grip(
 def _sure(grasp: Grasp, joint: PartJoint) -> float:
     """Return how surely a grip leads the part: fingers that close along its way push it, others rub on it."""
     return round(max(abs(float(grasp.tcp_pose.rotation[:, 1] @ _way(joint, grasp.tcp_pose.position))), _RUBS), 1)
+
+
+def _is_knob(arm: Manipulator, part: DetectedObject) -> bool:
+    """Tell whether all of a part that turns fits between the fingers: the hand closes across its axis and turns with it."""
+    return joint_of(part).kind == "hinge" and 2.0 * lever(part) < arm.geometry.max_aperture
 
 
 def _arm_of(joint: PartJoint, point: Array) -> float:
@@ -340,7 +352,7 @@ def _is_end(part: DetectedObject, value: float) -> bool:
 def _values(part: DetectedObject, grip: Pose, goal: float) -> list[float]:
     """Return values of a joint from where a part is to a goal: a trial, steps, and a short last one where it meets its stop."""
     joint, here = joint_of(part), part_value(part)
-    length = abs(goal - here) * _arm_of(joint, grip.position)
+    length = abs(goal - here) * max(_arm_of(joint, grip.position), lever(part))
     last = length - _STOP_WITHIN if _is_end(part, goal) else length
     steps = np.linspace(0.0, last, max(2, math.ceil(last / _STEP) + 1))[1:] if joint.kind == "hinge" else [last]
     marks = [0.0, _TRIAL, *(float(step) for step in steps if step > _TRIAL), length]
