@@ -110,6 +110,9 @@ class Push(Skill):
         if failed.had_begun and left > _PROGRESS:
             rest = SkillCall(skill=self.name, arguments={"object": object, "direction": direction, "distance": left})
             yield Alternative(why="what is left of the way", call=rest)
+        if isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and not evidence.blocking:
+            # Nothing holds it but its weight: what does not slide under the force that is allowed is not lifted with it either.
+            return
         x, y = centre(now)[:2] + left * np.array(DIRECTION_AXES[direction])
         there = fact("at", object, round(float(x), 4), round(float(y), 4))
         yield Alternative(why="carried there in place of pushed", first=(there,))
