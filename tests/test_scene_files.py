@@ -29,6 +29,7 @@ from robosandbox.workcell.session import open_workcell
 
 RACK = Path(__file__).parents[1] / "examples" / "scenes" / "rack.xml"
 STOVE = Path(__file__).parents[1] / "examples" / "scenes" / "stove.xml"
+CABINET = Path(__file__).parents[1] / "examples" / "scenes" / "cabinet.xml"
 KITCHEN = Path(__file__).parents[1] / "examples" / "scenes" / "kitchen.xml"
 
 # A room of somebody else: his own arm, a tilted block, a stool, things that are nowhere near a table.
@@ -476,3 +477,13 @@ def test_a_knob_that_is_stuck_is_told_of(tmp_path: Path) -> None:
         assert not episode.success
         assert "stove.knob" in episode.final_detail
         assert abs(np.degrees(cell.simulation.truth().objects["stove.knob"].opening or 0.0)) < 5.0
+
+
+def test_a_bar_with_16_mm_behind_it_is_held_by_the_tips_of_the_fingers() -> None:
+    with open_here(WorkcellOptions(scene=CABINET)) as cell:
+        episode, ways = _watched(cell, "open the top drawer of the cabinet", "cabinet.top")
+        assert episode.success, episode.final_detail
+        assert ways[-1] > 0.12
+        episode, ways = _watched(cell, "close it", "cabinet.top")
+        assert episode.success, episode.final_detail
+        assert abs(ways[-1]) < 0.008

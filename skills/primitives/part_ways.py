@@ -52,7 +52,7 @@ _THINNEST = 0.001
 # Sampled starts for a configuration: another grip is worth more than a harder search.
 _RESTARTS = 3
 # Grips that are tried.
-_MOST_GRIPS = 48
+_MOST_GRIPS = 96
 # Where on a face it is pushed, shares of its half-extents; how squarely a face looks against the way, as a cosine; leans of the hand
 # from along the way to downwards, radians; and faces that are tried.
 _ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
@@ -194,12 +194,13 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
     home = arm.motion.forward(arm.spec.home_q).position
     rotation, origin = part.pose.rotation, part.pose.position
     longest, is_knob = lever(part), _is_knob(arm, part)
+    away = part.shape.centre(part) - home
+    away = away / max(float(np.linalg.norm(away)), 1e-9)
     found: list[tuple[tuple[float, ...], Grasp]] = []
+    cost: tuple[float, ...]
     for piece in part.shape.handles(part):
         axes = rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
         middle, half = origin + rotation @ np.array(piece.centre), piece.hull.half_extents
-        away = middle - home
-        away = away / max(float(np.linalg.norm(away)), 1e-9)
         for c, a in permutations(range(3), 2):
             long = 3 - c - a
             spare = max(0.0, float(half[long]) - arm.geometry.finger_width / 2.0)
@@ -222,7 +223,10 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
                     line = np.sign(approach @ np.array(joint.axis)) * np.array(joint.axis) if is_knob else away
                     straight = round(max(0.0, float(approach @ line)), 1)
                     turn = -round(float(np.trace(hand.T @ grasp.tcp_pose.rotation)), 3)
-                    found.append(((-_sure(grasp, joint) - straight, abs(lean), back, abs(along), turn), grasp))
+                    # What stands out towards the hand is there to be held.
+                    sunk = float(part.shape.support(part, -approach[None])[0] + at @ approach)
+                    cost = (-_sure(grasp, joint) - straight, round(sunk, 2), abs(lean), back, abs(along), turn)
+                    found.append((cost, grasp))
     # The best of each direction of the hand first: where one has no room, its neighbours have none either.
     turns: dict[tuple[float, ...], int] = {}
     ranked = []
@@ -320,7 +324,7 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
             descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near)
             motion.allow(*around(part))
             steps = _steps(arm, descent.q[-1], poses)
-            motion.ik(withdrawn(poses[-1], HOVERS[-1]), steps[-1].q[-1])
+            motion.plan_line(steps[-1].q[-1], withdrawn(poses[-1], HOVERS[-1]), speed=SPEED)
             motion.allow()
             approach = motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
         except (UnreachableError, CollisionError) as error:
