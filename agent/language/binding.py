@@ -19,6 +19,7 @@ OPPOSITE = {"left": "right", "right": "left", "forward": "back", "back": "forwar
 SAME, OTHER = "same", "opposite"
 """Directions that are told by the one before."""
 _ONES = ("one", "ones")
+_SIDEWAYS = ("left", "right", "front", "back", "beside")
 THERE_TOO = "there_too"
 """The text of a thing that is the place of the step before."""
 
@@ -49,7 +50,7 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     if last.verb == "stack" and not last.place:
         # "stack the cubes, then the ball": on what?
         return None
-    if last.verb == "release" or any(ref.one and ref.determiner == "a" and ref.text == "one" for ref in objects):
+    if last.verb in ("release", "home") or any(ref.one and ref.determiner == "a" and ref.text == "one" for ref in objects):
         # "tap the can, just one"
         return None
     if objects and step == Command(UNSAID, objects, times=step.times):
@@ -67,7 +68,10 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
             return None
         return replace(last, direction=OPPOSITE[last.direction])
     if isinstance(step.place, Relation) and [ref.text for ref in step.place.refs] == [THERE_TOO]:
-        if not isinstance(last.place, Relation):
+        if step.place.kind == "to" and last.place is not None:
+            return replace(step, verb=last.verb, place=last.place)
+        if not isinstance(last.place, Relation) or last.place.kind not in _SIDEWAYS:
+            # "a cube on the left tray and one on the right": of that tray, or on the other?
             return None
         return replace(step, verb=last.verb, place=step.place._replace(refs=last.place.refs))
     if any(bool(a) != bool(b) for a, b in zip(_arguments(step), _arguments(last), strict=True)):

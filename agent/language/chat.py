@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from robosandbox.agent.language.text import ENDS, Classes, named_in
+from robosandbox.agent.language.ruleset import Ruleset
+from robosandbox.agent.language.text import ENDS, Classes, named_in, nearest
 from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
 _HOME = frozenset({"HOME", "GO_HOME"})
+_ACTS = frozenset({"GO", "GO_HOME"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
@@ -33,7 +35,7 @@ class _Clause(NamedTuple):
     wishing: bool
 
 
-def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, vocabulary: Vocabulary) -> None:
+def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, book: Ruleset) -> None:
     """Add to the classes of each token the clauses that begin there and may be passed over.
 
     CHAT asks for nothing and names nothing that is seen; STATED names something, and somebody is its subject; CHATTER is the
@@ -41,9 +43,13 @@ def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, v
     follow an order; a REASON follows "because", a
     PURPOSE "so that".
     """
+    vocabulary = book.vocabulary
     if "bearing" not in vocabulary.lists:
         return
     parts = frozenset(named_in(words, vocabulary))
+    # A slip of a thing's name or of a verb is set right before its clause is passed over.
+    unknown = {token.text for token in tokens if token.kind == "word" and token.text not in book.known} - parts
+    parts |= {word for word in unknown if (meant := nearest(word, book, words)) in parts or _is_act(meant, vocabulary)}
     for i in range(len(tokens)):
         _add(found, tokens, i, parts, vocabulary)
 
@@ -59,6 +65,7 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
     ends = [clause.end] if told_on is None else [clause.end, told_on]
     hit = [Hit(end, None, EVERYTHING) for end in ends]
     first = next((t.text for t in tokens[i : clause.end] if t.text not in lists["openers"]), "")
+    first = "" if [token.text for token in tokens[i : i + 2]] == ["so", "that"] else first
     # "my mother", "I", "nobody": what they do, may and do not is nothing that is asked for.
     of_you = clause.denies and any(token.text == "you" for token in tokens[i : clause.end])
     somebody = first in lists["persons"] and not clause.binding and not of_you
@@ -85,6 +92,11 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
         found[i]["TALK"] = hit
         if not (clause.named or clause.nouns):
             found[i]["SAID"] = hit
+
+
+def _is_act(word: str | None, vocabulary: Vocabulary) -> bool:
+    verbs = (name for name in vocabulary.classes if name[0] == "V" and name != "VCANNOT")
+    return word is not None and any(vocabulary.is_form(word, name) for name in verbs)
 
 
 def _opens(tokens: Sequence[Token], i: int, openers: frozenset[str]) -> bool:
@@ -124,7 +136,7 @@ def _clause(
         denies |= word in _DENYING
         if not tells and ((end == i and opens) or (end > i and tokens[end - 1].text in lists["cues"])):
             opening = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
-            names = (name for name in here if name[0] == "V" and (opening or name != "VCANNOT"))
+            names = (n for n in here if n in _ACTS or (n[0] == "V" and (opening or n != "VCANNOT")))
             acts |= any(hit.mask & acting for name in names for hit in here[name])
         if not tells and end > i and tokens[end - 1].text not in lists["persons"] and end + 1 < len(tokens):
             # A verb with its object is an order, wherever it stands.

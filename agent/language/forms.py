@@ -99,7 +99,8 @@ def _thing(values: dict[str, Any], text: str) -> Any:
         if values["number"] == 1:
             values["plural"] = False
             values["determiner"] = "a" if values.get("determiner") == "bare" else values.get("determiner", "the")
-    if values.get("without") and not (values.get("plural") or values.get("determiner") in ("all", "a", "bare")):
+    one_bare = values.get("determiner") == "bare" and values.get("nouns") and not values.get("plural")
+    if values.get("without") and (one_bare or not (values.get("plural") or values.get("determiner") in ("all", "a", "bare"))):
         raise Misfit
     if any(
         ref.determiner == "it" or (ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names))
@@ -121,6 +122,12 @@ def _thing(values: dict[str, Any], text: str) -> Any:
         raise Misfit
     values.pop("counted", None)
     if any(ref.unknown for ref in values.get("instead", ())):
+        raise Misfit
+    if values.get("instead") and values.get("determiner") in ("a", "all"):
+        # "a bowl but not the blue one" leaves out that.
+        raise Misfit
+    if len({ref.plural or ref.determiner == "all" for ref in values.get("options", ())}) > 1:
+        # "everything pink or coffee"
         raise Misfit
     if values.get("without") and any(rank.key in ("top", "bottom") for rank in values.get("ranks", ())):
         raise Misfit
@@ -330,6 +337,9 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         ):
             # "put the cup back", "put the cube there": where?
             raise Misfit
+        if before is not None and before.bare and isinstance(place, Original) and not named:
+            # "the ball lives in the crate, put it back"
+            raise Misfit
         if before is None and isinstance(place, Offset) and place.direction == "back" and place.distance is None:
             raise Misfit
         if (
@@ -370,7 +380,7 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     # What a loop or a condition is followed by is more likely part of it.
     further = any(step.control for step in told[:-1])
     return Costly(
-        (Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))), COSTS[1] * further)
+        (Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))), COSTS[2] * further)
     )
 
 
@@ -472,6 +482,8 @@ def _relation(values: dict[str, Any], text: str) -> Relation:
         # "..., and the marble to the left of that": of what was moved, or of what that is beside?
         raise Misfit
     distance = values.pop("distance", None)
+    if distance is not None and values.get("kind") in ("in", "on", "between", "under"):
+        raise Misfit
     if "other" in values:
         # "closer to the bin than the ball"
         values["refs"] = (values.pop("other"), *([values.pop("anchor")] if "anchor" in values else []))
@@ -508,6 +520,8 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     elif not values.get("cancelled") and step.verb != old.verb:
         # "tap the can. Wait, put the ball in the bin": in its stead, or as well?
         raise Misfit
+    elif len(old.objects) == len(step.objects) == 1:
+        step = replace(step, objects=(_filled_in(step.objects[0], old.objects[0]),))
     return (*(told[:-1] if type(told) is tuple else ()), step)
 
 

@@ -144,7 +144,7 @@ def _read(
     told: Said, words: SceneWords, book: Ruleset, *, lenient: bool = False
 ) -> tuple[Parser, list[tuple[float, Sentence]]]:
     classes = classes_of(told.tokens, words, book, lenient=lenient)
-    add_chat(classes, told.tokens, words, book.vocabulary)
+    add_chat(classes, told.tokens, words, book)
     parser = Parser(told.tokens, book, classes)
     readings = [(cost, sentence) for cost, sentence in parser.readings() if sentence.steps or sentence.avoid]
     if lenient:

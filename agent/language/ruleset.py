@@ -154,6 +154,14 @@ class Ruleset:
         """Every word of the language."""
         return self.words | self.vocabulary.words
 
+    @cached_property
+    def by_letter(self) -> dict[str, list[str]]:
+        """Every word of the language by its first letter."""
+        found: dict[str, list[str]] = {}
+        for word in self.known:
+            found.setdefault(word[0], []).append(word)
+        return found
+
     def names(self, rule: str) -> frozenset[str]:
         """Return the phrases and classes that a rule names."""
         found = [match for way in self.written[rule].source for match in _PIECE.finditer(way[1:]) if match["ref"]]

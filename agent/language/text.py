@@ -115,7 +115,7 @@ def _known(token: Token, words: SceneWords, book: Ruleset, mend: bool) -> Iterat
             yield Token(words.ids[named[0]], token.raw, "id")
             return
     if not parts and mend and word not in book.known and word not in named_in(words, book.vocabulary):
-        parts = (_nearest(word, book, words) or word,)
+        parts = (nearest(word, book, words) or word,)
     for k, part in enumerate(parts or (word,)):
         yield Token(part, token.raw if k == 0 else "", "word")
 
@@ -136,17 +136,19 @@ def named_in(words: SceneWords, vocabulary: Vocabulary) -> Mapping[str, tuple[st
 
 
 @lru_cache(maxsize=4096)
-def _nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
+def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
     """Return the one known word that this is a slip of: letters more, less, swapped, or other ones beside them."""
     from rapidfuzz.distance import OSA
 
-    if len(word) < LEAST_LETTERS or not word.isalpha() or word in REAL_WORDS:
+    operators = book.vocabulary.lists.get("operators", ())
+    if len(word) < LEAST_LETTERS or not word.isalpha() or word in REAL_WORDS or word in operators:
         return None
     most = 1 if len(word) < LONG_WORD else 2
     names = named_in(words, book.vocabulary)
     near: list[tuple[float, str]] = []
-    for known in {*names, *book.known}:
-        if abs(len(known) - len(word)) > most or known[0] not in word[:2] or len(known) < LEAST_LETTERS:
+    begun = (other for letter in {*word[:2]} for other in book.by_letter.get(letter, ()))
+    for known in {*(name for name in names if name[0] in word[:2]), *begun}:
+        if abs(len(known) - len(word)) > most or len(known) < LEAST_LETTERS:
             continue
         far = OSA.distance(word, known, score_cutoff=most)
         if far <= most and (known in names or _slipped(word, known)):
