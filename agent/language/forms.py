@@ -121,7 +121,7 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     values.pop("counted", None)
-    if any(ref.unknown for ref in values.get("instead", ())):
+    if any(ref.unknown for ref in values.get("instead", ())) or any(ref.instead for ref in values.get("options", ())):
         raise Misfit
     if values.get("instead") and values.get("determiner") in ("a", "all"):
         # "a bowl but not the blue one" leaves out that.
@@ -561,6 +561,8 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
     if "ref" not in values:
         return None
     ref = values["ref"]
+    if ref.one and not ref.nouns and any(old.unknown for old in step.objects):
+        return None
     place = step.place if isinstance(step.place, Relation) and len(step.place.refs) == 1 else None
     if len(step.objects) != 1 and place is None:
         return None
