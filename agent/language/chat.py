@@ -17,6 +17,7 @@ from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabu
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
 _HOME = frozenset({"HOME", "GO_HOME"})
 _ACTS = frozenset({"GO", "GO_HOME"})
+_SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
@@ -33,6 +34,7 @@ class _Clause(NamedTuple):
     always: bool
     denies: bool
     wishing: bool
+    seen: bool
 
 
 def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, book: Ruleset) -> None:
@@ -88,7 +90,9 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
         if person or owned or (clause.denies and first in ("it", "they")):
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
             found[i]["PURPOSE"] = hit
-    if tells and not clause.bearing:
+    told = _clause(found, tokens[:told_on], i, parts, vocabulary, opens=opens, tells=tells) if told_on else clause
+    if tells and told is not None and not (told.bearing or told.seen):
+        # What can be seen of it has to be so, and is no talk.
         found[i]["TALK"] = hit
         if not (clause.named or clause.nouns):
             found[i]["SAID"] = hit
@@ -120,7 +124,7 @@ def _clause(
     lists, acting = vocabulary.lists, vocabulary.mask("base ing")
     end, named, bearing, binding, nouns, acts, denies = i, False, False, False, False, False, False
     base = vocabulary.mask("base")
-    always, counts, wishing, counted = False, False, False, False
+    always, counts, wishing, counted, seen = False, False, False, False, False
     stops: list[int] = []
     barred = tokens[i].text in lists["barring"]
     while end < len(tokens) and tokens[end].text not in ENDS:
@@ -145,6 +149,7 @@ def _clause(
         nouns |= "NOUN" in here
         counts |= any(hit.value != 1 for hit in here.get("NUMBER", ())) or not _HOME.isdisjoint(here)
         named |= not _NAMING.isdisjoint(here) or word in parts
+        seen |= (named and "CLAIM" not in here) or not _SEEN.isdisjoint(here)
         end += 1
         counted |= word in lists["determiners"] and word not in lists["owners"]
         if opens and not (named or nouns or barred or bearing or acts or always or counted):
@@ -154,4 +159,4 @@ def _clause(
     named |= counts and first not in lists["subjects"]
     if stops:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
-    return _Clause(end, named, nouns, acts, bearing, binding, always, denies, wishing) if end > i else None
+    return _Clause(end, named, nouns, acts, bearing, binding, always, denies, wishing, seen) if end > i else None

@@ -309,7 +309,7 @@ def _is_any(ref: Ref) -> bool:
 def _commas(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
     """As in "the can, the ball"; "tag 14, the bigger one" says one thing twice."""
     items: tuple[Ref, ...] = values["item"]
-    if any(ref.one and not ref.nouns for ref in items[1:]):
+    if any((ref.one and not ref.nouns) or ref.text.endswith(" one") for ref in items[1:]):
         raise Misfit
     return items
 
@@ -790,6 +790,18 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     return (replace(first, spoken=(*told, *first.spoken)), *rest)
 
 
+def _claimed(values: dict[str, Any], text: str) -> Ref:
+    """As in "the ball is in the bin": the ball that is there."""
+    subject, so = values["subject"], values["so"]
+    if subject.determiner == "it" or so.nouns or so.names or so.unknown or so.claims:
+        raise Misfit
+    lists = ("relations", "ranks", "shades", "not_colours", "measures", "without")
+    if so.colours and subject.colours and so.colours != subject.colours:
+        raise Misfit
+    added = {name: (*getattr(subject, name), *getattr(so, name)) for name in lists}
+    return replace(subject, text=text, colours=so.colours or subject.colours, **added)
+
+
 def _contrary(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     """As in "not the red cube, lift the blue one": what is not meant is named, and what is meant as well."""
     steps = with_verbs(values["steps"])
@@ -879,7 +891,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "list": _list,
     "Commas": _commas, "slot": lambda values, text: tuple(values.items()),
     "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
-    "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
+    "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
     "Fix": _fix,
     "Replaced": _replaced,

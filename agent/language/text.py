@@ -140,8 +140,9 @@ def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
     """Return the one known word that this is a slip of: letters more, less, swapped, or other ones beside them."""
     from rapidfuzz.distance import OSA
 
-    operators = book.vocabulary.lists.get("operators", ())
-    if len(word) < LEAST_LETTERS or not word.isalpha() or word in REAL_WORDS or word in operators:
+    lists = book.vocabulary.lists
+    operators = (lists[name] for name in ("operators", "always", "bearing") if name in lists)
+    if len(word) < LEAST_LETTERS or not word.isalpha() or word in REAL_WORDS or any(word in each for each in operators):
         return None
     most = 1 if len(word) < LONG_WORD else 2
     names = named_in(words, book.vocabulary)
