@@ -41,6 +41,10 @@ def with_verbs(steps: Steps) -> Steps | None:
 def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | None:
     """Return a step without a verb as one like the last before it."""
     objects = step.objects
+    if step.bare and len(made) > 1 and last.objects and last.objects[0].determiner == "it" and made[-2].verb != "pick":
+        # "push the box to the left and put it in the bin, do the same with the can": both?
+        return None
+    step = replace(step, bare=0.0)
     if step == Command(UNSAID, times=step.times):
         # "tap the cube and do it again"; of several it is not said what "it" is.
         return last if len(last.objects) == 1 and not last.bare else None

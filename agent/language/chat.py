@@ -82,9 +82,10 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
         and not clause.named
         and (person or (first in lists["remarks"] and not clause.bearing and not clause.binding and not clause.wishing))
         and not clause.nouns
+        and clause.end > i + 1
     ):
         found[i]["REMARK"] = hit
-    if i and not clause.named and (person or (first in lists["subjects"] and not clause.bearing)):
+    if i and clause.end > i + 1 and not clause.named and (person or (first in lists["subjects"] and not clause.bearing)):
         found[i]["REASON"] = hit
         owned = first in lists["owners"] and clause.nouns
         if person or owned or (clause.denies and first in ("it", "they")):

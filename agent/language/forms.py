@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from robosandbox.agent.language.antecedents import THING, about, echoed, told_of
-from robosandbox.agent.language.binding import UNSAID, with_nouns, with_verbs
+from robosandbox.agent.language.binding import UNSAID, refs_of, with_nouns, with_verbs
 from robosandbox.agent.language.intent import (
     At,
     ByRobot,
@@ -322,6 +322,8 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         place = step.place
         if before is not None and step.control and step.bare:
             raise Misfit
+        if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
+            raise Misfit
         piled = before is not None and before.verb == "stack" and before.place is None
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
             # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
@@ -513,6 +515,11 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     step: Command = values["step"]
     if old.control or step.control or not step.objects:
         raise Misfit
+    if isinstance(step.place, Relation) and any(map(_is_it, step.place.refs)):
+        # "put the muffin on the plate, no, put the bun there": where that would have gone.
+        if not isinstance(old.place, Relation) or [ref.text for ref in step.place.refs] != ["there"]:
+            raise Misfit
+        step = replace(step, place=old.place)
     if step.objects[0].determiner == "it":
         if len(old.objects) != 1:
             raise Misfit
@@ -533,7 +540,22 @@ def _apposed(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
     return tuple(_of_kind(ref, whole) for ref in parts)
 
 
+def _corrected(values: dict[str, Any], text: str) -> Ref:
+    """As in "the red cube, no, the blue one": a cube."""
+    old, ref = values["old"], values["ref"]
+    if old.unknown or any(_is_it(each) for relation in ref.relations for each in relation.refs):
+        raise Misfit
+    return _filled_in(ref, old)
+
+
+def _is_it(ref: Ref) -> bool:
+    return ref.determiner == "it"
+
+
 def _fix(values: dict[str, Any], text: str) -> tuple[tuple[tuple[str, Any], ...], ...]:
+    told = values.get("ref")
+    if told is not None and any(_is_it(each) for relation in told.relations for each in relation.refs):
+        raise Misfit
     return (tuple(values.items()),)
 
 
@@ -757,7 +779,11 @@ def _until(values: dict[str, Any], text: str) -> Command:
 
 
 def _each(values: dict[str, Any], text: str) -> Command:
-    return Command("control", control=ForEach(values["what"], tuple(values["body"])))
+    body = tuple(values["body"])
+    if any(not (step.bare or step.control or any(map(_is_it, (*step.objects, *refs_of(step.place))))) for step in body[1:]):
+        # "for each can: tap it, then go home": at the end.
+        raise Misfit
+    return Command("control", control=ForEach(values["what"], body))
 
 
 def _bound(values: dict[str, Any], text: str) -> Bound:
@@ -893,7 +919,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
-    "Fix": _fix,
+    "Fix": _fix, "Corrected": _corrected,
     "Replaced": _replaced,
     "Apposed": _apposed,
     "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
