@@ -17,6 +17,7 @@ from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabu
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
 _HOME = frozenset({"HOME", "GO_HOME"})
 _ACTS = frozenset({"GO", "GO_HOME"})
+_A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
@@ -59,44 +60,62 @@ def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, b
 def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset[str], vocabulary: Vocabulary) -> None:
     lists = vocabulary.lists
     opens, tells = _opens(tokens, i, lists["openers"]), tokens[i].text in lists["talk"]
+    end = next((k for k in range(i, len(tokens)) if tokens[k].text in ENDS), len(tokens))
+    # "dinner is late so tap the can": the order begins behind it.
+    joints = [k for k in range(i + 2, end) if tokens[k].text in lists["joints"]] if opens or tells else []
+    for stop in (*joints, end) if end > i else ():
+        _add_until(found, tokens[:stop], i, parts, vocabulary, opens=opens, tells=tells, whole=stop == end)
+
+
+def _add_until(
+    found: list[Classes],
+    tokens: Sequence[Token],
+    i: int,
+    parts: frozenset[str],
+    vocabulary: Vocabulary,
+    *,
+    opens: bool,
+    tells: bool,
+    whole: bool,
+) -> None:
+    """Add the kinds of clauses that the words from a token to the last one are."""
+    lists = vocabulary.lists
     clause = _clause(found, tokens, i, parts, vocabulary, opens=opens, tells=tells)
     if clause is None or clause.always or clause.acts:
         return
-    told_on = next((k for k in range(i + 1, clause.end) if tokens[k].text == "so"), None)
-    # "dinner is late so tap the can": the order begins behind it.
-    ends = [clause.end] if told_on is None else [clause.end, told_on]
-    hit = [Hit(end, None, EVERYTHING) for end in ends]
-    first = next((t.text for t in tokens[i : clause.end] if t.text not in lists["openers"]), "")
-    first = "" if [token.text for token in tokens[i : i + 2]] == ["so", "that"] else first
+    told = [token.text for token in tokens[i : clause.end]]
+    first = next((word for word in told if word not in lists["openers"]), "")
+    first = "" if told[:2] == ["so", "that"] else first
     # "my mother", "I", "nobody": what they do, may and do not is nothing that is asked for.
-    of_you = clause.denies and any(token.text == "you" for token in tokens[i : clause.end])
-    somebody = first in lists["persons"] and not clause.binding and not of_you
+    somebody = first in lists["persons"] and not clause.binding and not (clause.denies and "you" in told)
     # What they wish is asked for where it names something.
     person = somebody and not (clause.wishing and clause.named)
+    thing = opens and clause.nouns and told[0] in lists["determiners"] and len(told) <= _A_THING
+    if (thing or not whole) and not person and lists["talk"].isdisjoint(told):
+        # "the lid, the can in the bin", "the lid and the can": things that are not seen here, and no clause.
+        return
+
+    def add(name: str) -> None:
+        found[i].setdefault(name, []).append(Hit(clause.end, None, EVERYTHING))
+
     if opens and not clause.named and (person or not (clause.bearing and clause.denies)):
-        found[i]["CHAT"] = hit
-    if opens and clause.named and person and not clause.denies and told_on is None:
-        found[i]["STATED"] = hit
-    if (
-        opens
-        and not clause.named
-        and (person or (first in lists["remarks"] and not clause.bearing and not clause.binding and not clause.wishing))
-        and not clause.nouns
-        and clause.end > i + 1
-    ):
-        found[i]["REMARK"] = hit
+        add("CHAT")
+    if opens and clause.named and person and not clause.denies and whole:
+        add("STATED")
+    remark = first in lists["remarks"] and not (clause.bearing or clause.binding)
+    if opens and not clause.named and (person or remark) and not clause.nouns and clause.end > i + 1:
+        add("REMARK")
     if i and clause.end > i + 1 and not clause.named and (person or (first in lists["subjects"] and not clause.bearing)):
-        found[i]["REASON"] = hit
+        add("REASON")
         owned = first in lists["owners"] and clause.nouns
         if person or owned or (clause.denies and first in ("it", "they")):
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
-            found[i]["PURPOSE"] = hit
-    told = _clause(found, tokens[:told_on], i, parts, vocabulary, opens=opens, tells=tells) if told_on else clause
-    if tells and told is not None and not (told.bearing or told.seen):
+            add("PURPOSE")
+    if tells and not (clause.bearing or clause.seen):
         # What can be seen of it has to be so, and is no talk.
-        found[i]["TALK"] = hit
+        add("TALK")
         if not (clause.named or clause.nouns):
-            found[i]["SAID"] = hit
+            add("SAID")
 
 
 def _is_act(word: str | None, vocabulary: Vocabulary) -> bool:
