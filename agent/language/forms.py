@@ -552,6 +552,29 @@ def _is_it(ref: Ref) -> bool:
     return ref.determiner == "it"
 
 
+def _specified(values: dict[str, Any], text: str) -> Ref:
+    """As in "the can, the tall one": one thing, told in two goes."""
+    whole, part = values["whole"], values["part"]
+    if whole.plural or whole.determiner not in ("the", "a", "bare") or not (whole.nouns or whole.names):
+        raise Misfit
+    if whole.colours or whole.ranks or whole.relations or whole.without or whole.unknown:
+        raise Misfit
+    return _of_kind(part, whole)
+
+
+def _narrowed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "put the cubes in the bowl, but only the red one": of what was named."""
+    told, what = values["step"], values["what"]
+    steps: tuple[Command, ...] = told if type(told) is tuple else (told,)
+    whole = steps[0].objects[0] if len(steps) == 1 and len(steps[0].objects) == 1 else None
+    if whole is None or not (whole.plural or whole.determiner == "all") or whole.ranks or whole.without:
+        raise Misfit
+    objects = tuple(_of_kind(ref, whole) for ref in what)
+    if any(_is_it(ref) or not (ref.colours or ref.ranks or ref.names or ref.number) for ref in objects):
+        raise Misfit
+    return (replace(steps[0], objects=objects),)
+
+
 def _fix(values: dict[str, Any], text: str) -> tuple[tuple[tuple[str, Any], ...], ...]:
     told = values.get("ref")
     if told is not None and any(_is_it(each) for relation in told.relations for each in relation.refs):
@@ -598,6 +621,8 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
     old = values.get("old")
     if old is not None:
+        if values.get("of_place"):
+            return None
         near = [
             place is not None and _may_be(old, place.refs[0]),
             len(step.objects) == 1 and _may_be(old, step.objects[0]),
@@ -607,9 +632,12 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         return replace(step, objects=(_filled_in(ref, step.objects[0]),)) if near == [False, True] else None
     of_object = likeness(ref, step.objects[0]) if len(step.objects) == 1 else -1
     of_place = likeness(ref, place.refs[0]) if place else -1
-    if place and of_place > of_object:
+    # Where the words do not tell, what makes sense does: the bag is put in nothing.
+    if of_place == of_object and ref.determiner == "bare":
+        return None
+    if values.get("of_place") and place and of_place >= of_object:
         return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
-    if of_object == of_place:
+    if values.get("of_place") or of_place > of_object:
         return None
     return replace(step, objects=(_filled_in(ref, step.objects[0]),))
 
@@ -634,10 +662,15 @@ def likeness(new: Ref, old: Ref) -> int:
     if new.one or not (new.nouns or new.names):
         return 1 + 2 * (
             bool(new.colours) == bool(old.colours)
-            and bool(new.colours or new.ranks)
-            and bool(new.ranks) == bool(old.ranks)
+            and (bool(new.colours) or _ordered(new))
+            and _ordered(new) == _ordered(old)
         )
     return 1 if bool(new.names) == bool(old.names) else 0
+
+
+def _ordered(ref: Ref) -> bool:
+    """Say whether a thing is told by its order or its side: "the left one"."""
+    return bool(ref.ranks) or not {*_SIDES}.isdisjoint(ref.names)
 
 
 def _filled_in(new: Ref, old: Ref) -> Ref:
@@ -919,7 +952,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
-    "Fix": _fix, "Corrected": _corrected,
+    "Fix": _fix, "Corrected": _corrected, "Specified": _specified, "Narrowed": _narrowed,
     "Replaced": _replaced,
     "Apposed": _apposed,
     "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
