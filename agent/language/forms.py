@@ -882,7 +882,7 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     if not not_so.objects or not first.objects or other or first.control or not_so.control:
         raise Misfit
     spoken = () if first.objects[0].determiner != "it" else not_so.objects[:1]
-    if spoken and first.place == not_so.place and first.direction == not_so.direction:
+    if spoken and first.verb == not_so.verb and first.place == not_so.place and first.direction == not_so.direction:
         raise Misfit
     objects = tuple(not_so.objects) if spoken else first.objects
     if not spoken and first.place is None and not_so.place is not None:
