@@ -147,6 +147,8 @@ def _clause(
     always, counts, wishing, counted, seen = False, False, False, False, False
     stops: list[int] = []
     barred = tokens[i].text in lists["barring"]
+    opening = next((token.text for token in tokens[i:] if token.text not in lists["openers"]), "")
+    somebody = opening in lists["persons"]
     while end < len(tokens) and tokens[end].text not in ENDS:
         here, word = found[end], tokens[end].text
         if tokens[end].kind == "mark":
@@ -159,8 +161,8 @@ def _clause(
         wishing |= word in lists["wishing"]
         denies |= word in _DENYING
         if not tells and ((end == i and opens) or (end > i and tokens[end - 1].text in lists["cues"])):
-            opening = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
-            names = (n for n in here if n in _ACTS or (n[0] == "V" and (opening or n != "VCANNOT")))
+            begins = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
+            names = (n for n in here if n in _ACTS or (n[0] == "V" and (begins or n != "VCANNOT")))
             acts |= any(hit.mask & acting for name in names for hit in here[name])
         if not tells and end > i and tokens[end - 1].text not in lists["persons"] and end + 1 < len(tokens):
             # A verb with its object is an order, wherever it stands.
@@ -172,7 +174,7 @@ def _clause(
         seen |= (named and "CLAIM" not in here) or not _SEEN.isdisjoint(here)
         end += 1
         counted |= word in lists["determiners"] and word not in lists["owners"]
-        if opens and not (named or nouns or barred or bearing or acts or always or counted):
+        if opens and not (named or nouns or barred or (bearing and not somebody) or denies or acts or always or counted):
             stops.append(end)
     # "two high", "back to your position": chat only where somebody states it.
     first = next((t.text for t in tokens[i:end] if t.text not in lists["openers"]), "")

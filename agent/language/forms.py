@@ -237,7 +237,7 @@ def _command(values: dict[str, Any], text: str) -> Any:
         values["objects"] = (replace(values["objects"][0], ranks=chosen),)
     of = values.pop("of", None)
     if of is not None:
-        if not of.plural or of.determiner == "all" or (of.number and of.number != len(values["objects"])):
+        if not of.plural or of.determiner == "all" or (of.number and (of.number < len(values["objects"]) or (values.get("verb") == "stack" and of.number != len(values["objects"])))):
             raise Misfit
         values["objects"] = tuple(_of_kind(ref, of) for ref in values["objects"])
     turn = values.pop("turn", "")
@@ -569,6 +569,8 @@ def _narrowed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     whole = steps[0].objects[0] if len(steps) == 1 and len(steps[0].objects) == 1 else None
     if whole is None or not (whole.plural or whole.determiner == "all") or whole.ranks or whole.without:
         raise Misfit
+    if values.get("counted") and (whole.number != len(what) or whole.determiner not in ("a", "bare")):
+        raise Misfit
     objects = tuple(_of_kind(ref, whole) for ref in what)
     if any(_is_it(ref) or not (ref.colours or ref.ranks or ref.names or ref.number) for ref in objects):
         raise Misfit
@@ -716,9 +718,14 @@ def _respective(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     )
 
 
-def _turned(values: dict[str, Any], text: str) -> Command:
+def _turned(values: dict[str, Any], text: str) -> Command | tuple[Command, ...]:
     """As in "put the blue cube on the red one, no, the other way round"."""
-    step: Command = values["step"]
+    told = values["step"]
+    if type(told) is tuple and len(told) == 2 and all(each.objects and each.place for each in told):
+        # "the cube in the bowl, the ball in the box, no, the other way round"
+        one, other = told
+        return (replace(one, objects=other.objects), replace(other, objects=one.objects))
+    step: Command = told
     place = getattr(step, "place", None)
     if not isinstance(place, Relation) or len(place.refs) != 1 or len(step.objects) != 1 or step.tower:
         raise Misfit
