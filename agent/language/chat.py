@@ -100,7 +100,7 @@ def _add_until(
 
     if opens and not clause.named and (person or not (clause.bearing and clause.denies)):
         add("CHAT")
-    if opens and clause.named and person and not clause.denies and whole:
+    if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
         add("STATED")
     remark = first in lists["remarks"] and not (clause.bearing or clause.binding)
     if opens and not clause.named and (person or remark) and not clause.nouns and clause.end > i + 1:

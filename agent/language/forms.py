@@ -608,7 +608,8 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
     if "ref" not in values:
         return None
     ref = values["ref"]
-    if ref.one and not ref.nouns and any(old.unknown for old in step.objects):
+    if any((ref.one and not ref.nouns and old.unknown) or old.without for old in step.objects):
+        # "everything in the bin but the markers, I mean the blue one": which of those?
         return None
     place = step.place if isinstance(step.place, Relation) and len(step.place.refs) == 1 else None
     if len(step.objects) != 1 and place is None:
@@ -632,10 +633,10 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         if near == [True, False] and place is not None:
             return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
         return replace(step, objects=(_filled_in(ref, step.objects[0]),)) if near == [False, True] else None
-    of_object = likeness(ref, step.objects[0]) if len(step.objects) == 1 else -1
+    of_object = likeness(ref, step.objects[0]) if len(step.objects) == 1 and not _is_it(step.objects[0]) else -1
     of_place = likeness(ref, place.refs[0]) if place else -1
     # Where the words do not tell, what makes sense does: the bag is put in nothing.
-    if of_place == of_object and ref.determiner == "bare":
+    if max(of_place, of_object) < 0 or (of_place == of_object and ref.determiner == "bare"):
         return None
     if values.get("of_place") and place and of_place >= of_object:
         return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
