@@ -58,7 +58,10 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
         # "tap the can, just one"
         return None
     if objects and step == Command(UNSAID, objects, times=step.times):
-        return replace(last, objects=objects, times=step.times or last.times)
+        if last.times > 1 and not step.times:
+            # "tap the can twice and the ball": how often?
+            return None
+        return replace(last, objects=objects, times=step.times or 1)
     if step.distance is not None and not (objects or step.place or step.direction) and last.direction:
         return replace(last, distance=step.distance)
     if step.direction in (SAME, OTHER):

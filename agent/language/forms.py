@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from robosandbox.agent.language.antecedents import THING, about, echoed, told_of
 from robosandbox.agent.language.binding import UNSAID, refs_of, with_nouns, with_verbs
 from robosandbox.agent.language.intent import (
+    IT,
     At,
     ByRobot,
     Command,
@@ -339,9 +341,6 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         ):
             # "put the cup back", "put the cube there": where?
             raise Misfit
-        if before is not None and before.bare and isinstance(place, Original) and not named:
-            # "the ball lives in the crate, put it back"
-            raise Misfit
         if before is None and isinstance(place, Offset) and place.direction == "back" and place.distance is None:
             raise Misfit
         if (
@@ -381,8 +380,11 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         told.append(step)
     # What a loop or a condition is followed by is more likely part of it.
     further = any(step.control for step in told[:-1])
+    # "the ball lives in the crate, put it back": there, rather than back from there.
+    pairs = pairwise(told)
+    back = any(isinstance(b.place, Original) and b.objects[:1] == (IT,) and a.verb == "put" for a, b in pairs)
     return Costly(
-        (Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))), COSTS[2] * further)
+        (Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))), COSTS[2] * (further or back))
     )
 
 
