@@ -99,6 +99,9 @@ def with_nouns(refs: Sequence[Ref], agree: Callable[[Ref, Ref], bool] = lambda o
         open_ended = ref.one and not ref.nouns and not ref.other and not ref.text.endswith(_ONES)
         if after is not None and open_ended and (after.nouns or after.names) and agree(ref, after):
             ref = replace(ref, nouns=after.nouns, names=(*ref.names, *after.names), one=False)
+            if [rank.key for rank in ref.ranks] == [""] and len(after.ranks) == 1:
+                # "the first and the third cube from the left"
+                ref = replace(ref, ranks=(ref.ranks[0]._replace(key=after.ranks[0].key),))
         if ref.options:
             ref = replace(ref, options=with_nouns(ref.options, agree))
         if ref.instead:

@@ -555,11 +555,16 @@ def _is_it(ref: Ref) -> bool:
 
 
 def _specified(values: dict[str, Any], text: str) -> Ref:
-    """As in "the can, the tall one": one thing, told in two goes."""
-    whole, part = values["whole"], values["part"]
-    if whole.plural or whole.determiner not in ("the", "a", "bare") or not (whole.nouns or whole.names):
+    """As in "the can, the tall one", "the red cube, the one on the left,": one thing, told in two goes."""
+    whole, part = values["whole"], values.get("more", values.get("part"))
+    if whole.plural or part.plural or whole.determiner not in ("the", "a", "bare") or whole.without or whole.unknown:
         raise Misfit
-    if whole.colours or whole.ranks or whole.relations or whole.without or whole.unknown:
+    if not (whole.nouns or whole.names) or (whole.colours and part.colours):
+        raise Misfit
+    if "more" in values:
+        both = {name: (*getattr(whole, name), *getattr(part, name)) for name in ("colours", "ranks", "relations")}
+        return replace(whole, determiner="the", text=text, **both)
+    if whole.colours or whole.ranks or whole.relations:
         raise Misfit
     return _of_kind(part, whole)
 
