@@ -485,6 +485,10 @@ def _relation(values: dict[str, Any], text: str) -> Relation:
     if sided:
         # "..., and the marble to the left of that": of what was moved, or of what that is beside?
         raise Misfit
+    beside = [near for ref in values.get("refs", ()) if not ref.one for near in ref.relations]
+    if any(near.kind in (*_SIDES, "beside") and any(map(_is_it, near.refs)) for near in beside):
+        # "next to the mug, to the left of it": not a mug to the left of something.
+        raise Misfit
     distance = values.pop("distance", None)
     if distance is not None and values.get("kind") in ("in", "on", "between", "under"):
         raise Misfit
@@ -670,7 +674,7 @@ def likeness(new: Ref, old: Ref) -> int:
     if old.nouns and not new.one and new.names and NOUN_CLASS.get(old.nouns[0], "") in _HOLDERS:
         return 0
     if new.one or not (new.nouns or new.names):
-        return 1 + 2 * (
+        return 1 + (_ordered(new) and _ordered(old)) + 2 * (
             bool(new.colours) == bool(old.colours)
             and (bool(new.colours) or _ordered(new))
             and _ordered(new) == _ordered(old)
