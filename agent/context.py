@@ -15,6 +15,7 @@ from robosandbox.errors import (
     ErrorCode,
     Failure,
     GoalTimeoutError,
+    InputError,
     InvalidArgumentError,
     Phase,
     Repair,
@@ -30,7 +31,20 @@ from robosandbox.perception.protocols import Glancing, Perception
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import Executor, require
 from robosandbox.skills.primitives.sliding import slides_under
-from robosandbox.types import DEFAULT_TEMPO, Limits, ObservedScene, Plan, SkillResult, Tempo, force_limits, the_only
+from robosandbox.suggestions import did_you_mean
+from robosandbox.types import (
+    DEFAULT_TEMPO,
+    Array,
+    Limits,
+    ObservedScene,
+    Plan,
+    RgbdFrame,
+    SkillResult,
+    Tempo,
+    force_limits,
+    the_only,
+)
+from robosandbox.types.robot import RobotSpec
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import BoundCall, meant_by
@@ -69,8 +83,9 @@ class AgentContext(GoalContext):
         advise: Whether a failure on a robot with a sidecar of its own names what static checks find wrong with the sidecar.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         tempo: How fast the arm goes.
+        poses: Configurations that were given a name, shape (n,) each, by arm and name.
         safety: Of the driver that `sim` is a view of; where it is left out, `sim` is put behind its robot's limits.
-        arm: The arm that calls work with.
+        arm: The arm that calls work with; `work_with` changes it.
         hand: The hand that it carries; None where it carries none.
         phase: The phase that began last.
         seen: What perception saw when it last looked.
@@ -86,6 +101,7 @@ class AgentContext(GoalContext):
     advise: bool = True
     limits: Limits | None = None
     tempo: Tempo = DEFAULT_TEMPO
+    poses: dict[tuple[str, str], Array] = field(default_factory=dict, repr=False)
     safety: Safety | None = field(default=None, repr=False)
     driver: Driver = field(init=False)
     arm: Arm = field(init=False, repr=False)
@@ -102,9 +118,7 @@ class AgentContext(GoalContext):
         if self.safety is None:
             safe = made_safe(sim)
             self.driver, self.safety = safe, safe.safety
-        self.arm = the_only(self.driver.arms, "arms") if arm_name is None else self.driver.arms[arm_name]
-        carried = (hand for hand in self.driver.hands.values() if hand.arm == self.arm.name)
-        self.hand = next(carried, None)
+        self.work_with(arm_name)
         self._safety = self.safety
         self._safety.phase = self.phase
         if self.limits is not None:
@@ -114,12 +128,42 @@ class AgentContext(GoalContext):
         self._safety.expect(() if self._tells_apart else None)
         self.driver.guards.append(self._ended)
 
+    def work_with(self, arm_name: str | None) -> None:
+        """Have the calls that follow work with an arm; the others are obstacles.
+
+        Args:
+            arm_name: Its name; None for the only one.
+
+        Raises:
+            InputError: There is no such arm.
+            ValueError: There are several, and none is named.
+        """
+        arms = self.driver.arms
+        if arm_name is not None and arm_name not in arms:
+            raise InputError(f"arm: {arm_name[:40]!r} is not one of {', '.join(arms)}{did_you_mean(arm_name, arms)}")
+        self.arm = the_only(arms, "arms") if arm_name is None else arms[arm_name]
+        carried = (hand for hand in self.driver.hands.values() if hand.arm == self.arm.name)
+        self.hand = next(carried, None)
+        self.seen = None if self.seen is None else self._of_this_arm(self.seen)
+
     @property
     def max_force_n(self) -> float:
         """Largest force on the object that a skill manipulates, N."""
-        return force_limits(*self._all_limits())[0]
+        return force_limits(*self.all_limits())[0]
 
-    def _all_limits(self) -> list[Limits]:
+    def robot(self) -> RobotSpec:
+        """Return the robot of the arm that calls work with."""
+        return self.arm.spec
+
+    def cameras(self) -> tuple[str, ...]:
+        """Return the driver's cameras."""
+        return tuple(self.driver.capabilities.cameras)
+
+    def capture(self, camera: str) -> RgbdFrame:
+        """Return what a camera of the driver sees now; raises as the driver does."""
+        return self.driver.senses.capture(camera)
+
+    def all_limits(self) -> list[Limits]:
         """Return the robot's own limits, and this context's."""
         return [limits for limits in (self.arm.spec.limits, self.limits) if limits is not None]
 
@@ -133,13 +177,18 @@ class AgentContext(GoalContext):
         self.seen = self._of_this_arm(seen)
         return self.seen
 
+    def go_at(self, tempo: Tempo) -> None:
+        """Have the calls that follow go at a tempo."""
+        self.tempo = tempo
+
     def _of_this_arm(self, seen: ObservedScene) -> ObservedScene:
         """Return what was seen as it concerns the arm that calls are made with."""
         if len(self.driver.arms) == 1:
             return seen
         robot = self.arm.spec
         base = float(robot.base_position[0]), float(robot.base_position[1])
-        return replace(seen, hand=None if self.hand is None else self.hand.name, base_xy=base, reach=robot.reach)
+        hand = None if self.hand is None else self.hand.name
+        return replace(seen, hand=hand, base_xy=base, reach=robot.reach, grips=hand is not None)
 
     def feel(self) -> ObservedScene:
         """Return what is believed now without a look, where perception remembers: what the hand holds is where the hand is."""
@@ -162,8 +211,10 @@ class AgentContext(GoalContext):
         return RobotAbilities(self, self.limits)
 
     def planning(self, seen: ObservedScene) -> PlanningScene:
-        """Return what to plan among where things are believed to be as `seen`."""
-        return self.perception.planning(self.driver, seen)
+        """Return what to plan among where things are believed to be as `seen`, the other arms where they stand now."""
+        found = self.perception.planning(self.driver, seen)
+        others = {name: arm.state() for name, arm in self.driver.arms.items() if name != self.arm.name}
+        return found.for_arm(self.arm.name, others) if others else found
 
     def permit(self, call: BoundCall) -> None:
         """Check a call against the workspace before anything moves, and take note of what it means to touch.
@@ -177,8 +228,11 @@ class AgentContext(GoalContext):
         named = {*meant, *(value for value in call.arguments.values() if isinstance(value, str))}
         keeps = self._tells_apart and meant and self.seen
         slides = slides_under(self.planning, self.seen, named) if keeps and self.seen else {}
-        self._safety.expect(meant if self._tells_apart else None, slides, FRICTION, self.arm.name)
-        for limits in self._all_limits():
+        in_hands = self.seen.hands if self.seen else {}
+        hands = self.driver.hands.values()
+        held_by = {hand.arm: one for hand in hands if (one := in_hands.get(hand.name)) is not None}
+        self._safety.expect(meant if self._tells_apart else None, slides, FRICTION, self.arm.name, held_by)
+        for limits in self.all_limits():
             if limits.workspace is not None:
                 check_call(call.call, self.look(), limits.workspace)
 
@@ -189,6 +243,7 @@ class AgentContext(GoalContext):
         """
         copy = AgentContext(
             sim=self.planning(self.look()).twin(self.arm.state()),
+            arm_name=self.arm.name if len(self.driver.arms) > 1 else None,
             perception=GroundTruthPerception(),
             grasp=self.grasp,
             motion=self.motion,
@@ -196,6 +251,7 @@ class AgentContext(GoalContext):
             advise=False,
             limits=self.limits,
             tempo=self.tempo,
+            poses=dict(self.poses),
         )
         copy.skills = self.skills
         # A cancel stops what is tried out, too.

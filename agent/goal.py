@@ -12,7 +12,8 @@ from typing import Any
 
 from robosandbox.errors import ErrorCode, Failure, InternalError, Phase, RoboSandboxError, SkillError, UnsupportedError
 from robosandbox.skills.events import EventStream, Intended, PhaseEntered, SkillEnded, SkillFailed, SkillStarted
-from robosandbox.types import Intent, ObservedScene, SkillCall, SkillResult
+from robosandbox.types import Intent, Limits, ObservedScene, RgbdFrame, SkillCall, SkillResult
+from robosandbox.types.robot import RobotSpec
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.operators import BoundCall, Operator
 
@@ -89,6 +90,27 @@ class GoalContext(ABC):
     def abilities(self) -> Abilities:
         """Return what is known here of what the robot can do; of one elsewhere what the scene tells."""
         return Abilities()
+
+    def robot(self) -> RobotSpec | None:
+        """Return the robot whose calls these are; None of one in another process, whose sim keeps its limits itself."""
+        return None
+
+    def all_limits(self) -> list[Limits]:
+        """Return the limits that are kept here: the robot's own, and those asked for."""
+        return []
+
+    def cameras(self) -> tuple[str, ...]:
+        """Return whose pictures can be asked for here: none of a world in another process, which sends its own."""
+        return ()
+
+    def capture(self, camera: str) -> RgbdFrame:
+        """Return what a camera sees now.
+
+        Raises:
+            UnsupportedError: There is no such camera here.
+            RenderingError: This machine makes no pictures.
+        """
+        raise UnsupportedError(f"camera: {camera!r} is not there; there is none")
 
     def simulate(self, calls: Sequence[BoundCall], *, tick: Callable[[], None] | None = None) -> dict[str, Any]:
         """Return what would come of calls as JSON data, as whoever has the world and a twin of it says.

@@ -12,7 +12,7 @@ from robosandbox.types import SkillCall
 from robosandbox.world.operators import Operator
 
 _CALL = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*(?:[,;.]|then\b|$)\s*")
-_ARGUMENT = re.compile(r"\s*(?:(\w+)\s*=)?\s*(\"[^\"]*\"|'[^']*'|[^,]*?)\s*(?:,|$)")
+_ARGUMENT = re.compile(r"\s*(?:(\w+)\s*=)?\s*(\"[^\"]*\"|'[^']*'|\[[^\]]*\]|[^,]*?)\s*(?:,|$)")
 
 
 def written_calls(text: str, calls: Mapping[str, Operator]) -> tuple[SkillCall, ...]:
@@ -41,7 +41,7 @@ def _arguments(text: str, names: Sequence[str]) -> dict[str, Any] | None:
         return {}
     found: dict[str, Any] = {}
     left = list(names)
-    for part in re.findall(r"(?:[^,\"']|\"[^\"]*\"|'[^']*')+", text):
+    for part in re.findall(r"(?:[^,\"'\[]|\"[^\"]*\"|'[^']*'|\[[^\]]*\])+", text):
         match = _ARGUMENT.fullmatch(part)
         if match is None:
             return None

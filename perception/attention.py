@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -18,7 +18,7 @@ from robosandbox.perception.change_detection import (
 from robosandbox.perception.frame import Mask, TablePrior
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.robot_mask import RobotMask
-from robosandbox.types import Array, PictureWindow, RgbdFrame, the_only
+from robosandbox.types import Array, PictureWindow, Posture, RgbdFrame
 
 _AROUND = 8  # Pixels around a thing that are compared with it. Chosen: what moves by 10 mm moves so far.
 _EDGES = 3  # Pixels around the robot in which edges have no depth. Chosen: the `edge_dropout` of `realsense` and one.
@@ -78,7 +78,13 @@ class Attention:
             reference.forget(_shown(reference.rgbd, [corners]))
 
     def is_unchanged(
-        self, driver: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
+        self,
+        driver: Driver,
+        places: Mapping[str, Array],
+        robot: RobotMask,
+        carried: Sequence[Array],
+        *,
+        everywhere: bool,
     ) -> bool:
         """Look with as few cameras as see these places; tell whether they look as before.
 
@@ -86,7 +92,7 @@ class Attention:
             driver: Whose cameras.
             places: Points of the world (n, 3) around each thing that matters.
             robot: Where the robot is in a picture.
-            carried: Points around what it holds.
+            carried: Points around what each hand holds.
             everywhere: Compare what one camera sees of the whole table, too.
 
         Returns:
@@ -98,13 +104,21 @@ class Attention:
         )
 
     def _views(
-        self, driver: Driver, places: Mapping[str, Array], robot: RobotMask, carried: Array | None, *, everywhere: bool
+        self,
+        driver: Driver,
+        places: Mapping[str, Array],
+        robot: RobotMask,
+        carried: Sequence[Array],
+        *,
+        everywhere: bool,
     ) -> dict[str, PictureWindow]:
         """Return the parts of pictures that tell whether anything has changed, by camera; none where no camera can tell."""
         if not self.references:
             return {}
-        (before,) = next(iter(self.references.values())).rgbd.arms.values()
-        robot.place(the_only(driver.arms, "arms").state().q, before.gripper_q)
+        before = next(iter(self.references.values())).rgbd.arms
+        robot.place(
+            {name: Posture(q=arm.state().q, gripper_q=before[name].gripper_q) for name, arm in driver.arms.items()}
+        )
         masks = {name: robot.masks(one.rgbd, carried)[0] for name, one in self.references.items()}
         seen = {name: _visible(one.rgbd, masks[name], places) for name, one in self.references.items()}
         order = sorted(seen, key=lambda name: (-len(seen[name]), float(masks[name].mean())))
@@ -122,7 +136,7 @@ class Attention:
         return views
 
     def _is_as_before(
-        self, driver: Driver, name: str, window: PictureWindow, robot: RobotMask, carried: Array | None
+        self, driver: Driver, name: str, window: PictureWindow, robot: RobotMask, carried: Sequence[Array]
     ) -> bool:
         """Take a part of a picture; tell whether it shows what it showed before."""
         reference = self.references[name]
@@ -133,8 +147,7 @@ class Attention:
         )
         if not _is_same_view(reference.rgbd, rgbd):
             return False
-        posture = the_only(rgbd.arms, "arms")
-        robot.place(posture.q, posture.gripper_q)
+        robot.place(rgbd.arms)
         hidden = _widened(robot.masks(rgbd, carried)[0], rgbd)
         if changed(reference, rgbd, hidden, window):
             return False

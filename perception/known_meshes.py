@@ -7,7 +7,7 @@ images, 1992). Where a camera sees through what would be the mesh, it is not the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import dist
@@ -75,7 +75,7 @@ class KnownMeshes:
                 continue
 
     def find(
-        self, segments: Sequence[Segment], frames: FrameSet, tracks: Mapping[str, Track], held: str | None
+        self, segments: Sequence[Segment], frames: FrameSet, tracks: Mapping[str, Track], held: Collection[str]
     ) -> tuple[list[Thing], list[Segment]]:
         """Return the meshes that explain what is seen of their colour, and the pieces that are left.
 
@@ -83,12 +83,12 @@ class KnownMeshes:
             segments: Of all views.
             frames: The views.
             tracks: What is remembered, by id.
-            held: Id of what is in the gripper: it is where the hand is.
+            held: Ids of what is in grippers: it is where the hands are.
         """
         left, found = list(segments), []
         for name, (mesh, rgb) in self._told.items():
             own = _pieces(left, rgb, float(np.linalg.norm(mesh.half)))
-            if name == held or sum(len(piece.points) for piece in own) < _LEAST_POINTS:
+            if name in held or sum(len(piece.points) for piece in own) < _LEAST_POINTS:
                 continue
             track = tracks.get(name)
             near = track.thing.pose if track is not None and not track.thing.shape.size_fields else None

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robosandbox.driver import Arm, Driver, require
-from robosandbox.errors import InputError, UnsupportedError
+from robosandbox.driver import Driver, require
+from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
@@ -30,7 +30,7 @@ from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
-from robosandbox.types import ObservedScene, RgbdFrame, the_only
+from robosandbox.types import Array, ObservedScene, RgbdFrame
 
 _log = logging.getLogger(__name__)
 
@@ -73,7 +73,7 @@ class RgbdPerception:
         self._containers = frozenset({"cup", *(item.kind for item in setup.declared)})
         self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
         self._meshes = KnownMeshes(setup)
-        self._hands = HoldTracker(None, 0.0)
+        self._hands: dict[str, HoldTracker] = {}
         self._attention = Attention(TablePrior(setup.scene.table_height))
         self._stale = True
         self._complete = True
@@ -130,8 +130,7 @@ class RgbdPerception:
             return self._last
         self._feel(driver)
         self._complete = False
-        held = self._hands.hold.id if self._hands.hold else None
-        seen = [name for name in names if name != held]
+        seen = [name for name in names if name not in self._held]
         if seen and not self._stands(driver, seen):
             self._look_all_over(driver)
             self._complete = True
@@ -150,16 +149,17 @@ class RgbdPerception:
         """Tell whether this is the first look of an episode; nothing that is remembered is true of another."""
         if driver.episode == self._episode:
             return False
-        self._tracker, self._hands = Tracker(self._setup.declared), HoldTracker(None, 0.0)
+        self._tracker, self._hands = Tracker(self._setup.declared), {}
+        for name, hand in driver.hands.items():
+            self._hands[name] = HoldTracker(hand.spec.geometry, float(hand.spec.force_limits.sum()))
         self._attention = Attention(TablePrior(self._setup.scene.table_height))
         self._episode, self._stale = driver.episode, True
         return True
 
     def _is_unchanged(self, driver: Driver, names: Sequence[str] | None) -> bool:
         """Take few pictures; tell whether they show these things, or all of the table, as they were when all was looked at."""
-        tracks, hold = self._tracker.tracks, self._hands.hold
-        held = hold.id if hold else None
-        about = [name for name in (tracks if names is None else names) if name != held]
+        tracks, held = self._tracker.tracks, self._held
+        about = [name for name in (tracks if names is None else names) if name not in held]
         if any(tracks[name].confidence < TOLERANCES.clear for name in about):
             # What one look does not tell for sure several tell better.
             return False
@@ -167,8 +167,7 @@ class RgbdPerception:
             # Things in a container hide each other; each look from another posture tells more of them.
             return False
         places = {name: tracks[name].thing.fit.corners() for name in about}
-        carried = tracks[held].thing.fit.corners(TOLERANCES.depth) if held else None
-        return self._attention.is_unchanged(driver, places, self._robot(), carried, everywhere=names is None)
+        return self._attention.is_unchanged(driver, places, self._robot(), self._carried, everywhere=names is None)
 
     def _look_all_over(self, driver: Driver) -> None:
         """Look with all cameras, and put together what they show with what is remembered."""
@@ -202,7 +201,7 @@ class RgbdPerception:
         """
         self.frames = self._frames(captures)
         segments = [segment for segmented in self.frames.by_camera.values() for segment in segmented.segments]
-        held = self._hands.hold.id if self._hands.hold else None
+        held = self._held
         told, segments = self._meshes.find(segments, self.frames, self._tracker.tracks, held)
         things = recognize(
             group(segments), self.frames, self._tracker.hulls(held), self._tracker.solids(held), self._containers
@@ -216,8 +215,9 @@ class RgbdPerception:
     def rename(self, old: str, new: str) -> None:
         """Call a remembered thing something else from now on."""
         self._tracker.rename(old, new)
-        if self._hands.hold is not None and self._hands.hold.id == old:
-            self._hands.hold.id = new
+        for hand in self._hands.values():
+            if hand.hold is not None and hand.hold.id == old:
+                hand.hold.id = new
 
     def _frames(self, captures: list[RgbdFrame]) -> FrameSet:
         table = TablePrior(self._setup.scene.table_height)
@@ -225,8 +225,7 @@ class RgbdPerception:
         notes = []
         sound: dict[str, PointCloudFrame] = {}
         masks: dict[str, tuple[Mask, Image]] = {}
-        hold = self._hands.hold
-        carried = self._tracker.tracks[hold.id].thing.fit.corners(TOLERANCES.depth) if hold else None
+        carried = self._carried
         if self._calibration is not None:
             captures = [self._calibration.apply(rgbd) for rgbd in captures]
         for rgbd in captures:
@@ -234,8 +233,7 @@ class RgbdPerception:
             if problem is not None:
                 notes.append(problem)
                 continue
-            posture = the_only(rgbd.arms, "arms")
-            silhouette.place(posture.q, posture.gripper_q)
+            silhouette.place(rgbd.arms)
             robot, near = silhouette.masks(rgbd, carried)
             sound[rgbd.camera], masks[rgbd.camera] = make_frame(rgbd, table, robot), (robot, near)
         self.tags = []
@@ -252,62 +250,79 @@ class RgbdPerception:
         return FrameSet(by_camera, table)
 
     def _feel(self, driver: Driver) -> None:
-        """Find out from the gripper's readings what it holds, and move that along with it."""
-        robot = _only_arm(driver).spec
-        if robot.gripper is not None and self._hands.hold is None:
-            limit = float(robot.gripper.force_limits.sum())
-            self._hands = HoldTracker(robot.gripper.geometry, limit)
-        seen, before = _only_arm(driver).state(), self._hands.hold
+        """Find out from the grippers' readings what they hold, and move that along with them."""
         places = {track.id: track.thing.fit.corners() for track in self.tracks}
         openings = {track.id: track.thing.opening or 0.0 for track in self.tracks}
-        self._hands.update(seen, self._tracker.tracks.values())
-        self._hands.move_drawers(seen, self.tracks)
-        hold = self._hands.hold
-        slid = any(abs((track.thing.opening or 0.0) - openings[track.id]) > TOLERANCES.size for track in self.tracks)
-        if slid or (before is not None and hold is not before):
-            # Where it went, and whether the drawer went along, is not felt.
+        for name, hand in self._hands.items():
+            seen, before = driver.arms[driver.hands[name].arm].state(), hand.hold
+            elsewhere = {one for other, one in self._in_hands.items() if other != name}
+            hand.update(seen, (track for track in self.tracks if track.id not in elsewhere))
+            hand.move_drawers(seen, self.tracks)
+            if before is not None and hand.hold is not before:
+                # Where it went is not felt.
+                self._stale = True
+            if hand.hold is not None and hand.hold is not before:
+                self._attention.vacate(places[hand.hold.id])
+        if any(abs((track.thing.opening or 0.0) - openings[track.id]) > TOLERANCES.size for track in self.tracks):
+            # Whether the drawer went along is not felt.
             self._stale = True
-        if hold is not None and hold is not before:
-            self._attention.vacate(places[hold.id])
 
     def _update(self, driver: Driver) -> None:
         """Put together what the last look shows with what is remembered."""
-        seen = _only_arm(driver).state()
-        held = self._hands.hold.id if self._hands.hold else None
-        in_hand = self._tracker.tracks[held] if held else None
-        self._tracker.update(self._loose(held), self.frames, held, seen.tcp_pose.position)
-        if self._hands.hold is not None and in_hand is not None:
+        seen = {name: arm.state() for name, arm in driver.arms.items()}
+        held = self._held
+        holds = [hand.hold for hand in self._hands.values() if hand.hold is not None]
+        in_hand = [(hold, self._tracker.tracks[hold.id]) for hold in holds]
+        tcps = [state.tcp_pose.position for state in seen.values()]
+        self._tracker.update(self._loose(held), self.frames, held, tcps)
+        for hold, track in in_hand:
             # A tag elsewhere may tell that it is not what it was taken for.
-            self._hands.hold.id = in_hand.id
-        # The hand that holds a drawer tells its opening better than a look, which the hand itself obstructs.
-        self._hands.move_drawers(seen, self.tracks)
+            hold.id = track.id
+        for name, hand in self._hands.items():
+            # The hand that holds a drawer tells its opening better than a look, which the hand itself obstructs.
+            hand.move_drawers(seen[driver.hands[name].arm], self.tracks)
         self.assign_ids()
 
     def _believed(self, driver: Driver) -> ObservedScene:
         """Return what is remembered as skills and planners are told of it."""
-        robot = _only_arm(driver).spec
-        held = self._hands.hold.id if self._hands.hold else None
+        robot = next(iter(driver.arms.values())).spec
         base = robot.base_position
-        clear = [track for track in self.tracks if track.confidence >= TOLERANCES.acted_on or track.id == held]
+        clear = [track for track in self.tracks if track.confidence >= TOLERANCES.acted_on or track.id in self._held]
         unclear = [_unclear(track) for track in self.tracks if track not in clear]
         return ObservedScene(
             time=driver.time,
             objects=tuple(track.detected() for track in clear),
             table_height=self._setup.scene.table_height,
             base_xy=(float(base[0]), float(base[1])),
-            hands=dict.fromkeys(driver.hands, held),
+            hands=self._in_hands,
             reach=robot.reach,
             grips=robot.gripper is not None,
             notes=(*self.notes, *unclear),
         )
 
-    def _loose(self, held: str | None) -> list[Thing]:
+    @property
+    def _in_hands(self) -> dict[str, str | None]:
+        """What each hand holds."""
+        return {name: hand.hold.id if hand.hold else None for name, hand in self._hands.items()}
+
+    @property
+    def _held(self) -> frozenset[str]:
+        """All that is held."""
+        return frozenset(name for name in self._in_hands.values() if name is not None)
+
+    @property
+    def _carried(self) -> list[Array]:
+        """Points around each thing that is held."""
+        holds = [hand.hold.id for hand in self._hands.values() if hand.hold is not None]
+        return [self._tracker.tracks[name].thing.fit.corners(TOLERANCES.depth) for name in holds]
+
+    def _loose(self, held: frozenset[str]) -> list[Thing]:
         """Return what is seen and not held."""
-        if held is None:
-            return self.things
-        known = self._tracker.tracks[held].thing
-        middle, size = known.fit.centre, float(max(known.fit.sizes)) + 0.02
-        return [thing for thing in self.things if float(abs(thing.fit.centre - middle).max()) > size]
+        loose = self.things
+        for known in (self._tracker.tracks[name].thing for name in held):
+            middle, size = known.fit.centre, float(max(known.fit.sizes)) + 0.02
+            loose = [thing for thing in loose if float(abs(thing.fit.centre - middle).max()) > size]
+        return loose
 
     def _planning_scenes(self) -> PlanningScenes:
         if self._scenes is None:
@@ -318,20 +333,6 @@ class RgbdPerception:
         if self._silhouette is None:
             self._silhouette = RobotMask(self._planning_scenes().robot_shapes())
         return self._silhouette
-
-
-def _only_arm(driver: Driver) -> Arm:
-    """Return the arm that is left out of the pictures.
-
-    Raises:
-        UnsupportedError: There are several.
-    """
-    if len(driver.arms) != 1:
-        raise UnsupportedError(
-            f"arms: this perception leaves one robot out of its pictures, and there are {', '.join(driver.arms)}; "
-            "use the perception ground_truth"
-        )
-    return the_only(driver.arms, "arms")
 
 
 def _unclear(track: Track) -> str:

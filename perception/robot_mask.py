@@ -1,8 +1,9 @@
-"""Mask of the robot in a picture: its own shapes, placed by its joints and projected, without rendering."""
+"""Mask of the robots in a picture: their own shapes, placed by their joints and projected, without rendering."""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.perception.frame import Mask
 from robosandbox.perception.tolerances import TOLERANCES
-from robosandbox.types import Array, RgbdFrame
+from robosandbox.types import Array, Posture, RgbdFrame
 
 # Pixels around the robot that are taken for it, because errors of joints and calibration move its outline. Chosen.
 _MARGIN_PIXELS = 3
@@ -23,25 +24,25 @@ _IN_FRONT = 4.0 * TOLERANCES.depth  # Metres before the robot from which somethi
 
 
 class RobotMask:
-    """Projects the robot's drawn shapes, each as its convex hull, into cameras.
+    """Projects the robots' drawn shapes, each as its convex hull, into cameras.
 
     Args:
-        shapes: The robot's.
+        shapes: Those of all robots.
     """
 
     def __init__(self, shapes: RobotShapes) -> None:
         self._shapes = shapes
 
-    def place(self, q: Array, gripper_q: Array) -> None:
-        """Put the robot as its encoders say it stood."""
-        self._shapes.place(q, gripper_q)
+    def place(self, arms: Mapping[str, Posture]) -> None:
+        """Put the robots as their encoders say they stood."""
+        self._shapes.place(arms)
 
-    def masks(self, rgbd: RgbdFrame, carried: Array | None = None) -> tuple[Mask, NDArray[np.float32]]:
-        """Return where the robot is, and how near its nearest part there may be; call `place` first.
+    def masks(self, rgbd: RgbdFrame, carried: Sequence[Array] = ()) -> tuple[Mask, NDArray[np.float32]]:
+        """Return where robots are, and how near their nearest part there may be; call `place` first.
 
         Args:
             rgbd: Gives the camera; a distorted picture is taken as straightened.
-            carried: Points of the world (n, 3) whose hull is what the hand holds: it counts as part of the robot.
+            carried: Points of the world, each (n, 3), whose hull is what a hand holds: it counts as part of the robot.
 
         Returns:
             The mask (height, width), a few pixels wider than the robot, and depths (height, width), metres: what is
@@ -56,8 +57,8 @@ class RobotMask:
         shifts = (shapes.positions - position) @ rotation
         every = np.einsum("nij,nj->ni", turns[shapes.part_of], shapes.vertices) + shifts[shapes.part_of]
         ends = list(shapes.ends)
-        if carried is not None:
-            every = np.vstack([every, (carried - position) @ rotation])
+        for points in carried:
+            every = np.vstack([every, (points - position) @ rotation])
             ends.append(len(every))
         every, bounds = _before_lens(every, np.array(ends, dtype=np.intp))
         depths = every[:, 2]

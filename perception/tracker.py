@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -57,15 +57,15 @@ class Tracker:
     def __post_init__(self) -> None:
         self.numbers = TagNumbers.of(self.declared)
 
-    def hulls(self, held: str | None) -> list[tuple[ObjectKind, Fit]]:
+    def hulls(self, held: Collection[str]) -> list[tuple[ObjectKind, Fit]]:
         """Return the kinds and outer hulls of the containers that stand where they were seen, without the held one."""
         return [
             (track.thing.kind, track.thing.fit)
             for track in self.tracks.values()
-            if track.thing.shape.is_open_container and track.id != held and track.confidence > TOLERANCES.seen
+            if track.thing.shape.is_open_container and track.id not in held and track.confidence > TOLERANCES.seen
         ]
 
-    def solids(self, held: str | None) -> list[KnownShape]:
+    def solids(self, held: Collection[str]) -> list[KnownShape]:
         """Return the solid upright things that were clearly seen once, without the held one."""
         return [
             KnownShape(track.thing.fit, track.thing.group, track.tangents, lost)
@@ -73,7 +73,7 @@ class Tracker:
             for track in tracks.values()
             if not track.thing.shape.holds_things
             and track.thing.fit.lean is None
-            and track.id != held
+            and track.id not in held
             and track.tangents > 0
         ]
 
@@ -83,17 +83,17 @@ class Tracker:
         track.id = new
         self.tracks[new] = track
 
-    def update(self, things: Sequence[Thing], frames: FrameSet, held: str | None, hand: Array) -> None:
+    def update(self, things: Sequence[Thing], frames: FrameSet, held: Collection[str], hands: Sequence[Array]) -> None:
         """Take a look's things: known ones are recognized by place, then by appearance, new ones get names.
 
         Args:
             things: What the look shows, without the held one.
             frames: The look.
-            held: Id of what is in the gripper, which moves with it and is left alone.
-            hand: The TCP, (3,); between fingers a thing shows pieces that are no things of their own.
+            held: Ids of what is in grippers, which moves with them and is left alone.
+            hands: The TCPs, each (3,); between fingers a thing shows pieces that are no things of their own.
         """
         known_before = frozenset(self.tracks)
-        free = [track for track in self.tracks.values() if track.id != held]
+        free = [track for track in self.tracks.values() if track.id not in held]
         found = self._match(free, things, frames)
         drawers = [replace(track) for track in free if track.thing.opening is not None]
         for track, thing in (*found.by_place, *found.by_looks):
@@ -108,7 +108,7 @@ class Tracker:
         for thing, name in found.named.items():
             self.tracks[name] = Track(name, as_described(thing, sizes[name]), confidence=thing.confidence)
         for thing in found.things:
-            if self._is_strange(thing, hand, known_before):
+            if self._is_strange(thing, hands, known_before):
                 self._add_stranger(thing)
         self._recognize_strangers(held)
         for name in [name for name, track in self.lost.items() if name in self.tracks or track.tangents == 0]:
@@ -170,14 +170,14 @@ class Tracker:
         if not turned_up:
             self.strangers[name] = set()
 
-    def _recognize_strangers(self, held: str | None) -> None:
+    def _recognize_strangers(self, held: Collection[str]) -> None:
         """Give a stranger the name of a lost thing that it comes to look like, and that was never seen beside it."""
-        seen = {track.id for track in self.tracks.values() if not track.hidden and track.id != held}
+        seen = {track.id for track in self.tracks.values() if not track.hidden and track.id not in held}
         self.strangers = {name: beside | seen for name, beside in self.strangers.items() if name in self.tracks}
         clear = [
             self.tracks[name]
             for name in sorted(self.strangers)
-            if name != held and name in seen and self.tracks[name].tangents > 0
+            if name not in held and name in seen and self.tracks[name].tangents > 0
         ]
         for known in [track for track in self.lost.values() if track.id not in self.tracks]:
             apart = {
@@ -191,9 +191,11 @@ class Tracker:
                 clear.remove(stranger)
                 self.rename(stranger.id, known.id)
 
-    def _is_strange(self, thing: Thing, hand: Array, known: frozenset[str]) -> bool:
+    def _is_strange(self, thing: Thing, hands: Sequence[Array], known: frozenset[str]) -> bool:
         """Tell whether a new thing is one of its own: no piece of another, and none between the fingers."""
-        if thing.confidence < _STRANGER_CONFIDENCE or float(np.linalg.norm(thing.fit.centre - hand)) < _AT_HAND:
+        if thing.confidence < _STRANGER_CONFIDENCE:
+            return False
+        if any(float(np.linalg.norm(thing.fit.centre - hand)) < _AT_HAND for hand in hands):
             return False
         if any(_is_part(thing, track.thing) for track in self.tracks.values()):
             return False

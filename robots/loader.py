@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -33,7 +34,7 @@ from robosandbox.robots.sidecar import Sidecar, SuctionRoles
 from robosandbox.suggestions import did_you_mean_file
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, Scene, frozen_array
 from robosandbox.types.outline import Outline
-from robosandbox.types.robot import RobotFiles
+from robosandbox.types.robot import ARM, RobotFiles
 from robosandbox.validation import load_yaml_model
 
 WRIST_CAMERA = "robosandbox_wrist"
@@ -173,8 +174,19 @@ def load_robot(
         return _load(path, config, package_paths, table_height, arm, gripper, stamps)
 
 
+def robots_of(scene: Scene) -> Mapping[str, RobotModel]:
+    """Return the robots that a scene names by the name of their arm; see `robot_of`.
+
+    Raises:
+        InputError: A file is missing or wrong; the message names file, field, value and remedy.
+    """
+    if not scene.arms:
+        return {ARM: robot_of(scene)}
+    return {arm.name: robot_of(scene.for_arm(arm)) for arm in scene.arms}
+
+
 def robot_of(scene: Scene) -> RobotModel:
-    """Return the robot that a scene names, on its table, measured; see `load_robot`.
+    """Return the robot that a scene with one names, on its table, measured; see `load_robot`.
 
     Raises:
         InputError: A file is missing or wrong; the message names file, field, value and remedy.

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from robosandbox.driver import Guard
 from robosandbox.sim.sensing import SensedSimulation
-from robosandbox.sim.world import hand_of
 from robosandbox.types import ArmState, Array, GripperState, PictureWindow, RgbdFrame, Trajectory
-from robosandbox.types.robot import GripperSpec, RobotSpec
+from robosandbox.types.robot import GripperSpec, RobotSpec, hand_of
 
 
 class SimulatedArm:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.sim.suction import is_sucking, pulls, seal
-from robosandbox.sim.world import World, hand_of
+from robosandbox.sim.world import World
 from robosandbox.types import Touch
+from robosandbox.types.robot import hand_of
 
 
 class Contacts:
@@ -150,10 +151,10 @@ class Contacts:
         return total / (2.0 if gripper.finger_bodies[1] else 1.0)
 
     def around(self, carried: Iterable[str]) -> list[tuple[str, str, float]]:
-        """Return the contacts of the robot, and of objects that count as its, with anything else.
+        """Return the contacts of each robot, and of objects that count as theirs, with anything else, other robots included.
 
         Args:
-            carried: Ids of those objects: what they touch is listed, how the robot holds them is not.
+            carried: Ids of those objects: what they touch is listed, how robots hold them is not.
 
         Returns:
             (link or carried object, what it touches, normal force in N), a pair once per contact point.
@@ -166,10 +167,11 @@ class Contacts:
         ours[list(world.robot_bodies)] = True
         ours[[body for body, name in world.owners.items() if name in names]] = True
         bodies = world.model.geom_bodyid[data.contact.geom]
-        mine = ours[bodies]
+        mine, arms = ours[bodies], world.arm_of_geom[data.contact.geom]
+        of_two_arms = (arms >= 0).all(axis=1) & (arms[:, 0] != arms[:, 1])
         found = []
         force = np.zeros(6)
-        for index in np.flatnonzero((mine[:, 0] != mine[:, 1]) & (data.contact.dist < 0.0)):
+        for index in np.flatnonzero(((mine[:, 0] != mine[:, 1]) | of_two_arms) & (data.contact.dist < 0.0)):
             mujoco.mj_contactForce(world.model, data, int(index), force)
             inner, outer = (int(body) for body in (bodies[index] if mine[index, 0] else bodies[index][::-1]))
             found.append(

@@ -9,7 +9,6 @@ from typing import Self
 import mujoco
 
 from robosandbox.driver import Capabilities, Mode, Simulated, robot_name
-from robosandbox.robots.loader import robot_of
 from robosandbox.sim.arms import SimulatedArm, SimulatedHand, SimulatedSenses
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.objects import can_rewrite, place, rewrite
@@ -18,7 +17,7 @@ from robosandbox.sim.populated import populated
 from robosandbox.sim.sensing import SensedSimulation
 from robosandbox.sim.sensors import SENSORS, Sensor
 from robosandbox.sim.state_check import check_state
-from robosandbox.sim.world import build_world, check_start
+from robosandbox.sim.world import build_world_of, check_start
 from robosandbox.types import Array, Scene, Truth
 
 
@@ -178,7 +177,7 @@ class MuJoCoBackend(SensedSimulation):
 
     def _compile(self, scene: Scene) -> None:
         self.ask_wait_hooks()
-        self.adopt(build_world(scene, robot_of(scene), board=self._board))
+        self.adopt(build_world_of(scene, board=self._board))
         self.compilations += 1
 
     def _as_loaded(self, scene: Scene) -> Scene:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from robosandbox.driver import Driver, SafeDriver, robot_name
 from robosandbox.errors import UnsupportedError
@@ -21,7 +21,7 @@ def open_mujoco(
     render_size: tuple[int, int] = (240, 320),
     felt: Iterable[str] = (),
     wait_hook: Callable[[], None] | None = None,
-    start_q: Array | None = None,
+    start_q: Array | Mapping[str, Array] | None = None,
 ) -> MuJoCoBackend:
     """Return a scene as a world in MuJoCo: the entry point `mujoco` of `robosandbox.drivers`.
 
@@ -32,7 +32,7 @@ def open_mujoco(
         render_size: (height, width) of camera pictures, pixels.
         felt: Objects of which the truth is to tell how hard they were pressed.
         wait_hook: Called again and again while the world settles; what it raises ends that.
-        start_q: Where the arm begins, shape (n,); at home when left out.
+        start_q: Where the arm begins, shape (n,), or each by name; at home when left out.
 
     Raises:
         InputError: A file, name or number of the robot or scene is wrong.

@@ -43,6 +43,8 @@ def populated(scene: Scene) -> Scene:
             "table_area": file.table.area,
         }
     )
+    if scene.arms:
+        return told
     base, why = robot_base_of(scene, file)
     if scene.robot_base is None and file.sidecar.robot_base is None:
         say(f"{file.path.name}: the robot stands at {', '.join(f'{v:.3g}' for v in base)} ({why})")

@@ -9,11 +9,10 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.findings import CheckResult
-from robosandbox.robots.loader import robot_of
 from robosandbox.sim.objects import place
 from robosandbox.sim.populated import populated
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
-from robosandbox.sim.world import World, build_world
+from robosandbox.sim.world import World, build_world_of
 from robosandbox.types import Array, Scene, SceneObject
 
 # Metres inside one another from which on things are pushed apart visibly.
@@ -50,7 +49,7 @@ def check_scene(scene: Scene) -> Iterator[CheckResult]:
     for name, why in file.left_out.items():
         yield CheckResult("left out", True, f"{name}: {why}")
     yield CheckResult("table", True, f"{file.table.body!r} at {file.table.height:.3f} m: {file.table.why}")
-    world = build_world(scene, robot_of(scene))
+    world = build_world_of(scene)
     data = mujoco.MjData(world.model)
     _stand(world, data)
     mujoco.mj_forward(world.model, data)
@@ -71,10 +70,10 @@ def _counts(file: SceneFile) -> str:
 
 
 def _stand(world: World, data: mujoco.MjData) -> None:
-    """Put everything where it starts, the robot at home."""
-    robot = world.robot
-    data.qpos[robot.qpos_indices] = robot.home_q
-    data.ctrl[robot.actuator_ids] = robot.control(robot.home_q)
+    """Put everything where it starts, each robot at home."""
+    for robot in world.robots.values():
+        data.qpos[robot.qpos_indices] = robot.home_q
+        data.ctrl[robot.actuator_ids] = robot.control(robot.home_q)
     for item in world.scene.objects:
         place(world.scene, item, data)
 

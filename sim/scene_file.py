@@ -15,8 +15,8 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.imported import one_line
 from robosandbox.robots.infer.kinematic_tree import actuator_joints, find_chains
-from robosandbox.shapes.body import Piece
-from robosandbox.shapes.compound import FileKind, Geometry, PartJoint, kind_of
+from robosandbox.shapes.body import PartJoint, Piece
+from robosandbox.shapes.compound import FileKind, Geometry, kind_of
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, SphereHull
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.sim.keyframes import Keyframe, keyframes_of

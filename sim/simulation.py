@@ -90,7 +90,7 @@ class Simulation:
 
     @property
     def robot(self) -> Robot:
-        """Those of the only robot; a ValueError where there are several."""
+        """Those of the only robot; an InputError where there are several."""
         return self._loaded.robot
 
     def spec_of(self, arm: str) -> RobotSpec:

@@ -12,16 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.robots.chains import Chains, product, turned
-from robosandbox.robots.robot import Gripper
+from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.sim.sleepers import RestingContacts, Sleepers
 from robosandbox.sim.world import World
 from robosandbox.types import Array
+from robosandbox.types.robot import ARM
 
 _SPEC = mujoco.mjtState
 _Number = TypeVar("_Number", bound=np.generic)
 # In MuJoCo's order of a state: time, positions, velocities, activations, controls, pushes on bodies.
 _STATE = _SPEC.mjSTATE_TIME | _SPEC.mjSTATE_PHYSICS | _SPEC.mjSTATE_CTRL | _SPEC.mjSTATE_XFRC_APPLIED
 _EXACT = frozenset({"time", "q", "action", "qpos", "qvel"})
+
+
+def column_of(arm: str, column: str) -> str:
+    """Return the name of an arm's column: of the only arm the column's own, of several that with the arm's before it."""
+    return column if arm == ARM else f"{arm}/{column}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +72,7 @@ class StepRecorder:
     """
 
     def __init__(self, world: World, data: mujoco.MjData, sleepers: Sleepers, capacity: int) -> None:
-        model, robot = world.model, world.robot
+        model, robots = world.model, world.robots.values()
         self.rows: int = 0
         self._world = world
         self._data = data
@@ -78,10 +84,9 @@ class StepRecorder:
         self._rows = list(self._states)
         self._owners = model.geom_bodyid.astype(np.int16)
         self._force, self._contact = data.actuator_force, data.contact
-        bodies = (int(model.site_bodyid[robot.tcp_site]), *world.object_bodies.values())
-        self._chains = Chains(model, bodies)
-        self._tcp_offset = model.site_pos[robot.tcp_site].copy()
-        self._tcp_quat = _site_to_tcp(world)
+        hands = [int(model.site_bodyid[robot.tcp_site]) for robot in robots]
+        self._chains = Chains(model, (*hands, *world.object_bodies.values()))
+        self._tcps = [(model.site_pos[robot.tcp_site].copy(), _site_to_tcp(model, robot)) for robot in robots]
         self._said: list[tuple[int, str, str]] = [(0, "", "")]
         self.clear()
 
@@ -129,34 +134,40 @@ class StepRecorder:
         self._normals: list[bytes] = []
 
     def _fixed(self, rows: int) -> dict[str, NDArray[np.floating[Any]]]:
-        model, robot = self._world.model, self._world.robot
+        model, robots = self._world.model, self._world.robots
         state = self._states[:rows]
         qpos = state[:, 1 : 1 + model.nq]
         qvel = state[:, 1 + model.nq : 1 + model.nq + model.nv]
         action = state[:, -model.nu - 6 * model.nbody : -6 * model.nbody]
         force = np.frombuffer(b"".join(self._forces)).reshape(rows, model.nu)
         positions, quats = self._chains.poses(qpos)
-        tcp_quat = quats[:, 0]
-        tcp = positions[:, 0] + turned(tcp_quat, self._tcp_offset)
-        objects = np.concatenate([positions[:, 1:], quats[:, 1:]], axis=2)
+        count = len(robots)
+        objects = np.concatenate([positions[:, count:], quats[:, count:]], axis=2)
         fixed = {
             "time": state[:, :1],
-            "q": qpos[:, robot.qpos_indices],
-            "qd": qvel[:, robot.dof_indices],
-            "tcp_pose": np.concatenate([tcp, product(tcp_quat, self._tcp_quat)], axis=1),
             "action": action,
-            "action_q": (action[:, np.asarray(robot.actuator_ids, dtype=int)] - robot.control_offset)
-            / robot.control_scale,
-            "objects": objects.reshape(rows, 7 * (positions.shape[1] - 1)),
+            "objects": objects.reshape(rows, 7 * (positions.shape[1] - count)),
             "actuator_force": force,
             "qpos": qpos,
             "qvel": qvel,
         }
-        if robot.gripper is not None:
-            fixed["gripper"] = _gripper(robot.gripper, qpos, force, action)
-            fixed["action_gripper"] = _commanded(robot.gripper, action)
+        for index, (name, robot) in enumerate(robots.items()):
+            offset, turn = self._tcps[index]
+            tcp_quat = quats[:, index]
+            tcp = positions[:, index] + turned(tcp_quat, offset)
+            commands = action[:, np.asarray(robot.actuator_ids, dtype=int)]
+            own = {
+                "q": qpos[:, robot.qpos_indices],
+                "qd": qvel[:, robot.dof_indices],
+                "tcp_pose": np.concatenate([tcp, product(tcp_quat, turn)], axis=1),
+                "action_q": (commands - robot.control_offset) / robot.control_scale,
+            }
+            if robot.gripper is not None:
+                own["gripper"] = _gripper(robot.gripper, qpos, force, action)
+                own["action_gripper"] = _commanded(robot.gripper, action)
+            fixed |= {column_of(name, column): values for column, values in own.items()}
         return {
-            name: np.ascontiguousarray(values, dtype=np.float64 if name in _EXACT else np.float32)
+            name: np.ascontiguousarray(values, dtype=np.float64 if name.rpartition("/")[2] in _EXACT else np.float32)
             for name, values in fixed.items()
             if values.shape[1]
         }
@@ -233,10 +244,10 @@ def _commanded(gripper: Gripper, action: Array) -> Array:
     return ((joint - geometry.open_joint) / (geometry.closed_joint - geometry.open_joint))[:, None]
 
 
-def _site_to_tcp(world: World) -> Array:
+def _site_to_tcp(model: mujoco.MjModel, robot: Robot) -> Array:
     """Return the rotation from the TCP's body to the TCP frame as a quaternion, xyzw."""
     quat = np.zeros(4)
     matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, world.model.site_quat[world.robot.tcp_site])
-    mujoco.mju_mat2Quat(quat, (matrix.reshape(3, 3) @ world.robot.R_site_tcp).ravel())
+    mujoco.mju_quat2Mat(matrix, model.site_quat[robot.tcp_site])
+    mujoco.mju_mat2Quat(quat, (matrix.reshape(3, 3) @ robot.R_site_tcp).ravel())
     return quat[[1, 2, 3, 0]]

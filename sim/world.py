@@ -10,17 +10,18 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.driver import ARM, HAND
+from robosandbox.driver import ARM
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.imported import copy_options, copy_physics
-from robosandbox.robots.loader import WRIST_CAMERA, RobotModel, robot_of
+from robosandbox.robots.loader import WRIST_CAMERA, RobotModel, robots_of
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.keyframes import put_keyframes
 from robosandbox.sim.objects import PREFIX, add_objects, body_names
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
-from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array, the_only
+from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
+from robosandbox.types.robot import hand_of
 
 ROBOT_PREFIX = "robot/"
 TABLE, FLOOR = "table", "floor"
@@ -75,8 +76,14 @@ class World:
 
     @property
     def robot(self) -> Robot:
-        """The robot of a world with one, as what is planned in; a ValueError where there are several."""
-        return the_only(self.robots, "arms")
+        """The robot of a world with one, as drivers and planners of one robot ask for it.
+
+        Raises:
+            InputError: There are several.
+        """
+        if len(self.robots) != 1:
+            raise InputError(f"scene.arms: there are {', '.join(self.robots)}, and this works with one robot alone")
+        return next(iter(self.robots.values()))
 
     @cached_property
     def grippers(self) -> Mapping[str, Gripper]:
@@ -93,6 +100,11 @@ class World:
         """Whether each geom is a robot's, shape (geoms,)."""
         return self.arm_of_geom >= 0
 
+    def actuators_of(self, arm: str) -> tuple[str, ...]:
+        """Return the names of an arm's actuators in the model's order; of the only robot all that there are."""
+        names = [str(self.model.actuator(index).name) for index in range(self.model.nu)]
+        return tuple(name for name in names if arm == ARM or name.startswith(_prefix(arm)))
+
     def arm_of_body(self, body: int) -> str | None:
         """Return the name of the arm that a body belongs to; None of others."""
         return next((name for name, robot in self.robots.items() if body in robot.bodies), None)
@@ -100,11 +112,6 @@ class World:
     def geoms_of(self, arm: str | None) -> NDArray[np.bool_]:
         """Return whether each geom is an arm's, or any arm's where none is named, shape (geoms,)."""
         return self.robot_geoms if arm is None else self.arm_of_geom == [*self.robots].index(arm)
-
-
-def hand_of(arm: str) -> str:
-    """Return the name of an arm's hand: of the only one "hand", of several that of the arm."""
-    return HAND if arm == ARM else arm
 
 
 def build_world(
@@ -236,13 +243,13 @@ def _names(model: mujoco.MjModel, file: SceneFile | None) -> tuple[str, ...]:
     return tuple(said.get(name) or _spoken_name(name) for name in raw)
 
 
-def build_world_of(scene: Scene) -> World:
-    """Compile a scene with the robot that it names.
+def build_world_of(scene: Scene, *, board: CalibrationBoard | None = None) -> World:
+    """Compile a scene with the robots that it names; see `build_world`.
 
     Raises:
-        InputError: A file, name or number of the robot or scene is wrong.
+        InputError: A file, name or number of a robot or the scene is wrong.
     """
-    return build_world(scene, robot_of(scene))
+    return build_world(scene, robots_of(scene), board=board)
 
 
 def _set_options(spec: mujoco.MjSpec) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from robosandbox.errors import CollisionError, GraspError, UnreachableError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import RESISTED, lead, push_part, stuck
+from robosandbox.skills.primitives.parts import RESISTED, lead, push
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.parts import CLOSED_SHARE, open_share, shut_value
+from robosandbox.world.parts import CLOSED_SHARE, open_share, open_value, shut_value
 
 
 class Close(Skill):
@@ -50,12 +50,10 @@ class Close(Skill):
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_closed": True}
             )
+        shut, enough = shut_value(before), open_value(before, CLOSED_SHARE)
         try:
-            _, force = push_part(arm, part, shut_value(before))
+            now, force = push(arm, part, shut, enough)
         except (UnreachableError, CollisionError, GraspError):
             # Where there is no face to push on within reach, there may be something to hold.
-            _, force = lead(arm, part, [shut_value(before)])
-        now = arm.find(part, arm.look())
-        if open_share(now) > CLOSED_SHARE:
-            raise stuck(before, now, shut_value(before), force)
+            now, force = lead(arm, part, [shut], enough)
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})

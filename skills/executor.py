@@ -8,7 +8,8 @@ from robosandbox.skills.primitives.abilities import GripperAbilities
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import ObservedScene, SkillCall, SkillResult
 from robosandbox.world.alternatives import FailedCall
-from robosandbox.world.contracts import Contract, error_for, first_refuted, lost
+from robosandbox.world.contracts import Contract, apply_effects, error_for, first_refuted, lost
+from robosandbox.world.facts import fact
 from robosandbox.world.operators import BoundCall
 from robosandbox.world.predicate import View
 from robosandbox.world.side_effects import disturbed
@@ -56,7 +57,7 @@ class Executor:
             SkillError: What it needs does not hold, it failed, or what it promises is not seen.
         """
         ctx = self._ctx
-        if not contract.gives:
+        if not contract.gives and not contract.keeps_hold:
             unsaid: SkillResult = call.skill.run(ctx, **call.arguments)
             return unsaid
         require(ctx, contract, before)
@@ -65,6 +66,12 @@ class Executor:
         after = ctx.look()
         seen = View(scene=after, before=before, robot=robot)
         broken = first_refuted(contract.gives, seen)
+        if broken is None:
+            after_all = apply_effects(contract, before).hands
+            kept = [(hand, held) for hand, held in before.hands.items() if after_all.get(hand) == held]
+            several = len(before.hands) > 1
+            holds = [fact("holding", held, *([hand] if several else [])) for hand, held in kept if held]
+            broken = first_refuted(holds, seen)
         if broken is not None:
             raise lost(*broken, seen, by=call.skill.name)
         moved = disturbed(before, after, *contract.moves, *before.in_hands)

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import RESISTED, lead, stuck
+from robosandbox.skills.primitives.parts import RESISTED, lead
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
@@ -60,8 +60,5 @@ class Open(Skill):
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_open": True}
             )
         goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > OPEN_SHARE]
-        _, force = lead(arm, part, goals)
-        now = arm.find(part, arm.look())
-        if open_share(now) <= OPEN_SHARE:
-            raise stuck(before, now, goals[0], force)
+        now, force = lead(arm, part, goals, open_value(before, OPEN_SHARE))
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.motion.protocols import MotionPlanner
     from robosandbox.perception.protocols import Perception
-    from robosandbox.types import Intent, ObservedScene, Tempo
+    from robosandbox.types import Array, Intent, ObservedScene, Tempo
     from robosandbox.world.alternatives import FailedCall
     from robosandbox.world.operators import BoundCall
 
@@ -35,6 +35,15 @@ class SkillContext(Protocol):
         """The hand that this arm carries; None where it carries none."""
         ...
 
+    def work_with(self, arm_name: str | None) -> None:
+        """Have the calls that follow work with an arm, by its name."""
+        ...
+
+    @property
+    def poses(self) -> dict[tuple[str, str], Array]:
+        """Configurations that were given a name, shape (n,) each, by arm and name."""
+        ...
+
     @property
     def perception(self) -> Perception: ...
     @property
@@ -51,6 +60,10 @@ class SkillContext(Protocol):
     @property
     def tempo(self) -> Tempo:
         """Speeds of the arm in each situation."""
+        ...
+
+    def go_at(self, tempo: Tempo) -> None:
+        """Have the calls that follow go at a tempo."""
         ...
 
     def look(self, *names: str) -> ObservedScene:

@@ -11,7 +11,7 @@ from robosandbox.driver import require
 from robosandbox.errors import CollisionError, ErrorCode, Phase, SkillError, UnreachableError
 from robosandbox.evidence import Evidence
 from robosandbox.skills.base import Skill
-from robosandbox.skills.primitives.guarded import follow_free, follow_until
+from robosandbox.skills.primitives.guarded import follow_free, follow_until, touching_line
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
     Manipulator,
@@ -34,12 +34,6 @@ _NEAR = 0.006
 # Metres below the top as seen that the hand may go, the most that is free first; chosen for a size that is seen too
 # large.
 _DEPTHS = (0.006, 0.003, 0.001)
-# Share of the joints' speed limits; chosen so that joints far from singular are slower than the next number asks
-# (halved 10 % longer episodes, doubled 2 % shorter).
-_TOUCH_SPEED = 0.02
-# Chosen so that a tick moves the hand 0.1 mm: what is felt at 0.5 N is then pressed no deeper (halved 12 % longer
-# episodes, doubled as before).
-_TOUCH_METRES_PER_SECOND = 0.01
 # Number of headings of the hand, all around; chosen as every 45 degrees.
 _YAWS = 8
 # Rad by which the hand leans outwards; chosen in steps of 20 degrees for short arms (docs/arms.md).
@@ -155,17 +149,11 @@ def _deepest(arm: Manipulator, q: Array, tcp: Pose) -> Trajectory:
     """Return a slow way down, to a little below where the top is seen: as far below as is free."""
     for depth in _DEPTHS:
         try:
-            return _slowed(arm.motion.plan_line(q, raised(tcp, -depth), speed=_TOUCH_SPEED), _NEAR + depth)
+            return touching_line(arm, q, raised(tcp, -depth))
         except CollisionError as error:
             if depth == _DEPTHS[-1]:
                 raise error
     raise AssertionError("no depth was tried")
-
-
-def _slowed(trajectory: Trajectory, length: float) -> Trajectory:
-    """Return the trajectory with the TCP, which it takes along `length` metres, no faster than a touch may be."""
-    factor = max(1.0, length / _TOUCH_METRES_PER_SECOND / max(trajectory.duration, 1e-6))
-    return Trajectory(q=trajectory.q, dt=factor * trajectory.dt)
 
 
 def _feel(arm: Manipulator, target: DetectedObject, touch: Trajectory) -> float:

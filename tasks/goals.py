@@ -27,7 +27,7 @@ _CHECKS: dict[str, Callable[..., Check]] = {
     "open": lambda d: Opened(kind="opened", object=d, min_mm=_OPEN_MM),
     "closed": lambda d: Closed(kind="closed", object=d),
     "upright": lambda a: Upright(kind="upright", object=a),
-    "holding": lambda a: Lifted(kind="lifted", object=a),
+    "holding": lambda a, hand=None: Lifted(kind="lifted", object=a, hand=hand),
     "at_home": lambda: AtHome(kind="at_home"),
 }
 

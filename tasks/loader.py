@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 from robosandbox.errors import InputError
 from robosandbox.suggestions import did_you_mean_file
@@ -11,7 +12,7 @@ from robosandbox.tasks.bundled import ALL_SUITES, bundled_task, bundled_tasks as
 from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.named_files import BUILTIN, YCB, builtin_file, ycb_object
 from robosandbox.tasks.task import Task
-from robosandbox.types import Scene, SceneObject
+from robosandbox.types import Scene, SceneArm, SceneObject
 from robosandbox.validation import did_you_mean, load_yaml_model
 
 DEFAULT_TASK = "pick_from_three"
@@ -94,23 +95,36 @@ def tasks_of_suite(suite: str) -> list[Task]:
     return [task for task in tasks if suite in (task.suite, ALL_SUITES)]
 
 
-def _robot_files(scene: Scene, folder: Path, source: str) -> dict[str, Path]:
-    found: dict[str, Path] = {}
+def _robot_files(scene: Scene, folder: Path, source: str) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     if scene.world is not None:
         found["world"] = _existing(scene.world, folder, f"{source}: scene.world")
-    robot = scene.robot_urdf
-    # A name without a suffix is a bundled robot's, one with a colon comes from elsewhere.
-    if robot is not None and str(robot).startswith(BUILTIN):
-        found["robot_urdf"] = builtin_file(robot, f"{source}: scene.robot_urdf")
-    elif robot is not None and robot.suffix.lower() in _MODEL_SUFFIXES and ":" not in str(robot):
-        found["robot_urdf"] = _existing(robot, folder, f"{source}: scene.robot_urdf")
-    if scene.robot_config is not None:
-        field = f"{source}: scene.robot_config"
-        bundled = str(scene.robot_config).startswith(BUILTIN)
-        config = scene.robot_config
-        found["robot_config"] = builtin_file(config, field) if bundled else _existing(config, folder, field)
+    found |= _model_files(scene, folder, f"{source}: scene")
     if scene.robot_gripper is not None:
         found["robot_gripper"] = _existing(scene.robot_gripper, folder, f"{source}: scene.robot_gripper")
+    if scene.arms:
+        found["arms"] = tuple(
+            arm.model_copy(update=_model_files(arm, folder, f"{source}: scene.arms[{index}]"))
+            for index, arm in enumerate(scene.arms)
+        )
+    return found
+
+
+def _model_files(named: Scene | SceneArm, folder: Path, field: str) -> dict[str, Path]:
+    found: dict[str, Path] = {}
+    robot, config = named.robot_urdf, named.robot_config
+    # A name without a suffix is a bundled robot's, one with a colon comes from elsewhere.
+    if robot is not None and str(robot).startswith(BUILTIN):
+        found["robot_urdf"] = builtin_file(robot, f"{field}.robot_urdf")
+    elif robot is not None and robot.suffix.lower() in _MODEL_SUFFIXES and ":" not in str(robot):
+        found["robot_urdf"] = _existing(robot, folder, f"{field}.robot_urdf")
+    if config is not None:
+        bundled = str(config).startswith(BUILTIN)
+        found["robot_config"] = (
+            builtin_file(config, f"{field}.robot_config")
+            if bundled
+            else _existing(config, folder, f"{field}.robot_config")
+        )
     return found
 
 

@@ -161,7 +161,7 @@ def test_the_viewer_draws_what_is_believed_of_hardware(watched: tuple[Viewer, li
     assert came.failure is None and verdict.data["success"]
     last = frames[-1]
     assert viewer.source.blueprint.model is last.model
-    assert last.held == "red_cube" and last.state is None
+    assert last.hands == {"hand": "red_cube"} and last.state is None
     # The cube rides along between looks, where the hand has it.
     viewer.control.by_hand("jog", lambda: viewer.source.teleop.jog(Pose(xyz=(0.0, 0.0, 0.03))))
     finish(viewer)

@@ -352,7 +352,7 @@ def test_lerobot_ends_with_a_sum_and_the_target_is_all_of_stdout(
 def test_robots_are_not_mixed(episodes: list[RecordedEpisode], tmp_path: Path) -> None:
     robot = episodes[1].meta.robot.model_copy(update={"name": "other"})
     other = RecordedEpisode(
-        episodes[1].folder, episodes[1].meta.model_copy(update={"robot": robot}), episodes[1].result
+        episodes[1].folder, episodes[1].meta.model_copy(update={"arms": {"arm": robot}}), episodes[1].result
     )
     with pytest.raises(Exception, match="a dataset is of one robot"):
         export_lerobot([episodes[0], other], tmp_path / "mixed", fps=FPS, cameras=(), size=(120, 160))

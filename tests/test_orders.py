@@ -10,6 +10,7 @@ import pytest
 import zenoh
 from support.processes import SimProcess
 
+from robosandbox.skills.manual import MANUAL
 from robosandbox.workcell.orders import ORDERS
 from robosandbox.workcell.zenoh.client import Client, connect
 
@@ -96,7 +97,7 @@ def test_goals_are_reached_and_the_task_is_judged(client: JsonClient) -> None:
 
 def test_the_hand_moves_by_itself(client: JsonClient) -> None:
     moves = {skill["name"] for skill in client.ask("info")["skills"] if skill["by_hand"]}
-    assert moves == {"move_to", "open_gripper", "close_gripper"}
+    assert moves == {item.name for item in MANUAL}
     assert client.order("move_to", x=0.2, y=0.1, z=0.3)["status"] == "succeeded"
 
 

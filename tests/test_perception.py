@@ -405,8 +405,8 @@ def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch)
 def test_the_robot_is_masked_without_drawing_it(session):
     sim = backend(session.driver)
     seen = sim.capture("scene")
-    silhouette = RobotMask(RobotShapes(sim.model, sim.robot))
-    silhouette.place(seen.arms["arm"].q, seen.arms["arm"].gripper_q)
+    silhouette = RobotMask(RobotShapes(sim.model, sim.robots))
+    silhouette.place(seen.arms)
     sim.sensor = SENSORS["ideal"]
     mask, _ = silhouette.masks(sim.capture("scene"))
     renderer = OffscreenRenderer(sim.model, (480, 640))

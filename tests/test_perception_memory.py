@@ -151,7 +151,7 @@ def test_a_stranger_that_comes_to_look_like_what_was_lost_is_that(beside):
     tracker.lost["red_bin"] = Track("red_bin", thing)
     tracker.tracks["red_bin_2"] = Track("red_bin_2", look_at_bin((0.2, 0.1), BIN))
     tracker.strangers["red_bin_2"] = {"red_bin"} if beside else set()
-    tracker.update([look_at_bin((0.2, 0.1), BIN)], FrameSet(by_camera={}, table=TablePrior(TABLE)), None, np.ones(3))
+    tracker.update([look_at_bin((0.2, 0.1), BIN)], FrameSet(by_camera={}, table=TablePrior(TABLE)), (), [np.ones(3)])
     assert [*tracker.tracks] == (["red_bin_2"] if beside else ["red_bin"])
 
 

@@ -705,11 +705,11 @@ def test_a_step_back_begins_the_timeline_anew() -> None:
             timeline.enter(f"at {seconds}")
             seen = replace(at, time=seconds, arms={"arm": replace(at.arms["arm"], qd=np.full(len(at.q), -0.5))})
             timeline.add(
-                Frame(model=session.mujoco.model, seen=seen, held=None, qpos=session.simulation.snapshot()), blueprint
+                Frame(model=session.mujoco.model, seen=seen, hands={}, qpos=session.simulation.snapshot()), blueprint
             )
         assert timeline.recording().seconds.tolist() == [0.5] and timeline.recording().phases == ()
         assert timeline.recording().values[0, 0] == pytest.approx(np.degrees(0.5))
-        assert (blueprint.speed_unit, blueprint.force_unit) == ("°/s", "N")
+        assert (blueprint.speed_unit, blueprint.force_unit()) == ("°/s", "N")
 
 
 @pytest.mark.parametrize(

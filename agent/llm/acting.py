@@ -26,7 +26,7 @@ from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.endpoint import NO_LIMITS, Endpoint
 from robosandbox.agent.llm.forms import find_calls, thought_of
 from robosandbox.agent.llm.ledger import PromptLedger
-from robosandbox.agent.llm.pictures import cameras_of, marked_picture, png
+from robosandbox.agent.llm.pictures import marked_picture, png
 from robosandbox.agent.llm.planner import LLMPlanner, prompt_budget
 from robosandbox.agent.llm.prompt import act_instructions, describe_robot, question
 from robosandbox.agent.llm.service import ModelConnection, Service, run_apart
@@ -166,7 +166,7 @@ class ActingCourse:
         content: list[UserContent] = []
         if first:
             about = describe_robot(self._desk.ctx, scene, self._desk.skills)
-            about |= {"cameras": list(cameras_of(self._desk.ctx))}
+            about |= {"cameras": list(self._desk.ctx.cameras())}
             content = [question(self._prompt, scene, (), earlier=self._earlier, robot=about, certain=self._ledger.due)]
             if self._service.settings.picture is not None:
                 content.append(BinaryContent(data=png(self._service.settings.picture()), media_type="image/png"))

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.agent.context import AgentContext
 from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import InputError
 from robosandbox.types import ObservedScene, RgbdFrame
@@ -32,11 +31,6 @@ def png(picture: NDArray[Any]) -> bytes:
     return data.tobytes()
 
 
-def cameras_of(ctx: GoalContext) -> tuple[str, ...]:
-    """Return whose pictures can be asked for: none of a world in another process, which sends its own."""
-    return tuple(ctx.driver.capabilities.cameras) if isinstance(ctx, AgentContext) else ()
-
-
 def marked_picture(ctx: GoalContext, camera: str, scene: ObservedScene) -> tuple[bytes, Mapping[str, Any]]:
     """Return a camera's picture with ids drawn on it as a PNG file, and its calibration with the pixel of each id.
 
@@ -44,11 +38,11 @@ def marked_picture(ctx: GoalContext, camera: str, scene: ObservedScene) -> tuple
         InputError: There is no such camera.
         RenderingError: This machine makes no pictures.
     """
-    cameras = cameras_of(ctx)
-    if camera not in cameras or not isinstance(ctx, AgentContext):
+    cameras = ctx.cameras()
+    if camera not in cameras:
         offered = ", ".join(cameras) or "none"
         raise InputError(f"camera: {camera[:60]!r} is not there; there is {offered}{did_you_mean(camera, cameras)}")
-    frame = ctx.driver.senses.capture(camera)
+    frame = ctx.capture(camera)
     pixels = _pixels(frame, scene)
     lens, pose = frame.intrinsics, frame.pose_camera_in_world
     data = {

@@ -12,7 +12,6 @@ from typing import Any
 
 from pydantic_ai.tools import ToolDefinition
 
-from robosandbox.agent.context import AgentContext
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.protocols import Attempt
@@ -137,9 +136,9 @@ def describe_robot(ctx: GoalContext, scene: ObservedScene, skills: Mapping[str, 
         scene: What is seen.
         skills: What it may do, by name.
     """
-    if not isinstance(ctx, AgentContext):
+    spec = ctx.robot()
+    if spec is None:
         return {}
-    spec = ctx.arm.spec
     data: dict[str, Any] = {"arm": spec.name}
     if spec.gripper is not None:
         geometry = spec.gripper.geometry
@@ -147,9 +146,8 @@ def describe_robot(ctx: GoalContext, scene: ObservedScene, skills: Mapping[str, 
             data["suction_cup"] = round(geometry.cup, 3)
         else:
             data["gripper_opens"] = [round(geometry.min_aperture, 3), round(geometry.max_aperture, 3)]
-    for limits in (spec.limits, ctx.limits):
-        if limits is not None:
-            data |= limits.model_dump(mode="json", exclude_none=True)
+    for limits in ctx.all_limits():
+        data |= limits.model_dump(mode="json", exclude_none=True)
     cannot = {item.id: cause for item in scene.objects if (cause := _why_no_pick(item.id, scene, skills))}
     return data | ({"cannot_pick": cannot} if cannot else {})
 

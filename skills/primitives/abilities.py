@@ -11,15 +11,12 @@ import numpy as np
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.grasp.crowding import is_alone, may_meet, neighbours
 from robosandbox.grasp.hand import lean
-from robosandbox.skills.primitives.drawers import (
-    OPEN_SHARE,
-    grip_aperture,
-    opening_of,
-    plan_pull,
-)
+from robosandbox.shapes.drawer import GRIP_WIDTH
 from robosandbox.skills.primitives.grasping import plan_grasp, why_no_grasp
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.nudging import nudge_may_help
+from robosandbox.skills.primitives.part_ways import PRESHAPE, plan_lead
+from robosandbox.skills.primitives.parts import PULLED_SHARE
 from robosandbox.skills.primitives.placing import plan_place
 from robosandbox.skills.primitives.rehearsal import hand_planner, rehearse, with_aperture
 from robosandbox.skills.primitives.strokes import plan_stroke
@@ -27,6 +24,7 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import ArmState, Array, DetectedObject, Grasp, Limits, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities, Obstruction
 from robosandbox.world.effects import taken
+from robosandbox.world.parts import open_value, part_value
 from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose, with_pose
 
 # Height over the table up to which what is in easy reach needs no inverse kinematics, metres: reach is measured there.
@@ -160,18 +158,15 @@ class RobotAbilities(GripperAbilities):
         )
 
     def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
-        """Return what keeps the hand from pulling a drawer open at its grip, whichever way it is pitched."""
-        gripper = self._ctx.arm.spec.gripper
-        if gripper is None or scene.held is not None:
+        """Return what keeps the hand from pulling a drawer open at its grip, whichever way it is turned."""
+        gripper, goal = self._ctx.arm.spec.gripper, open_value(drawer, PULLED_SHARE)
+        if gripper is None or scene.held is not None or part_value(drawer) >= goal:
             return None
-        travel = max(OPEN_SHARE * drawer.size[3] - opening_of(drawer), 0.0)
-        if travel == 0.0:
-            return None
-        opened = with_aperture(self._ctx, grip_aperture(gripper.geometry, drawer))
+        opened = with_aperture(self._ctx, min(gripper.geometry.max_aperture, GRIP_WIDTH + 2.0 * PRESHAPE))
 
         def pull(arm: Manipulator) -> None:
             arm.use(scene)
-            plan_pull(arm, drawer, travel)
+            plan_lead(arm, drawer, [goal])
 
         return rehearse(self._ctx, self._hand, scene, opened, pull)
 

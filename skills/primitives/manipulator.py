@@ -296,3 +296,8 @@ def raised(pose: Pose, height: float) -> Pose:
     """Return the pose moved up by `height` metres."""
     x, y, z = pose.xyz
     return Pose(xyz=(x, y, z + height), quat_xyzw=pose.quat_xyzw)
+
+
+def moved(pose: Pose, offset: Array) -> Pose:
+    """Return the pose shifted by an offset (3,) in the world, metres."""
+    return Pose.from_matrix(pose.position + offset, pose.rotation)

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from robosandbox.driver import Arm, Driver, Hand
-from robosandbox.errors import CollisionError, Failure, Repair, SkillError, UnreachableError
+from robosandbox.errors import CollisionError, Failure, Repair, SkillError, UnreachableError, UnsupportedError
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.collision import CollisionChecker
@@ -167,6 +167,7 @@ class _Imagined:
         self.driver: Driver = ctx.driver
         self.arm: Arm = ctx.arm
         self.hand: Hand | None = ctx.hand
+        self.poses: dict[tuple[str, str], Array] = ctx.poses
         self.perception: Perception = ctx.perception
         self.grasp: GraspPlanner = ctx.grasp
         self.motion: MotionPlanner = planner
@@ -175,6 +176,22 @@ class _Imagined:
     def max_force_n(self) -> float:
         """Largest force on the object that a skill manipulates, N."""
         return self._ctx.max_force_n
+
+    def work_with(self, arm_name: str | None) -> None:
+        """Refuse: what is rehearsed is a way of one hand.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        raise UnsupportedError(f"arm: {arm_name!r} cannot be chosen while a way of {self.arm.name!r} is rehearsed")
+
+    def go_at(self, tempo: Tempo) -> None:
+        """Refuse: a rehearsal has a tempo of its own.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        raise UnsupportedError(f"tempo: {tempo.name} cannot be chosen while a way is rehearsed")
 
     def look(self, *names: str) -> ObservedScene:
         """Return what is imagined."""

@@ -25,7 +25,8 @@ def slides_under(
         scene: What is seen.
         named: Ids of what a call is about, which may have to be touched.
     """
-    about = {*named}
+    # What is in a hand stands on nothing.
+    about = {*named, *scene.in_hands}
     left = [item.id for item in scene.objects if item.shape.stays_put and item.id not in about]
     believed = planning(scene) if left else None
     masses = {name: believed.loose_mass(name) for name in left} if believed else {}

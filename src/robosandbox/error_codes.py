@@ -53,5 +53,6 @@ class Phase:
     TOUCH: Final = "touch"
     RETREAT: Final = "retreat"
     HOME: Final = "home"
+    WAIT: Final = "wait"
     SETTLE: Final = "settle"
     VERIFY: Final = "verify"

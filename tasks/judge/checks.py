@@ -93,15 +93,25 @@ class OfObject(Check):
 
 
 class Lifted(OfObject):
-    """The object's lowest point is higher than at the start."""
+    """The object's lowest point is higher than at the start.
+
+    Attributes:
+        min_mm: By so much at the least.
+        hand: The hand that holds it, of a robot with several; None where that does not matter.
+    """
 
     kind: Literal["lifted"]
     min_mm: Positive = 50.0
+    hand: Annotated[str | None, Field(exclude_if=lambda hand: hand is None)] = None
 
     def evaluate(self, start: Truth, now: Truth) -> Judgement:
-        """Compare lowest points."""
+        """Compare lowest points, and ask the hand."""
         rise = form(now.objects[self.object]).low - form(start.objects[self.object]).low
-        return Judgement(1e3 * rise >= self.min_mm, {"dz_mm": 1e3 * rise, "min_mm": self.min_mm})
+        detail = {"dz_mm": 1e3 * rise, "min_mm": self.min_mm}
+        if self.hand is None:
+            return Judgement(1e3 * rise >= self.min_mm, detail)
+        in_hand = now.hands.get(self.hand) == self.object
+        return Judgement(in_hand and 1e3 * rise >= self.min_mm, {**detail, "in_hand": float(in_hand)})
 
 
 class Pair(Check):

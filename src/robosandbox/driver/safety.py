@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -139,6 +140,7 @@ class Safety:
         slides: Mapping[str, float] | None = None,
         friction: float = 0.0,
         arm: str | None = None,
+        held: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         """Take note of what is meant to be pressed from now on.
 
@@ -146,12 +148,14 @@ class Safety:
             names: Of things; None where nobody can tell them apart: whatever the robot touches, as one thing.
             slides: Under how many newtons each thing slides that is to stay, by its name.
             friction: The coefficient that this goes by.
-            arm: Which arm is to press them; the others are to press nothing. Any where it is left out.
+            arm: Which arm is to press them; the others are to press nothing but what they hold. Any where it is left out.
+            held: Id of what each arm holds, by the arm's name.
         """
         names = None if names is None else tuple(names)
         for name, watch in self._arms.items():
             if watch.force is not None:
-                watch.force.mean(names if names is None or arm in (None, name) else ())
+                others = (held[name],) if name in held else ()
+                watch.force.mean(names if names is None or arm in (None, name) else others)
         if self._sliding is not None:
             self._sliding.keep(slides or {}, friction)
 

@@ -99,8 +99,10 @@ class Hardware(BareDriver):
         start_q: Array | None = None,
     ) -> None:
         super().__init__()
-        self._plant = open_mujoco(scene, sensor=sensor, felt=felt, start_q=start_q)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
+        planning = PlanningScenes(scene).of(nothing)
+        spec = planning.robot.spec
+        self._plant = open_mujoco(scene, sensor=sensor, felt=felt, start_q=start_q)
         self._random = np.random.default_rng(seed)
         self._lost_share = lost_share
         self._capabilities = Capabilities(
@@ -115,8 +117,6 @@ class Hardware(BareDriver):
         self._on_the_way: deque[Array] = deque(
             self._commands.copy() for _ in range(round(latency / self.control_timestep))
         )
-        planning = PlanningScenes(scene).of(nothing)
-        spec = planning.robot.spec
         hand = None if spec.gripper is None else _HardwareHand(self, spec.gripper, encoder_noise)
         self.hands = {} if hand is None else {hand.name: hand}
         self.arms = {ARM: _HardwareArm(self, spec, planning.kinematics(), hand, encoder_noise)}
@@ -338,11 +338,11 @@ class _HardwareSenses(BareSenses):
         return self._cell.next_frame(camera, window)
 
     def force_on(self, object_id: str | None, arm: str | None = None) -> Array:
-        """Return what the wrist's sensor feels, N in the world, shape (3,); it cannot tell of which object.
+        """Return what the wrist's sensor feels, N in the world, shape (3,); it cannot tell of which object, or of the table.
 
         Raises:
             UnsupportedError: There is no such sensor.
         """
         del object_id, arm
         require(self._cell, "wrist_wrench", "a force was asked for")
-        return self._cell.plant.force_on(None)
+        return frozen_array(sum(self._cell.plant.forces().values(), np.zeros(3)))

@@ -75,12 +75,7 @@ class DLSMotionPlanner:
             self._checker = self.checker_of(planning)
         self._planning = planning
         checker = self._collisions
-        for item in planning.seen.objects:
-            body = planning.body(item.id)
-            if body is not None:
-                checker.place(body, item.pose)
-                if item.opening is not None:
-                    checker.slide(body, item.opening)
+        planning.arrange(checker)
         if state.gripper:
             checker.set_gripper(state.gripper.joint)
         target = planning.seen.find(held) if held else None

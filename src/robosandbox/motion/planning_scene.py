@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
 
 from robosandbox.driver import Driver
+from robosandbox.errors import InputError
 from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.robot_shapes import RobotShapes
-from robosandbox.motion.twin import make_twin
+from robosandbox.motion.twin import make_twin, stand
 from robosandbox.robots.kinematics import Kinematics
-from robosandbox.robots.loader import robot_of
+from robosandbox.robots.loader import robots_of
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.populated import populated
 from robosandbox.sim.world import World, build_world
@@ -28,26 +30,53 @@ _CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z i
 
 
 class PlanningScene:
-    """A robot and the objects that are believed to be around it.
+    """A robot, the objects that are believed to be around it, and the other arms of its cell.
 
     Skills, grasp planners and motion planners ask it for hulls, names, kinematics and collision checks. Nobody else has
     the compiled model, and nobody changes it.
 
     Args:
-        world: The compiled model of robot, table and objects.
+        world: The compiled model of robots, table and objects.
         seen: Where the objects are believed to be.
         believed: Compiles what is believed; None where `world` is that already.
+        arm: The arm that is planned for; needless where there is one.
+        others: How the other arms stand, by name: obstacles.
 
     Attributes:
         seen: Where the objects are believed to be.
     """
 
     def __init__(
-        self, world: World, seen: ObservedScene, *, believed: Callable[[ObservedScene], World] | None = None
+        self,
+        world: World,
+        seen: ObservedScene,
+        *,
+        believed: Callable[[ObservedScene], World] | None = None,
+        arm: str | None = None,
+        others: Mapping[str, ArmState] = MappingProxyType({}),
     ) -> None:
         self._world = world
         self._believed = believed
+        self._arm = arm
+        self._others = others
         self.seen: ObservedScene = seen
+
+    def for_arm(self, arm: str, others: Mapping[str, ArmState]) -> PlanningScene:
+        """Return the same scene to plan in for one arm of several.
+
+        Args:
+            arm: Its name.
+            others: How the other arms stand, by name.
+
+        Raises:
+            InputError: The scene has other arms than the driver.
+        """
+        if self._world.robots.keys() != {arm, *others}:
+            raise InputError(
+                f"scene.arms: the driver moves {', '.join(sorted({arm, *others}))}, and the scene says "
+                f"{', '.join(self._world.robots)}; name the same arms in both"
+            )
+        return PlanningScene(self._world, self.seen, believed=self._believed, arm=arm, others=others)
 
     def twin(self, state: ArmState) -> Driver:
         """Return a simulated world that is what is believed and nothing else, to try things out in.
@@ -56,35 +85,43 @@ class PlanningScene:
             state: How the robot stands now.
         """
         world = self._world if self._believed is None else self._believed(self.seen)
-        return make_twin(world, self.seen, state)
+        (arm,) = world.robots if self._arm is None else (self._arm,)
+        return make_twin(world, self.seen, {arm: state, **self._others})
 
     @property
     def robot(self) -> Robot:
-        """The robot as the planning model has it."""
-        return self._world.robot
+        """The robot that is planned for, as the planning model has it."""
+        return self._world.robot if self._arm is None else self._world.robots[self._arm]
 
     def shares_model(self, other: PlanningScene) -> bool:
         """Tell whether what was computed of the other scene's model is true of this one's, object poses apart."""
-        return self._world.model is other._world.model and self._world.revision == other._world.revision
+        same = self._world.model is other._world.model and self._world.revision == other._world.revision
+        return same and self._arm == other._arm
 
     # Queries of motion planners.
 
     def kinematics(self) -> Kinematics:
         """Return new kinematics of the robot."""
-        return Kinematics.of(self._world.model, self._world.robot)
+        return Kinematics.of(self._world.model, self.robot)
 
     def collisions(self, clearance: float, *, hand_only: bool = False) -> CollisionChecker:
         """Return a new checker of collisions that keeps `clearance` metres from obstacles, of the arm or of its hand alone."""
         world, movers = self._world, self._hand_bodies if hand_only else None
-        return CollisionChecker(world.model, world.robot, world.names, clearance=clearance, movers=movers)
+        return CollisionChecker(world.model, self.robot, world.names, clearance=clearance, movers=movers)
+
+    def arrange(self, checker: CollisionChecker) -> None:
+        """Put what `collisions` checks against where it is believed to be: objects, and the other arms."""
+        for item in self.seen.objects:
+            body = self.body(item.id)
+            if body is not None:
+                checker.place(body, item.pose)
+                if item.opening is not None:
+                    checker.slide(body, item.opening)
+        stand(self._world.robots, self._others, checker.data.qpos)
 
     def body(self, object_id: str) -> int | None:
         """Return an object's body in the collision checker; None for one that is not avoided, as beads."""
         return self._world.object_bodies.get(object_id)
-
-    def robot_shapes(self) -> RobotShapes:
-        """Return the robot's drawn shapes, to be placed by its joints."""
-        return RobotShapes(self._world.model, self._world.robot)
 
     # Queries of skills.
 
@@ -152,7 +189,7 @@ class PlanningScenes:
     """Makes planning scenes from beliefs; a model is compiled only where other objects or sizes are believed.
 
     Args:
-        scene: Names the robot and the table; its objects are not read.
+        scene: Names the robots and the table; its objects are not read.
         known: What is known of objects that no camera shows, by id.
     """
 
@@ -160,9 +197,9 @@ class PlanningScenes:
         scene = populated(scene)
         self._frame = scene.model_copy(update={"objects": ()})
         self._known = dict(known or {})
-        self._robot_model = robot_of(scene)
+        self._robot_models = robots_of(scene)
         self._believed: dict[str, DetectedObject] = {}
-        self._world: World = build_world(self._frame, self._robot_model)
+        self._world: World = build_world(self._frame, self._robot_models)
 
     @classmethod
     def exact(cls, scene: Scene) -> PlanningScenes:
@@ -171,8 +208,8 @@ class PlanningScenes:
         return cls(scene, {item.id: DeclaredProperties.of(item, exactly=True) for item in scene.objects})
 
     def robot_shapes(self) -> RobotShapes:
-        """Return the robot's drawn shapes, to be placed by its joints."""
-        return RobotShapes(self._world.model, self._world.robot)
+        """Return the drawn shapes of all robots, to be placed by their joints."""
+        return RobotShapes(self._world.model, self._world.robots)
 
     def of(self, seen: ObservedScene) -> PlanningScene:
         """Return the robot among these objects."""
@@ -184,7 +221,7 @@ class PlanningScenes:
         known = self._believed
         if believed.keys() != known.keys() or not all(_alike(known[name], believed[name]) for name in believed):
             scene = believed_scene(self._frame, believed.values(), self._known)
-            self._world = build_world(scene, self._robot_model)
+            self._world = build_world(scene, self._robot_models)
             self._believed = believed
         return self._world
 

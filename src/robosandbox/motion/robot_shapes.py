@@ -1,7 +1,8 @@
-"""The robot's drawn shapes as points, placed by its joints."""
+"""Drawn shapes of the robots of a cell as points, placed by their joints."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Robot
-from robosandbox.types import Array
+from robosandbox.types import Array, Posture
 
 # Geoms of these groups are drawn, as MuJoCo's own viewer does by default.
 _DRAWN_GROUPS = 3
@@ -26,11 +27,11 @@ class _Part:
 
 
 class RobotShapes:
-    """Points whose convex hulls, part by part, are the robot as it is drawn.
+    """Points whose convex hulls, part by part, are the robots as they are drawn.
 
     Args:
-        model: A model with the robot in it; of its objects nothing is read.
-        robot: The robot bound to it.
+        model: A model with the robots in it; of its objects nothing is read.
+        robots: The robots bound to it, by the name of their arm.
 
     Attributes:
         vertices: All parts' points, each in the frame of its body, metres, shape (k, 3).
@@ -38,14 +39,15 @@ class RobotShapes:
         ends: Where each part's points end among all, with a 0 before the first, shape (parts + 1,).
     """
 
-    def __init__(self, model: mujoco.MjModel, robot: Robot) -> None:
+    def __init__(self, model: mujoco.MjModel, robots: Mapping[str, Robot]) -> None:
         self._model = model
-        self._robot = robot
+        self._robots = robots
         self._data = mujoco.MjData(model)
+        bodies = frozenset().union(*(robot.bodies for robot in robots.values()))
         parts = [
             _Part(int(model.geom_bodyid[geom]), vertices)
             for geom in range(model.ngeom)
-            if int(model.geom_bodyid[geom]) in robot.bodies
+            if int(model.geom_bodyid[geom]) in bodies
             and model.geom_group[geom] < _DRAWN_GROUPS
             and model.geom_rgba[geom, 3] > 0.0
             and (vertices := _vertices(model, geom)) is not None
@@ -56,16 +58,17 @@ class RobotShapes:
         self.part_of: NDArray[np.intp] = np.repeat(np.arange(len(parts)), counts)
         self.ends: NDArray[np.intp] = np.concatenate([[0], np.cumsum(counts)])
 
-    def place(self, q: Array, gripper_q: Array) -> None:
-        """Put the robot as its encoders say it stood.
+    def place(self, arms: Mapping[str, Posture]) -> None:
+        """Put the robots as their encoders say they stood.
 
         Args:
-            q: The arm's configuration, shape (n,).
-            gripper_q: All joints of the gripper, shape (g,); left as they are where it is empty.
+            arms: Postures by the name of the arm; the joints of a gripper are left as they are where there are none.
         """
-        self._data.qpos[self._robot.qpos_indices] = q
-        if self._robot.gripper is not None and len(gripper_q):
-            self._data.qpos[self._robot.gripper.joint_indices] = gripper_q
+        for name, posture in arms.items():
+            robot = self._robots[name]
+            self._data.qpos[robot.qpos_indices] = posture.q
+            if robot.gripper is not None and len(posture.gripper_q):
+                self._data.qpos[robot.gripper.joint_indices] = posture.gripper_q
         mujoco.mj_kinematics(self._model, self._data)
 
     @property

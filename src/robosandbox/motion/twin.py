@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import mujoco
 import numpy as np
 
 from robosandbox.robots.gripper.calibrate import is_in_step
+from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import simulate
 from robosandbox.sim.saved_state import take_state
@@ -19,36 +20,35 @@ from robosandbox.types import ArmState, Array, DetectedObject, GripperState, Obj
 _SETTLE_SECONDS = 0.2
 
 
-def make_twin(world: World, seen: ObservedScene, state: ArmState) -> MuJoCoBackend:
+def make_twin(world: World, seen: ObservedScene, arms: Mapping[str, ArmState]) -> MuJoCoBackend:
     """Return a simulation of what is believed: objects at rest where they are seen, what the hand holds in the hand.
 
     Args:
         world: The compiled model of what is believed.
         seen: Where the objects are; one that the model does not have, as beads without a container, is left out.
-        state: How the robot stands.
+        arms: How each arm stands, by name.
     """
     data = mujoco.MjData(world.model)
-    data.time = state.time
-    data.qpos[:] = standing(world, seen.objects, state)
-    _command(world, data, state)
+    data.time = max(state.time for state in arms.values())
+    data.qpos[:] = standing(world, seen.objects, arms)
+    for name, state in arms.items():
+        _command(world.model, world.robots[name], data, state)
     twin = simulate(world, take_state(world.model, data))
     twin.wait(_SETTLE_SECONDS)
     return twin
 
 
-def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], state: ArmState) -> Array:
-    """Return a model's positions, shape (nq,), with robot and objects where they are said to be.
+def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], arms: Mapping[str, ArmState]) -> Array:
+    """Return a model's positions, shape (nq,), with robots and objects where they are said to be.
 
     Args:
         world: The compiled model.
         objects: Those that the model does not have are left out.
-        state: How the robot stands.
+        arms: How each arm stands, by name.
     """
-    model, robot = world.model, world.robot
+    model = world.model
     qpos: Array = model.qpos0.copy()
-    qpos[robot.qpos_indices] = state.q
-    if robot.gripper is not None and state.gripper is not None:
-        qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(state.gripper.joint)
+    stand(world.robots, arms, qpos)
     for item in objects:
         if item.id not in world.parts:
             continue
@@ -67,14 +67,22 @@ def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], stat
     return qpos
 
 
-def closing_stiffness(world: World, closed: float) -> float:
+def stand(robots: Mapping[str, Robot], arms: Mapping[str, ArmState], qpos: Array) -> None:
+    """Put arms and their grippers where they stand into a model's positions, shape (nq,)."""
+    for name, state in arms.items():
+        robot = robots[name]
+        qpos[robot.qpos_indices] = state.q
+        if robot.gripper is not None and state.gripper is not None:
+            qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(state.gripper.joint)
+
+
+def closing_stiffness(model: mujoco.MjModel, gripper: Gripper, closed: float) -> float:
     """Return how much more force the gripper's servos give per closed fraction commanded beyond `closed`.
 
     In the actuator's unit (N or N m); 0 where an actuator is no servo, the gripper cannot close further, or fingers are kept in
     step: what each of their servos gives depends on the others.
     """
-    gripper, model = world.robot.gripper, world.model
-    if gripper is None or closed >= 1.0 or is_in_step(model):
+    if closed >= 1.0 or is_in_step(model):
         return 0.0
     ids = gripper.actuator_ids
     if (model.actuator_biastype[ids] != mujoco.mjtBias.mjBIAS_AFFINE.value).any():
@@ -83,20 +91,20 @@ def closing_stiffness(world: World, closed: float) -> float:
     return float((np.abs(model.actuator_gainprm[ids, 0]) * travel).sum())
 
 
-def _command(world: World, data: mujoco.MjData, state: ArmState) -> None:
+def _command(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData, state: ArmState) -> None:
     """Have the servos stay where the encoders say that the robot stands, and grip as they do."""
-    robot = world.robot
     data.ctrl[robot.actuator_ids] = robot.control(np.clip(state.q, robot.lower, robot.upper))
     if robot.gripper is not None and state.gripper is not None:
-        data.ctrl[robot.gripper.actuator_ids] = robot.gripper.geometry.control(_commanded(world, state.gripper))
+        closed = _commanded(model, robot.gripper, state.gripper)
+        data.ctrl[robot.gripper.actuator_ids] = robot.gripper.geometry.control(closed)
 
 
-def _commanded(world: World, gripper: GripperState) -> float:
+def _commanded(model: mujoco.MjModel, gripper: Gripper, state: GripperState) -> float:
     """Return what the gripper was last sent to, 0 open to 1 closed: as it tells, or as its force tells."""
-    closed = float(np.clip(gripper.closed, 0.0, 1.0))
-    stiffness = closing_stiffness(world, closed)
-    if gripper.commanded is not None:
-        closed = gripper.commanded
-    elif gripper.force is not None and stiffness > 0.0:
-        closed += gripper.force / stiffness
+    closed = float(np.clip(state.closed, 0.0, 1.0))
+    stiffness = closing_stiffness(model, gripper, closed)
+    if state.commanded is not None:
+        closed = state.commanded
+    elif state.force is not None and stiffness > 0.0:
+        closed += state.force / stiffness
     return float(np.clip(closed, 0.0, 1.0))

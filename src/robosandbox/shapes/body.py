@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from robosandbox.shapes.hull import Hull
 from robosandbox.spatial import Vec3
@@ -77,6 +78,27 @@ class Slide:
     high: float
     friction: float
     damping: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PartJoint:
+    """Hinge or slide of what moves on something else, as it stands in the world.
+
+    Attributes:
+        kind: Which.
+        axis: Unit vector in the world, along which it slides or about which it turns.
+        anchor: A point of the axis in the world, metres.
+        low: Least value, metres or radians.
+        high: Greatest value; both are infinite where nothing limits it.
+        stiffness: Of its spring, N/m or N m/rad.
+    """
+
+    kind: Literal["hinge", "slide"]
+    axis: Vec3
+    anchor: Vec3
+    low: float
+    high: float
+    stiffness: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from robosandbox.shapes.body import Body, Piece, share_mass
+from robosandbox.shapes.body import Body, PartJoint, Piece, share_mass
 from robosandbox.shapes.heights import ConvexPiece, HeightGrid, LevelSurface
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, SphereHull
 from robosandbox.shapes.polyhedron import PolyhedronHull
@@ -30,27 +30,6 @@ _TURN = np.arange(24) * 2.0 * np.pi / 24
 _CIRCLE = np.column_stack([np.cos(_TURN), np.sin(_TURN), np.zeros(24)])
 # Rings of a ball's outline, by their height as a share of the radius.
 _RINGS = np.sin(np.linspace(-np.pi / 2.0, np.pi / 2.0, 9))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PartJoint:
-    """The hinge or slide of a part.
-
-    Attributes:
-        kind: Which.
-        axis: Unit vector in the world, along which it slides or about which it turns.
-        anchor: A point of the axis in the world, metres.
-        low: Least value, metres or radians.
-        high: Greatest value; both are infinite where nothing limits it.
-        stiffness: Of its spring, N/m or N m/rad.
-    """
-
-    kind: Literal["hinge", "slide"]
-    axis: Vec3
-    anchor: Vec3
-    low: float
-    high: float
-    stiffness: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -241,6 +220,16 @@ class Part(Compound):
     nouns = ("part",)
     stays_put = True
     flat_top = False
+
+    def joint(self, solid: Solid) -> PartJoint | None:
+        """Return the joint that its file gives it."""
+        del solid
+        return None if self.geometry is None else self.geometry.joint
+
+    def handles(self, solid: Solid) -> tuple[Piece, ...]:
+        """Return all its pieces: whether a hand finds room at one is for the collision checker to say."""
+        del solid
+        return self._told().pieces
 
 
 _STANDS = 0.995

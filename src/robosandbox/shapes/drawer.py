@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from robosandbox.shapes.body import Body, Piece, Rgba, Slide, share_mass
+from robosandbox.shapes.body import Body, PartJoint, Piece, Rgba, Slide, share_mass
 from robosandbox.shapes.container import box_piece
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.shapes.room import CONTAINER_WALL, Room
@@ -124,6 +124,18 @@ class Drawer(Shape):
     def max_open(self, size: Size) -> float:
         """Return how far it opens, metres."""
         return size[3]
+
+    def joint(self, solid: Solid) -> PartJoint:
+        """Return the slide of its box."""
+        x, y, z = (float(value) for value in -solid.pose.rotation[:, 0])
+        return PartJoint(kind="slide", axis=(x, y, z), anchor=solid.pose.xyz, low=0.0, high=solid.size[3])
+
+    def handles(self, solid: Solid) -> tuple[Piece, ...]:
+        """Return its grip: the walls of its box are thin, and a camera sees only their outside."""
+        parts = DrawerParts.of(solid.size)
+        x, y, z = (float(value) for value in parts.grip_centre)
+        half = (float(parts.grip[0]), float(parts.grip[1]), float(parts.grip[2]))
+        return (Piece(hull=BoxHull(half), centre=(x - (solid.opening or 0.0), y, z)),)
 
     def centre(self, solid: Solid) -> Array:
         """Return the middle of the cabinet in the world, metres, shape (3,)."""

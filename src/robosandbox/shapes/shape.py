@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
-from robosandbox.shapes.body import Body, Contact, Piece
+from robosandbox.shapes.body import Body, Contact, PartJoint, Piece
 from robosandbox.shapes.heights import LevelSurface
 from robosandbox.shapes.hull import BoxHull, Hull
 from robosandbox.shapes.room import Room
@@ -168,6 +168,18 @@ class Shape(ABC):
         """Return how far it opens, metres; 0 for what does not."""
         del size
         return 0.0
+
+    # Moving on a joint.
+
+    def joint(self, solid: Solid) -> PartJoint | None:
+        """Return the joint on which it, or its sliding box, moves; None for what moves on none."""
+        del solid
+        return None
+
+    def handles(self, solid: Solid) -> tuple[Piece, ...]:
+        """Return the pieces that a hand may lead it by along its joint, where they are now, in the frame of its pose."""
+        del solid
+        return ()
 
     # Where it is.
 

@@ -31,7 +31,7 @@ from robosandbox.types.limits import MAX_FORCE_N, MAX_UNINTENDED_FORCE_N, Limits
 from robosandbox.types.motion import Grasp, GraspSearch, Intent, Trajectory
 from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomize, SceneObject
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
-from robosandbox.types.scene import TABLE_HEIGHT, Scene
+from robosandbox.types.scene import TABLE_HEIGHT, Scene, SceneArm
 from robosandbox.types.sensed import (
     ArmState,
     DetectedObject,
@@ -90,6 +90,7 @@ __all__ = [
     "RefusalCode",
     "RgbdFrame",
     "Scene",
+    "SceneArm",
     "SceneObject",
     "Side",
     "SkillCall",

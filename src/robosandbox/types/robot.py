@@ -14,6 +14,13 @@ from robosandbox.types.scene import TABLE_HEIGHT
 
 # Names of the only arm and of the only hand of a cell.
 ARM, HAND = "arm", "hand"
+
+
+def hand_of(arm: str) -> str:
+    """Return the name of an arm's hand: of the only one "hand", of several that of the arm."""
+    return HAND if arm == ARM else arm
+
+
 # Share of a cup's radius about its axis that has to be covered for it to seal. Chosen as the half: what is held then hangs
 # inside of what holds it, and a cup half over an edge, which leaks, covers none.
 _SEALED = 0.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -12,8 +13,32 @@ from robosandbox.types.objects import TABLE_AREA, Area, SceneObject
 
 # A scene's table top, metres, where it says nothing else; as in the seeds.
 TABLE_HEIGHT = 0.04
+# Names that mean something else, or are those of the only arm.
+_BODIES = frozenset({"arm", "table", "floor", "robot", "object", "world"})
 # Least height of a table that is built for a scene, metres.
 _LEAST_TABLE = 0.005
+
+
+class SceneArm(StrictModel):
+    """One of several arms in a scene.
+
+    Attributes:
+        name: In calls and answers, and before the names of its parts, as in "left/hand".
+        robot_base: Where its base stands: x, y and z, metres, and the turn about z, radians.
+        robot_urdf: Its model, as a scene names one; None is the scene's, with all that is said of that.
+        robot_config: The sidecar of `robot_urdf`.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
+    robot_base: tuple[Finite, Finite, Finite, Finite]
+    robot_urdf: Path | None = None
+    robot_config: Path | None = None
+
+    @model_validator(mode="after")
+    def _a_sidecar_is_of_a_model(self) -> Self:
+        if self.robot_config is not None and self.robot_urdf is None:
+            raise ValueError("robot_config: is the sidecar of a model; give robot_urdf as well")
+        return self
 
 
 class Scene(StrictModel):
@@ -32,6 +57,7 @@ class Scene(StrictModel):
         robot_base: Where the robot's base stands in that world: x, y and z, metres, and the turn about z, radians; None takes the
             sidecar's, or a place from which most things are in reach.
         table_area: Least and largest x, then y, of the table's top, metres; of a world's file it is measured.
+        arms: Several arms, with distinct names; none where there is the one robot.
     """
 
     robot_urdf: Path | None = None
@@ -43,6 +69,29 @@ class Scene(StrictModel):
     world: Path | None = None
     robot_base: tuple[Finite, Finite, Finite, Finite] | None = None
     table_area: Area = TABLE_AREA
+    # Scenes with one robot are written as before there were others.
+    arms: Annotated[tuple[SceneArm, ...], Field(exclude_if=operator.not_)] = ()
+
+    def for_arm(self, arm: SceneArm) -> Scene:
+        """Return the scene with one of its arms as the only robot."""
+        said: dict[str, object] = {"robot_base": arm.robot_base, "arms": ()}
+        if arm.robot_urdf is not None:
+            said |= {"robot_urdf": arm.robot_urdf, "robot_config": arm.robot_config}
+            said |= {"robot_arm": None, "robot_gripper": None}
+        return self.model_copy(update=said)
+
+    @model_validator(mode="after")
+    def _arms_are_several_and_told_from_things(self) -> Self:
+        if self.arms and self.robot_base is not None:
+            raise ValueError("robot_base: each arm has its own; leave it out")
+        if len(self.arms) == 1:
+            raise ValueError("arms: one arm is the scene's own robot; leave arms out, or name two")
+        taken = {item.id for item in self.objects} | _BODIES
+        for arm in self.arms:
+            if arm.name in taken:
+                raise ValueError(f"arms: {arm.name!r} is the name of something else in the scene; give the arm another")
+            taken.add(arm.name)
+        return self
 
     @model_validator(mode="after")
     def _a_table_of_our_own_has_a_height(self) -> Self:

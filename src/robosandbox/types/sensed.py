@@ -296,7 +296,7 @@ class ObservedScene:
         """
         if self.hand is not None:
             return self.hands[self.hand]
-        return the_only(self.hands, "hands") if self.hands else None
+        return the_only(self.hands, "hands") if self.hands and self.grips else None
 
     @property
     def in_hands(self) -> frozenset[str]:

@@ -17,6 +17,7 @@ from robosandbox.driver import SafeDriver, Simulated, require, robot_name, simul
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import require_mujoco
 from robosandbox.skills.manual import MANUAL
+from robosandbox.skills.use_arm import UseArm
 from robosandbox.tasks.evaluate import aside, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.task import Task
@@ -68,7 +69,8 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         self._take(opened)
 
     def _take(self, opened: OpenedTask) -> None:
-        opened.agent.calls = ChainMap(opened.agent.skills, {move.name: move for move in MANUAL})
+        moves = MANUAL if len(opened.driver.arms) == 1 else (*MANUAL, UseArm())
+        opened.agent.calls = ChainMap(opened.agent.skills, {move.name: move for move in moves})
         self.driver: SafeDriver = opened.driver
         self._layouts = opened.layouts
         self._start_state: Array | None = None

@@ -24,7 +24,8 @@ class WorkcellOptions:
             sidecar's, or a place from which most things are in reach.
         robot: A model file or a bundled robot's name, in place of the task's robot.
         sidecar: The robot's; the one beside its model, a shipped or an inferred one if left out.
-        arm: Which arm, where a model has several: the rest of the sidecar is inferred.
+        arm: Which arm, where a model has several: the rest of the sidecar is inferred; of a task with several arms, the one that
+            calls are made with at first.
         gripper: A gripper's model to mount on an arm that has none: the sidecar is inferred.
         driver: Name of an installed driver, with options behind it: "hardware:latency=0.02". One that does not start over
             is opened on the seed's layout.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,10 +26,10 @@ from robosandbox.sim.objects.weight import weighed
 from robosandbox.sim.populated import left_out, populated
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
-from robosandbox.tasks.layouts import Layouts
+from robosandbox.tasks.layouts import Layouts, Start
 from robosandbox.tasks.loader import resolve_task, with_robot
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Scene, find_tempo, the_only
+from robosandbox.types import Scene, find_tempo
 from robosandbox.workcell.embedded import EmbeddedWorkcell, OpenedTask, lay_out
 from robosandbox.workcell.option_types import check_types
 from robosandbox.workcell.options import WorkcellOptions
@@ -94,6 +94,7 @@ def _open_task(options: WorkcellOptions, wait_hook: Callable[[], None] | None) -
             raise InputError(f"{task.name}: camera {options.camera!r} is not one of {cameras}")
         ctx = AgentContext(
             sim=eyes.view(driver),
+            arm_name=_working_arm(driver, options, task),
             safety=driver.safety,
             perception=eyes,
             grasp=grasps,
@@ -141,18 +142,21 @@ def _task_of(options: WorkcellOptions) -> Task:
             raise InputError(
                 "--robot-base: is for scenes from files; give --scene, or base_pose in the robot's sidecar"
             )
+        if task.scene.arms:
+            raise InputError("--robot-base: each arm of the task has its own; change scene.arms in its file")
         task = task.model_copy(update={"scene": task.scene.model_copy(update={"robot_base": options.robot_base})})
     scene = task.scene if options.robot is None else with_robot(task.scene, options.robot)
     files = {"sidecar": options.sidecar, "gripper": options.gripper}
     for name, file in files.items():
         if file is not None and not Path(file).is_file():
             raise InputError(f"--{name}: {file}: no such file{did_you_mean_file(Path(file))}")
-    inferred = next((name for name in ("arm", "gripper") if getattr(options, name) is not None), None)
+    said = {"arm": None if scene.arms else options.arm, "gripper": options.gripper}
+    inferred = next((name for name, value in said.items() if value is not None), None)
     if options.sidecar is not None and inferred is not None:
         raise InputError(f"--{inferred}: the sidecar says that; leave out --sidecar or --{inferred}")
     if options.sidecar is not None or inferred is not None:
         config, gripper = (Path(file).resolve() if file is not None else None for file in files.values())
-        named = {"robot_config": config, "robot_arm": options.arm, "robot_gripper": gripper}
+        named = {"robot_config": config, "robot_arm": said["arm"], "robot_gripper": gripper}
         scene = scene.model_copy(update=named)
     # Before masses are varied by seed.
     scene = weighed(populated(fitted(options.driver, scene)))
@@ -162,6 +166,13 @@ def _task_of(options: WorkcellOptions) -> Task:
         say(line)
     # What success names can be checked now that it is known what is there.
     return Task.model_validate({**dict(task), "scene": scene})
+
+
+def _working_arm(driver: SafeDriver, options: WorkcellOptions, task: Task) -> str | None:
+    """Return the arm that calls are made with at first: of several the one that was asked for, else the first."""
+    if len(driver.arms) == 1:
+        return None
+    return (options.arm if task.scene.arms else None) or next(iter(driver.arms))
 
 
 def with_world(task: Task | Scene | Path | str | None, world: Path | str) -> Task:
@@ -195,9 +206,10 @@ def _opened(connect: Callable[..., SafeDriver], task: Task, layouts: Layouts, se
     return layouts.lay_out(seed, lambda scene, q: _begun_at(connect(scene, start_q=q), q, task))
 
 
-def _begun_at(driver: SafeDriver, q: Array, task: Task) -> SafeDriver:
-    """Return a driver that stands where the task wants the arm to begin."""
-    off = float(np.abs(the_only(driver.arms, "arms").state().q - q).max())
+def _begun_at(driver: SafeDriver, q: Start, task: Task) -> SafeDriver:
+    """Return a driver that stands where the task wants the arms to begin."""
+    starts = q if isinstance(q, Mapping) else dict.fromkeys(driver.arms, q)
+    off = max(float(np.abs(arm.state().q - starts[name]).max()) for name, arm in driver.arms.items())
     if task.start_q is not None and off > _BEGUN:
         driver.close()
         raise InputError(f"start_q: the driver begins {off:.3f} rad or m from there; use one that takes start_q")

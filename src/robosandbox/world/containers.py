@@ -12,7 +12,7 @@ import numpy as np
 from robosandbox.errors import Phase, PlacementError, PourError, SkillError
 from robosandbox.evidence import PlacementEvidence, PourEvidence
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
-from robosandbox.world import drawers, relations
+from robosandbox.world import parts, relations
 from robosandbox.world.effects import put
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.placement_sampling import about_z, first_placement_in, levelled, resting_pose
@@ -140,7 +140,7 @@ def lets_in(view: View, a: str, c: str) -> Finding:
 def opened(view: View, c: str) -> Finding:
     """A container is open to what falls into it: a drawer at least half."""
     vessel = view.get(c)
-    return drawers.open_(view, c) if vessel.shape.opens else Finding(holds=True)
+    return parts.open_(view, c) if vessel.shape.opens else Finding(holds=True)
 
 
 @predicate("object", "object", blame=occupied)

@@ -21,10 +21,12 @@ class Contract:
     Attributes:
         needs: What has to hold before anything moves; what is told first is what a person should hear first.
         gives: What holds afterwards; where nothing is promised, all that the call names may be changed.
+        keeps_hold: Whether what is held stays held, though nothing else is promised.
     """
 
     needs: tuple[Fact, ...] = ()
     gives: tuple[Fact, ...] = ()
+    keeps_hold: bool = False
 
     def resolved(self, scene: ObservedScene) -> Contract:
         """Return the contract with what is held in a scene by its name."""
@@ -32,6 +34,7 @@ class Contract:
         return Contract(
             needs=tuple(need.resolved(names) for need in self.needs),
             gives=tuple(gift.resolved(names) for gift in self.gives),
+            keeps_hold=self.keeps_hold,
         )
 
     @property

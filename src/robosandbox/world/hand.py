@@ -26,6 +26,13 @@ from robosandbox.world.relations import mouth_of, room_of
 _UNDER = 0.01
 
 
+def _slipped(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    name = str(arguments[0])
+    at = view.scene.find(name)
+    where = f"it is at ({', '.join(f'{value:.2f}' for value in at.pose.xyz)})" if at else "it is not seen any more"
+    return NotHoldingError(f"{name} is out of the hand: {finding.cause}, and {where}; pick it anew", phase=Phase.VERIFY)
+
+
 def _not_holding(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
     return NotHoldingError(sentence(finding), phase=Phase.CHECK, evidence=_evidence(view, arguments[1:]))
 
@@ -35,7 +42,11 @@ def _not_empty(view: View, arguments: Sequence[Any], finding: Finding) -> SkillE
 
 
 def _not_ready(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
-    return AlreadyHoldingError(sentence(finding), phase=Phase.CHECK, evidence=_evidence(view, arguments[1:]))
+    evidence = _evidence(view, arguments[1:])
+    if evidence.held is None:
+        # Another hand holds it.
+        evidence = evidence.model_copy(update={"held": str(arguments[0])})
+    return AlreadyHoldingError(sentence(finding), phase=Phase.CHECK, evidence=evidence)
 
 
 def _evidence(view: View, named: Sequence[Any]) -> HoldingEvidence:
@@ -55,6 +66,13 @@ def _holder(scene: ObservedScene, hand: str | None) -> str:
     """Return what a hand is called in a sentence: the gripper, where there is one."""
     name = hand or scene.hand
     return f"the hand {name!r}" if name is not None and len(scene.hands) > 1 else "the gripper"
+
+
+def _other_holder(scene: ObservedScene, name: str, hand: str | None) -> str | None:
+    """Return the hand that holds an object, where it is another than the one named, or than the one that calls are made with."""
+    hand = hand or scene.hand
+    holders = (other for other, held in scene.hands.items() if held == name and other != hand)
+    return None if hand is None else next(holders, None)
 
 
 def _unknown(scene: ObservedScene, hand: str | None) -> Finding | None:
@@ -107,7 +125,7 @@ def seen(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=view.scene.find(a) is not None)
 
 
-@predicate("object", "word?", effect=taken, lasts=True, last=True, blame=_not_holding, lost=_not_holding)
+@predicate("object", "word?", effect=taken, lasts=True, last=True, blame=_not_holding, lost=_slipped)
 def holding(view: View, a: str, hand: str | None = None) -> Finding:
     """A hand holds an object: the one named, else the one that calls are made with, else any."""
     if (unknown := _unknown(view.scene, hand)) is not None:
@@ -130,8 +148,12 @@ def hand_empty(view: View, hand: str | None = None) -> Finding:
 
 @predicate("object", "word?", blame=_not_ready)
 def hand_ready(view: View, a: str, hand: str | None = None) -> Finding:
-    """A hand is empty, or holds the object already; which, as in `hand_empty`."""
+    """A hand is empty, or holds the object already, and no other hand does; which, as in `hand_empty`."""
     held = _held(view.scene, hand)
+    if (other := _other_holder(view.scene, a, hand)) is not None:
+        return Finding(
+            holds=False, cause=f"{_holder(view.scene, other)} holds {a}", help="have that hand put it down first"
+        )
     cause = f"{_holder(view.scene, hand)} holds {' and '.join(held)}"
     return Finding(holds=held in ((), (a,)), cause=cause, help="place it first", remedies=_put_down(held))
 

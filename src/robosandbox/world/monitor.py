@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robosandbox.types import ObservedScene, SkillCall
 from robosandbox.world.alternatives import Attempt
@@ -97,7 +97,9 @@ class Monitor:
         for effect in earlier:
             if any(scene.find(name) is None for name in effect.objects):
                 continue
-            finding = find(effect.fact, view)
+            # Another arm may have gone on since: what is held counts in whichever hand it is.
+            held = replace(view, scene=replace(scene, hand=None)) if effect.fact.relation == "holding" else view
+            finding = find(effect.fact, held)
             if finding.is_refuted:
                 later = self._resting_on(effect)
                 self._standing = [other for other in self._standing if other not in (effect, *later)]

@@ -16,9 +16,9 @@ _TABLE = "table"
 
 
 class ContactMonitor:
-    """Collects unintended contacts.
+    """Collects unintended contacts of all arms.
 
-    The robot may touch what a call is to move, and nothing else, the table included. What it moves may touch the table,
+    A robot may touch what a call is to move, and nothing else, the table included. What it moves may touch the table,
     what it touched when the call began, and the call's destination with what is in it.
 
     Args:
@@ -50,7 +50,8 @@ class ContactMonitor:
         """Take note of the call that comes next."""
         truth = self._world.truth(for_judging=False)
         named = {name: value for name, value in call.arguments.items() if value in truth.objects}
-        moved = meant_by(bind(call, self._skills), truth.held) & set(truth.objects)
+        bound, held = bind(call, self._skills), [None, *truth.in_hands]
+        moved = frozenset().union(*(meant_by(bound, one) for one in held)) & set(truth.objects)
         destinations = set(named.values()) - moved
         beside = {other for name in moved for other in truth.objects[name].contacts}
         seen = [item.detected() for item in truth.objects.values()]

@@ -52,7 +52,7 @@ RobotBase = Annotated[
 SidecarFile = Annotated[
     Path | None, typer.Option("--sidecar", help="The sidecar; the one beside the model if left out.")
 ]
-ArmName = Annotated[str | None, typer.Option("--arm", help="Which arm, where the model has several.")]
+ArmName = Annotated[str | None, typer.Option("--arm", help="Which arm, where the model or the task has several.")]
 GripperModel = Annotated[
     Path | None, typer.Option("--gripper", help="A gripper's model to mount on an arm that has none.")
 ]

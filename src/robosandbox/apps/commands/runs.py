@@ -114,7 +114,7 @@ def show_run(episode: EpisodeFolder, json: Json = False) -> int:
         return EXIT_DONE
     meta = found.meta
     print(f"{found.name}: {meta.prompt}")
-    print(f"  task {meta.task['name']} with seed {meta.seed}, {meta.robot.name}, {meta.started:%Y-%m-%d %H:%M:%S} UTC")
+    print(f"  task {meta.task['name']} with seed {meta.seed}, {meta.robot_name}, {meta.started:%Y-%m-%d %H:%M:%S} UTC")
     print(f"  {_rows(found)} rows at {1.0 / meta.control_timestep:g} Hz; {_outcome(found)}")
     for line in events:
         print(f"  {line['time']:8.2f} s  {_told(line)}")
@@ -246,7 +246,7 @@ def _summary(found: RecordedEpisode, folder: Path) -> dict[str, Any]:
         "episode": str(found.folder.relative_to(folder)) if found.folder != folder else found.name,
         "task": found.meta.task["name"],
         "seed": found.meta.seed,
-        "robot": found.meta.robot.name,
+        "robot": found.meta.robot_name,
         "prompt": found.meta.prompt,
         "outcome": _outcome(found),
         "sim_secs": found.result.sim_secs if found.result else None,

@@ -16,9 +16,10 @@ from typing import TypeVar
 import numpy as np
 
 from robosandbox.apps.conformance.conformance import demand
-from robosandbox.driver import CAPABILITIES, Arm, CameraSpec, Driver, Guard, Hand, Simulated
+from robosandbox.driver import ARM, CAPABILITIES, Arm, CameraSpec, Driver, Guard, Hand, Simulated
 from robosandbox.errors import InputError, UnsupportedError
 from robosandbox.types import Array, PictureWindow, RgbdFrame, Trajectory
+from robosandbox.types.robot import hand_of
 
 # How far two readings of a joint that is held may differ, rad or m; chosen as half of what skills call arrived.
 _STEADY = 0.002
@@ -68,6 +69,7 @@ def check_driver(driver: Driver, *, pictures: bool = True) -> None:
 
 def _check_values(driver: Driver) -> None:
     demand(bool(driver.arms), "there is no arm")
+    demand(len(driver.arms) > 1 or ARM in driver.arms, f"{', '.join(driver.arms)}: a cell's only arm is called {ARM!r}")
     first, second = driver.state(), driver.state()
     demand(
         [*first.arms] == [*driver.arms],
@@ -96,6 +98,8 @@ def _check_values(driver: Driver) -> None:
     for name, hand in driver.hands.items():
         demand(hand.name == name, f"the hand {name!r} is called {hand.name!r}")
         demand(hand.arm in driver.arms, f"the hand {name!r} is on an arm {hand.arm!r}, which is not there")
+        wanted = hand_of(hand.arm)
+        demand(name == wanted, f"the hand {name!r} of the arm {hand.arm!r} is called {wanted!r}")
     demand(driver.control_timestep > 0.0, "control_timestep is not positive")
     demand(isinstance(driver.episode, int), "episode is no integer")
     demand(not driver.fault and driver.mode != "fault", f"there is a fault: {driver.fault}")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robosandbox.driver import Arm, Driver, Hand
+from robosandbox.driver import ARM, HAND, Arm, Driver, Hand
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
 from robosandbox.robots.findings import CheckResult
@@ -16,7 +16,7 @@ from robosandbox.robots.loader import RobotModel
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.judge.checks import Displaced, Lifted
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Pose, Scene, SceneObject, Trajectory, the_only
+from robosandbox.types import Array, Pose, Scene, SceneObject, Trajectory
 from robosandbox.workcell.session import open_session
 
 CUBE = "red_cube"
@@ -100,7 +100,8 @@ def _start_field(scene: Scene, robot: RobotModel, clear_home: tuple[float, ...],
 
 
 def _arm(driver: Driver) -> Arm:
-    return the_only(driver.arms, "arms")
+    # What is tried is a sidecar, which is of one robot.
+    return driver.arms[ARM]
 
 
 @doing("holding home")
@@ -158,7 +159,7 @@ def _ramp(start: Array, goal: Array, acceleration: Array) -> Array:
 
 @doing("trying the gripper")
 def _gripper_moves(driver: Driver, blame: str | None) -> CheckResult:
-    hand = the_only(driver.hands, "hands")
+    hand = driver.hands[HAND]
     geometry = hand.spec.geometry
     if geometry.cup is not None:
         return _cup_pulls(driver, hand, blame)

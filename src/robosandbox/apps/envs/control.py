@@ -10,7 +10,7 @@ from robosandbox.driver import Driver
 from robosandbox.errors import InputError
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector, the_only
+from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector
 
 ActionKind = Literal["ee", "joint"]
 # What an end-effector action of 1 asks for within a second, metres; chosen as the fastest that the skills were measured
@@ -24,7 +24,9 @@ _FULL_TURN = np.pi
 
 
 class Controller:
-    """Carries out actions, one control period each, within the joints' limits of speed and acceleration.
+    """Carries out actions of one arm, one control period each, within its joints' limits of speed and acceleration.
+
+    Other arms hold where they are.
 
     Args:
         driver: Of the robot.
@@ -33,16 +35,17 @@ class Controller:
             between its limits, and the gripper. The gripper, -1 open and 1 closed, comes last; an arm without one has no
             such number.
         period: Seconds that an action takes.
+        arm: The arm's name.
     """
 
-    def __init__(self, driver: Driver, world: MuJoCoBackend, kind: ActionKind, period: float) -> None:
-        self._arm = the_only(driver.arms, "arms")
-        self._hands = driver.hands
+    def __init__(self, driver: Driver, world: MuJoCoBackend, kind: ActionKind, period: float, arm: str) -> None:
+        self._arm = driver.arms[arm]
+        self._hands = [hand for hand in driver.hands.values() if hand.arm == arm]
         self._world = world
         self._kind = kind
         self._period = period
         robot = self._arm.spec
-        self._solver = Kinematics.of(world.model, world.robot)
+        self._solver = Kinematics.of(world.model, world.robots[arm])
         self._low = np.where(np.isfinite(robot.lower), robot.lower, -_FULL_TURN)
         self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
         self._q: Array = robot.home_q.copy()
@@ -60,7 +63,7 @@ class Controller:
         """Begin where the arm stands."""
         if self._solver.model is not self._world.model:
             # A layout with other things in it is another model.
-            self._solver = Kinematics.of(self._world.model, self._world.robot)
+            self._solver = Kinematics.of(self._world.model, self._world.robots[self._arm.name])
         self._q = self._arm.state().q.copy()
         self._velocity = np.zeros(len(self._q))
         self._position, self._rotation = self._solver.forward(self._q)
@@ -79,7 +82,7 @@ class Controller:
         if not np.isfinite(given).all():
             raise InputError(f"action: {given.tolist()} holds a number that is not finite; give numbers in -1..1")
         action = np.clip(given, -1.0, 1.0)
-        for hand in self._hands.values():
+        for hand in self._hands:
             hand.set_gripper(0.5 * (float(action[-1]) + 1.0))
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
         start, self._q = self._q, self._step_towards(goal)

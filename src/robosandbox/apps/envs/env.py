@@ -57,6 +57,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
     Args:
         task: A bundled task's name, a YAML file, a task, or an open session, which stays the caller's.
         robot: A model file or a bundled robot's name, in place of the task's robot.
+        arm: The arm that acts and whose joints are observed, of a task with several; the others hold still.
         driver: An installed driver of a simulated world, with its options behind its name.
         observation: `state` or `pixels`.
         action: `ee`: translation (3) and rotation (3) of the TCP in world axes, 1 being 0.4 m/s and 2 rad/s; `joint`:
@@ -76,6 +77,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         task: EmbeddedWorkcell | Task | Path | str,
         *,
         robot: Path | str | None = None,
+        arm: str | None = None,
         driver: str = "mujoco",
         observation: ObservationKind = "state",
         action: ActionKind = "ee",
@@ -100,12 +102,15 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         self.session: EmbeddedWorkcell = (
             task
             if isinstance(task, EmbeddedWorkcell)
-            else open_session(task, robot=robot, driver=driver, render_size=render_size)
+            else open_session(task, robot=robot, arm=arm, driver=driver, render_size=render_size)
         )
+        if not self._owned and arm is not None:
+            self.session.ctx.work_with(arm)
         self._world: MuJoCoBackend = require_mujoco(
             self.session.driver, "an environment starts it over and judges its state"
         )
         world = self._world
+        self._arm = self.session.ctx.arm.name
         rows_per_frame(control_hz, world.control_timestep, "control_hz")
         self.render_mode = render_mode
         self._cameras = tuple(cameras) if observation == "pixels" else ()
@@ -113,7 +118,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             raise InputError(f"cameras: pixels need one; the world has {', '.join(world.cameras)}")
         for camera in self._cameras:
             world.camera_in_model(camera)
-        self._controller = Controller(self.session.driver, world, action, 1.0 / control_hz)
+        self._controller = Controller(self.session.driver, world, action, 1.0 / control_hz, self._arm)
         self._begun = False
         self._held_since: float | None = None
         self._dense = reward == "dense"
@@ -217,13 +222,15 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
 
     def _closeness(self) -> float:
         world = self._world
-        return potential(self.session.task.success, self.session.start, world.truth(), world.state().tcp_pose.position)
+        return potential(
+            self.session.task.success, self.session.start, world.truth(), world.arm_state(self._arm).tcp_pose.position
+        )
 
     def _info(self, success: bool) -> dict[str, Any]:
         return {"is_success": success, "layout": self.session.seed, "task_description": self.task_description}
 
     def _observe(self) -> Observation:
-        seen = self._world.state(self._cameras)
+        seen, images = self._world.arm_state(self._arm), self._world.state(self._cameras).images
         closed = [] if seen.gripper is None else [seen.gripper.closed]
         found: Observation = {
             "agent_pos": np.array([*seen.q, *closed], dtype=np.float32),
@@ -236,13 +243,14 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             rows = [[*pose.xyz, *pose.quat_xyzw] if pose else [0.0] * _POSE for pose in poses]
             found["environment_state"] = np.array(rows, dtype=np.float32).ravel()
         if self._cameras:
-            pictures = {name: seen.images[name] for name in self._cameras}
+            pictures = {name: images[name] for name in self._cameras}
             found["pixels"] = pictures if len(pictures) > 1 else pictures[self._cameras[0]]
         return found
 
     def _space(self) -> spaces.Dict:
-        count = self._world.robot.n
-        lengths = {"agent_pos": count + len(self._world.hands), "agent_vel": count, "tcp_pose": _POSE}
+        robot = self._world.robots[self._arm]
+        count, grips = robot.n, robot.gripper is not None
+        lengths = {"agent_pos": count + grips, "agent_vel": count, "tcp_pose": _POSE}
         if self._objects:
             lengths["environment_state"] = _POSE * len(self._objects)
         found: dict[str, spaces.Space[Any]] = {

@@ -31,7 +31,9 @@ from robosandbox.apps.export.frames import WORLD, Frames, camera_frame, pose, tr
 from robosandbox.apps.export.pictures import pictures
 from robosandbox.errors import InputError
 from robosandbox.sim.sensors import perfect_intrinsics
+from robosandbox.sim.step_recorder import column_of
 from robosandbox.sim.world import World
+from robosandbox.types import Array
 from robosandbox.workcell.pictures import encode
 from robosandbox.workcell.recording.drawing import contact_force, world_of
 from robosandbox.workcell.recording.episode import RecordedEpisode
@@ -112,24 +114,33 @@ class _EpisodeLog:
 
     def write(self, cameras: Sequence[str], every: int, size: tuple[int, int]) -> None:
         episode = self._episode
-        meta = episode.meta.model_dump(mode="json", exclude={"checkpoint", "task", "skills", "robot"})
+        meta = episode.meta.model_dump(mode="json", exclude={"checkpoint", "task", "skills", "arms"})
         self._writer.add_metadata("robosandbox", {key: json.dumps(value) for key, value in meta.items()})
         shown = iter(pictures(episode, cameras, every, size)) if cameras else iter(())
         events = episode.events()
         frames = Frames(self._world, cameras)
-        qpos, tcp, states, joints = episode["qpos"], episode["tcp_pose"], _States(episode), _Joints(episode)
+        qpos, arms = episode["qpos"], [_RecordedArm(episode, arm) for arm in episode.meta.arms]
+        forces, skills, phases = contact_force(episode), episode["skill"], episode["phase"]
         self._scene()
         for row in range(len(episode)):
             at = self._at(row)
             stamp = _stamp(at)
             while events and events[0]["row"] <= row:
                 self._event(events.pop(0), at)
-            hand = transform(WORLD, "tcp", tcp[row][:3], tcp[row][_WXYZ], stamp)
-            self._send("/tf", FrameTransforms(transforms=[*frames.at(qpos[row], stamp), hand]), at)
-            self._send("/joint_states", joints.at(row, stamp), at)
-            here = pose(tcp[row][:3], tcp[row][_WXYZ])
-            self._send("/tcp", PoseInFrame(timestamp=stamp, frame_id=WORLD, pose=here), at)
-            self._send("/state", states.at(row), at)
+            hands = [transform(WORLD, arm.topic("tcp"), *arm.tcp(row), stamp) for arm in arms]
+            self._send("/tf", FrameTransforms(transforms=[*frames.at(qpos[row], stamp), *hands]), at)
+            joints = [joint for arm in arms for joint in arm.joints(row)]
+            self._send("/joint_states", JointStates(timestamp=stamp, joints=joints), at)
+            force = float(forces[row])
+            said = {
+                "contact_force": force if np.isfinite(force) else None,
+                "skill": str(skills[row]),
+                "phase": str(phases[row]),
+            }
+            for arm in arms:
+                here = PoseInFrame(timestamp=stamp, frame_id=WORLD, pose=pose(*arm.tcp(row)))
+                self._send(f"/{arm.topic('tcp')}", here, at)
+                self._send(f"/{arm.topic('state')}", {**arm.commands(row), **said}, at)
             if cameras and row % every == 0:
                 for camera, picture in next(shown, {}).items():
                     self._picture(camera, picture, at)
@@ -200,40 +211,39 @@ class _EpisodeLog:
         return channel
 
 
-class _Joints:
-    """Joint states by row: the arm's joints, and the primary joint of the gripper."""
+class _RecordedArm:
+    """State and commands of one arm by row; of several arms, topics and joints have the arm's name before theirs."""
 
-    def __init__(self, episode: RecordedEpisode) -> None:
-        self._names = episode.meta.robot.joints
-        self._q, self._qd = episode["q"], episode["qd"]
+    def __init__(self, episode: RecordedEpisode, arm: str) -> None:
+        robot = episode.meta.arms[arm]
+        self._arm = arm
+        self._q, self._qd, self._tcp = (episode[column_of(arm, name)] for name in ("q", "qd", "tcp_pose"))
         # Of the gripper the value of its primary joint comes first.
-        self._gripper = episode.get("gripper")
-        self._finger = (episode.meta.robot.sidecar.get("gripper") or {}).get("primary_joint") or "gripper"
+        self._gripper = episode.of_arm(arm, "gripper")
+        self._action, self._closing = episode.of_arm(arm, "action_q"), episode.of_arm(arm, "action_gripper")
+        self._names = [self.topic(name) for name in robot.joints]
+        self._finger = self.topic((robot.sidecar.get("gripper") or {}).get("primary_joint") or "gripper")
 
-    def at(self, row: int, stamp: Timestamp) -> JointStates:
-        values = zip(self._names, self._q[row].tolist(), self._qd[row].tolist(), strict=True)
-        joints = [JointState(name=name, position=q, velocity=qd) for name, q, qd in values]
+    def topic(self, name: str) -> str:
+        """Return a name as it is told of this arm."""
+        return column_of(self._arm, name)
+
+    def tcp(self, row: int) -> tuple[Array, Array]:
+        """Return the TCP's place, metres, and its quaternion w, x, y, z."""
+        return self._tcp[row][:3], self._tcp[row][_WXYZ]
+
+    def joints(self, row: int) -> Iterator[JointState]:
+        """Yield the states of the arm's joints, and of the primary joint of its gripper."""
+        for name, q, qd in zip(self._names, self._q[row].tolist(), self._qd[row].tolist(), strict=True):
+            yield JointState(name=name, position=q, velocity=qd)
         if self._gripper is not None:
-            joints.append(JointState(name=self._finger, position=float(self._gripper[row][0])))
-        return JointStates(timestamp=stamp, joints=joints)
+            yield JointState(name=self._finger, position=float(self._gripper[row][0]))
 
-
-class _States:
-    """Commands, forces and phases by row."""
-
-    def __init__(self, episode: RecordedEpisode) -> None:
-        self._action, self._closing = episode.get("action_q"), episode.get("action_gripper")
-        self._forces = contact_force(episode)
-        self._skills, self._phases = episode["skill"], episode["phase"]
-
-    def at(self, row: int) -> dict[str, Any]:
-        force = float(self._forces[row])
+    def commands(self, row: int) -> dict[str, Any]:
+        """Return what the arm and its gripper were sent."""
         return {
             "action": self._action[row].tolist() if self._action is not None else [],
             "action_gripper": float(self._closing[row]) if self._closing is not None else 0.0,
-            "contact_force": force if np.isfinite(force) else None,
-            "skill": str(self._skills[row]),
-            "phase": str(self._phases[row]),
         }
 
 

@@ -30,7 +30,9 @@ from robosandbox.apps.export.lerobot_files import (
 from robosandbox.apps.export.pictures import pictures
 from robosandbox.apps.export.stats import PictureStats, Stats, of_values
 from robosandbox.errors import InputError
+from robosandbox.sim.step_recorder import column_of
 from robosandbox.workcell.recording.episode import RecordedEpisode
+from robosandbox.workcell.recording.files import Meta
 from robosandbox.workcell.recording.settings import rows_per_frame
 from robosandbox.workcell.recording.video import Film
 
@@ -136,24 +138,28 @@ class LeRobotExport:
     def _check(self, episode: RecordedEpisode) -> None:
         if self._first is None:
             self._first = episode
-        first, robot = self._first.meta.robot, episode.meta.robot
-        if "action_q" not in episode:
+        first, meta = self._first.meta, episode.meta
+        if any(column_of(arm, "action_q") not in episode for arm in meta.arms):
             raise InputError(
                 f"{episode.name}: has no commands, because its driver tells none, and a dataset is of states and actions"
             )
-        if (robot.name, robot.joints) != (first.name, first.joints):
+        if _joints(meta) != _joints(first):
             raise InputError(
-                f"{episode.name}: is of {robot.name}, the first episode of {first.name}; a dataset is of one robot"
+                f"{episode.name}: is of {meta.robot_name}, the first episode of {first.robot_name}; a dataset is of one robot"
             )
 
     def _columns(self, episode: RecordedEpisode, every: int, count: int) -> dict[str, NDArray[Any]]:
         """Return what goes into the table: the state at each frame, and what was commanded until the next."""
         at = np.arange(count) * every
         then = at + every
-        state, action = [episode["q"][at]], [episode["action_q"][then]]
-        if "gripper" in episode:
-            state.append(episode["gripper"][at, 2:3])
-            action.append(episode["action_gripper"][then, None])
+        state, action = list[NDArray[Any]](), list[NDArray[Any]]()
+        for arm in episode.meta.arms:
+            state.append(episode[column_of(arm, "q")][at])
+            action.append(episode[column_of(arm, "action_q")][then])
+            if column_of(arm, "gripper") in episode:
+                state.append(episode[column_of(arm, "gripper")][at, 2:3])
+                action.append(episode[column_of(arm, "action_gripper")][then, None])
+        tcps = [episode[column_of(arm, "tcp_pose")][at] for arm in episode.meta.arms]
         skills, phases = episode["skill"][then], episode["phase"][then]
         names = [f"{skill}: {phase}" if phase else str(skill) for skill, phase in zip(skills, phases, strict=True)]
         judged = episode.result is not None and episode.result.judged is not None and episode.result.judged.success
@@ -161,7 +167,7 @@ class LeRobotExport:
         task = self._tasks.setdefault(episode.meta.prompt, len(self._tasks))
         found: dict[str, NDArray[Any]] = {
             "observation.state": np.concatenate(state, axis=1).astype(np.float32),
-            "observation.tcp_pose": episode["tcp_pose"][at].astype(np.float32),
+            "observation.tcp_pose": np.concatenate(tcps, axis=1).astype(np.float32),
             "action": np.concatenate(action, axis=1).astype(np.float32),
             "next.reward": (done & judged).astype(np.float32),
             "next.done": done,
@@ -233,7 +239,7 @@ class LeRobotExport:
     def _info(self, episode: RecordedEpisode) -> dict[str, Any]:
         return {
             "codebase_version": CODEBASE_VERSION,
-            "robot_type": episode.meta.robot.name,
+            "robot_type": episode.meta.robot_name,
             "total_episodes": len(self._episodes),
             "total_frames": self._frames,
             "total_tasks": len(self._tasks),
@@ -249,14 +255,16 @@ class LeRobotExport:
         }
 
     def _features(self, episode: RecordedEpisode) -> dict[str, Any]:
-        joints = [f"{name}.pos" for name in episode.meta.robot.joints]
-        # 0 is open, 1 closed.
-        joints += ["gripper.closed"] if "gripper" in episode else []
+        joints = list[str]()
+        for arm, robot in episode.meta.arms.items():
+            joints += [f"{column_of(arm, name)}.pos" for name in robot.joints]
+            # 0 is open, 1 closed.
+            joints += [column_of(arm, "gripper.closed")] if column_of(arm, "gripper") in episode else []
         pose = ["x", "y", "z", "qx", "qy", "qz", "qw"]
         names = {
             "observation.state": joints,
             "action": joints,
-            "observation.tcp_pose": pose,
+            "observation.tcp_pose": [column_of(arm, part) for arm in episode.meta.arms for part in pose],
             "observation.environment_state": [f"{name}.{part}" for name in episode.meta.objects for part in pose],
         }
         features: dict[str, Any] = {}
@@ -280,6 +288,11 @@ class LeRobotExport:
             features[key] = {"dtype": "video", "shape": shape, "names": names_of, "info": video}
         # The indices last, as readers list them.
         return {key: features[key] for key in sorted(features, key=lambda key: key in _INDICES)}
+
+
+def _joints(meta: Meta) -> list[tuple[str, str, tuple[str, ...]]]:
+    """Return the name of each arm, its robot's, and its joints."""
+    return [(arm, robot.name, robot.joints) for arm, robot in meta.arms.items()]
 
 
 def export_lerobot(

@@ -203,8 +203,9 @@ class Viewer:
     def _draw(self, frame: Frame) -> None:
         with self._lock:
             found = self.source.blueprint
-            if frame.model is not self._blueprint.model and frame.model is found.model:
-                # Other things are believed now than before.
+            drawn = self._blueprint
+            if (frame.model is not drawn.model or found.arm != drawn.arm) and frame.model is found.model:
+                # Other things are believed now than before, or calls are made with another arm.
                 self._replace(found)
             if frame.model is self._blueprint.model:
                 self._show(frame)

@@ -7,7 +7,7 @@ from robosandbox.motion.carried import SinceLook
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.motion.twin import standing
 from robosandbox.sim.world import World
-from robosandbox.types import Observation, ObservedScene, Scene, frozen_array, the_only
+from robosandbox.types import Observation, ObservedScene, Scene, frozen_array
 
 
 class BelievedWorld:
@@ -34,6 +34,5 @@ class BelievedWorld:
             state: How the robot stands now.
         """
         self.world = self._scenes.world_of(seen)
-        arm = the_only(state.arms, "arms")
-        qpos = frozen_array(standing(self.world, self._since_look.objects(seen, arm), arm))
-        return Frame(model=self.world.model, seen=state, held=", ".join(seen.in_hands) or None, qpos=qpos)
+        qpos = frozen_array(standing(self.world, self._since_look.objects(seen, state.arms), state.arms))
+        return Frame(model=self.world.model, seen=state, hands=seen.hands, qpos=qpos)

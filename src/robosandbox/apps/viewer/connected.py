@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from robosandbox.apps.viewer.stream import FRAME_HZ
 from robosandbox.errors import InputError, RoboSandboxError
 from robosandbox.motion.twin import standing
 from robosandbox.sim.world import World, build_world_of
-from robosandbox.types import Array, Observation, Scene, frozen_array, the_only
+from robosandbox.types import Array, Observation, Scene, frozen_array
 from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.loop import Loop
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
@@ -65,7 +65,9 @@ class ConnectedSource:
     @property
     def blueprint(self) -> Blueprint:
         """Blueprint of the world that is drawn."""
-        return Blueprint.of(self._drawn.world)
+        world, arm = self._drawn.world, (self._state or self._robot.state()).arm
+        # A state may be older than the world.
+        return Blueprint.of(world, arm if arm in world.robots else next(iter(world.robots)))
 
     @property
     def title(self) -> str:
@@ -124,7 +126,8 @@ class ConnectedSource:
         ):
             self._doubted = True
         moved = self._doubted or before is None or state.goal_id is not None or state.robot.time < before.robot.time
-        if moved or max(map(abs, state.robot.qd), default=0.0) > _MOVING:
+        speeds = (abs(arm.qd).max(initial=0.0) for arm in state.robot.arms.values())
+        if moved or max(speeds) > _MOVING:
             self._loop.wake()
 
     def _follow(self) -> float:
@@ -185,8 +188,8 @@ class _Told:
         # Robot and objects of one moment.
         arms = {name: replace(arm, q=truth.arms[name].q) for name, arm in state.robot.arms.items()}
         seen = _of_this_robot(replace(state.robot, arms=arms), self.world)
-        qpos = frozen_array(standing(self.world, truth.objects.values(), the_only(arms, "arms")))
-        return Frame(model=self.world.model, seen=seen, held=", ".join(truth.in_hands) or None, qpos=qpos)
+        qpos = frozen_array(standing(self.world, truth.objects.values(), arms))
+        return Frame(model=self.world.model, seen=seen, hands=truth.hands, qpos=qpos)
 
 
 class _Supposed:
@@ -220,10 +223,16 @@ def _drawn(session: RemoteWorkcell) -> _Told | _Supposed:
 
 
 def _of_this_robot(seen: Observation, world: World) -> Observation:
-    """Return what was seen of the robot; raises InputError where the sim has loaded another one meanwhile."""
-    if len(seen.q) != world.robot.spec.n:
-        raise InputError(f"the sim's robot has {len(seen.q)} joints, and the one drawn here {world.robot.spec.n}")
+    """Return what was seen of the robots; raises InputError where the sim has loaded others meanwhile."""
+    there = {name: len(arm.q) for name, arm in seen.arms.items()}
+    drawn = {name: robot.n for name, robot in world.robots.items()}
+    if there != drawn:
+        raise InputError(f"the sim's arms have {_joints(there)} joints, and those drawn here {_joints(drawn)}")
     return seen
+
+
+def _joints(counts: Mapping[str, int]) -> str:
+    return " and ".join(map(str, counts.values()))
 
 
 def _scene(session: RemoteWorkcell) -> Scene:

@@ -34,7 +34,8 @@ class EmbeddedSource:
     @property
     def blueprint(self) -> Blueprint:
         """Blueprint of the world that is drawn."""
-        return Blueprint.of(self._believed.world if self._world is None else self._world.world)
+        world = self._believed.world if self._world is None else self._world.world
+        return Blueprint.of(world, self._cell.ctx.arm.name)
 
     @property
     def teleop(self) -> EmbeddedTeleop:
@@ -90,5 +91,4 @@ class EmbeddedSource:
         state = sim.snapshot()
         # A state begins with the time, and positions come next.
         qpos = state[1 : 1 + sim.model.nq]
-        held = ", ".join(filter(None, sim.in_hands().values())) or None
-        return Frame(model=sim.model, seen=sim.state(), held=held, qpos=qpos, state=state)
+        return Frame(model=sim.model, seen=sim.state(), hands=sim.in_hands(), qpos=qpos, state=state)

@@ -53,23 +53,28 @@ class Window:
 
 
 def first_view(blueprint: Blueprint, window: Window) -> Viewpoint:
-    """Return the view of the arm at home with all objects, moved nearer until the smallest object can be made out.
+    """Return the view of the arms at home with all objects, moved nearer until the smallest object can be made out.
 
     Args:
         blueprint: The world, whose objects stand where its task puts them.
         window: What the picture is seen through.
     """
-    model, robot = blueprint.model, blueprint.robot
+    model, robots = blueprint.model, blueprint.robots.values()
     data = mujoco.MjData(model)
-    data.qpos[robot.qpos_indices] = robot.home_q
-    if robot.gripper is not None:
-        data.qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(robot.gripper.geometry.open_joint)
+    tools, links = set[int](), set[int]()
+    for robot in robots:
+        data.qpos[robot.qpos_indices] = robot.home_q
+        if robot.gripper is not None:
+            data.qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(robot.gripper.geometry.open_joint)
+        tools |= robot.gripper.bodies if robot.gripper is not None else {int(model.site_bodyid[robot.tcp_site])}
+        links |= robot.bodies
     mujoco.mj_kinematics(model, data)
-    tool = robot.gripper.bodies if robot.gripper is not None else {int(model.site_bodyid[robot.tcp_site])}
     objects = [_corners(model, data, _with_children(model, body)) for body in blueprint.object_bodies.values()]
     objects = [corners for corners in objects if len(corners)]
-    needed = np.concatenate([*objects, _corners(model, data, tool), data.site_xpos[[robot.tcp_site]]])
-    everything = np.concatenate([needed, _corners(model, data, robot.bodies)])
+    needed = np.concatenate(
+        [*objects, _corners(model, data, tools), data.site_xpos[[robot.tcp_site for robot in robots]]]
+    )
+    everything = np.concatenate([needed, _corners(model, data, links)])
     far, near = _eye(everything, window), _eye(needed, window)
     eye = far
     for step in range(_STEPS + 1):

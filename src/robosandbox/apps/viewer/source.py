@@ -22,15 +22,15 @@ class Frame:
 
     Attributes:
         model: Whose.
-        seen: Joints, TCP and gripper, and the simulated time.
-        held: Ids of what is held, for people; None where nothing is.
+        seen: Joints, TCP and gripper of each arm, and the simulated time.
+        hands: Id of what each hand holds, by the hand's name; None in an empty one.
         qpos: Generalized positions, shape (nq,).
         state: The whole state of the physics, which contact forces follow from; None where it is not known.
     """
 
     model: mujoco.MjModel
     seen: Observation
-    held: str | None
+    hands: Mapping[str, str | None]
     qpos: Array
     state: Array | None = None
 
@@ -41,32 +41,47 @@ class Blueprint:
 
     Attributes:
         model: The compiled scene.
-        robot: Its robot.
+        robots: Its robots by the name of their arm.
+        arm: The arm that calls are made with, which layers and gauges are about.
         names: What people call each body.
         object_bodies: Body ids of the objects.
         scene: What it was built from.
     """
 
     model: mujoco.MjModel
-    robot: Robot
+    robots: Mapping[str, Robot]
+    arm: str
     names: Sequence[str]
     object_bodies: Mapping[str, int]
     scene: Scene
 
     @classmethod
-    def of(cls, world: World) -> Blueprint:
-        """Return what of a compiled world is drawn."""
+    def of(cls, world: World, arm: str) -> Blueprint:
+        """Return what of a compiled world is drawn while calls are made with an arm."""
         return cls(
             model=world.model,
-            robot=world.robot,
+            robots=world.robots,
+            arm=arm,
             names=world.names,
             object_bodies=world.object_bodies,
             scene=world.scene,
         )
 
-    def turns(self, index: int) -> bool:
+    @property
+    def robot(self) -> Robot:
+        """The robot of the arm that calls are made with."""
+        return self.robots[self.arm]
+
+    @property
+    def robot_scene(self) -> Scene:
+        """The scene with that robot as the only one."""
+        named = (arm for arm in self.scene.arms if arm.name == self.arm)
+        arm = next(named, None)
+        return self.scene if arm is None else self.scene.for_arm(arm)
+
+    def turns(self, index: int, robot: Robot | None = None) -> bool:
         """Tell whether an arm joint, by its place in `robot.joints`, turns; else it slides."""
-        joint = int(self.model.dof_jntid[int(self.robot.dof_indices[index])])
+        joint = int(self.model.dof_jntid[int((robot or self.robot).dof_indices[index])])
         return bool(self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
 
     @property
@@ -74,10 +89,9 @@ class Blueprint:
         """The unit that the arm's speed is told in: that of joints that turn, if there is one."""
         return "°/s" if any(self.turns(index) for index in range(len(self.robot.joints))) else "mm/s"
 
-    @property
-    def force_unit(self) -> str:
-        """The unit of the gripper's force: that of its primary joint's servo."""
-        gripper = self.robot.gripper
+    def force_unit(self, robot: Robot | None = None) -> str:
+        """Return the unit of the gripper's force: that of its primary joint's servo."""
+        gripper = (robot or self.robot).gripper
         if gripper is None:
             return ""
         if gripper.qpos_index is None:

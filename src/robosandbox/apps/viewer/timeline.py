@@ -57,19 +57,19 @@ class Timeline:
 
     def add(self, frame: Frame, blueprint: Blueprint) -> None:
         """Take a frame; one from before the last sample, as after a step back, begins anew."""
-        seen = frame.seen
+        seen, now = frame.seen.arms[blueprint.arm], frame.seen.time
         force = seen.gripper.force if seen.gripper else None
         gripper = (
             (np.nan, np.nan)
             if seen.gripper is None
             else (1000.0 * seen.gripper.width, np.nan if force is None else force)
         )
-        sample = (seen.time, joint_speed(seen.qd, blueprint), *gripper)
+        sample = (now, joint_speed(seen.qd, blueprint), *gripper)
         with self._lock:
-            if self._samples and seen.time < self._samples[-1][0]:
+            if self._samples and now < self._samples[-1][0]:
                 self._samples.clear()
                 self._phases = []
-            if not self._samples or seen.time > self._samples[-1][0]:
+            if not self._samples or now > self._samples[-1][0]:
                 self._samples.append(sample)
 
     def enter(self, phase: str) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 
 from robosandbox.motion.carried import SinceLook
 from robosandbox.motion.twin import standing
-from robosandbox.sim.step_recorder import StepColumns
+from robosandbox.sim.step_recorder import StepColumns, column_of
 from robosandbox.sim.world import World
-from robosandbox.types import Array, Pose, the_only
+from robosandbox.types import Array, Pose
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 # Where a model has to put a thing of which nothing was seen yet: metres under the floor, out of every picture. Chosen.
@@ -49,32 +49,36 @@ class BeliefRecorder:
 
     def add(self) -> None:
         """Take down the state as it is now."""
-        state, seen = the_only(self._host.driver.arms, "arms").state(), self._host.ctx.seen
-        believed = self._since_look.objects(seen, state) if seen is not None else ()
+        arms, seen = self._host.driver.state().arms, self._host.ctx.seen
+        believed = self._since_look.objects(seen, arms) if seen is not None else ()
         known = {item.id: item for item in believed}
         objects = [
             [*known[name].pose.xyz, *known[name].pose.quat_xyzw] if name in known else [np.nan] * 7
             for name in self._world.object_bodies
         ]
-        qpos = standing(self._world, believed, state)
+        qpos = standing(self._world, believed, arms)
         for name, bodies in self._world.parts.items():
             if name not in known:
                 address = int(self._world.model.jnt_qposadr[self._world.model.body_jntadr[bodies[0]]])
                 qpos[address : address + 3] = _NOWHERE.position
         row = {
-            "time": np.array([state.time]),
-            "q": state.q,
-            "qd": state.qd,
-            "tcp_pose": np.array([*state.tcp_pose.xyz, *state.tcp_pose.quat_xyzw]),
+            "time": np.array([max(state.time for state in arms.values())]),
             "objects": np.array(objects, dtype=float).ravel(),
             "qpos": qpos,
         }
-        gripper = state.gripper
-        if gripper is not None:
-            force = np.nan if gripper.force is None else gripper.force
-            row["gripper"] = np.array([gripper.joint, gripper.width, gripper.closed, force])
-            if gripper.commanded is not None:
-                row["action_gripper"] = np.array([gripper.commanded])
+        for name, state in arms.items():
+            own = {
+                "q": state.q,
+                "qd": state.qd,
+                "tcp_pose": np.array([*state.tcp_pose.xyz, *state.tcp_pose.quat_xyzw]),
+            }
+            gripper = state.gripper
+            if gripper is not None:
+                force = np.nan if gripper.force is None else gripper.force
+                own["gripper"] = np.array([gripper.joint, gripper.width, gripper.closed, force])
+                if gripper.commanded is not None:
+                    own["action_gripper"] = np.array([gripper.commanded])
+            row |= {column_of(name, column): values for column, values in own.items()}
         self._rows.append(row)
 
     def take(self) -> StepColumns:

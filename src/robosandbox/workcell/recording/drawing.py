@@ -12,10 +12,13 @@ from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
 from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.sim.step_recorder import column_of
 from robosandbox.sim.world import World, build_world_of
 from robosandbox.tasks.task import Task
+from robosandbox.types.robot import ARM
 from robosandbox.validation import validate
 from robosandbox.workcell.recording.episode import RecordedEpisode
+from robosandbox.workcell.recording.files import Meta
 
 PLOTS = ("joints", "tcp", "gripper", "force", "phases")
 
@@ -31,7 +34,7 @@ def world_of(episode: RecordedEpisode) -> World:
     scene = meta.checkpoint.scene if meta.checkpoint is not None else validate(meta.task, Task, source=source).scene
     world = build_world_of(scene)
     if tuple(world.object_bodies) != meta.objects or episode["qpos"].shape[1] != world.model.nq:
-        raise InputError(f"{episode.name}: {meta.robot.name} has other joints or objects than when it was recorded")
+        raise InputError(f"{episode.name}: {meta.robot_name} has other joints or objects than when it was recorded")
     return world
 
 
@@ -89,7 +92,7 @@ def plot(episode: RecordedEpisode, path: Path, kinds: Sequence[str] = PLOTS) -> 
 
 
 def contact_force(episode: RecordedEpisode) -> NDArray[np.float64]:
-    """Return the largest normal force between the robot and anything else in each row, N, shape (rows,).
+    """Return the largest normal force between an arm and anything else in each row, N, shape (rows,).
 
     Not a number where contacts were not recorded.
     """
@@ -97,14 +100,22 @@ def contact_force(episode: RecordedEpisode) -> NDArray[np.float64]:
         return np.full(len(episode), np.nan)
     bodies = episode.ragged("contact_bodies")
     forces = episode.ragged("contact_force")
-    others = {*episode.meta.objects, "table", "floor", "world"}
-    robot = np.array([name not in others for name in episode.meta.bodies])
-    pairs = robot[np.asarray(bodies.values, dtype=int)].reshape(-1, 2)
+    arm_of = np.array([_arm_of(name, episode.meta) for name in episode.meta.bodies])
+    pairs = arm_of[np.asarray(bodies.values, dtype=int)].reshape(-1, 2)
     counted = np.where(pairs[:, 0] != pairs[:, 1], np.asarray(forces.values, dtype=float), 0.0)
     rows = np.repeat(np.arange(len(episode)), np.diff(forces.offsets))
     largest = np.zeros(len(episode))
     np.maximum.at(largest, rows, counted)
     return largest
+
+
+def _arm_of(body: str, meta: Meta) -> int:
+    """Return the number of the arm that a body belongs to by its name; -1 of others."""
+    arms = [*meta.arms]
+    if arms == [ARM]:
+        return -1 if body in {*meta.objects, "table", "floor", "world"} else 0
+    arm = body.partition("/")[0]
+    return arms.index(arm) if arm in arms else -1
 
 
 def _bands(panel: Any, episode: RecordedEpisode) -> None:
@@ -115,32 +126,39 @@ def _bands(panel: Any, episode: RecordedEpisode) -> None:
 
 
 def _joints(panel: Any, episode: RecordedEpisode) -> None:
-    commanded = episode.get("action_q")
-    for index, name in enumerate(episode.meta.robot.joints):
-        (line,) = panel.plot(episode.seconds, episode["q"][:, index], linewidth=1.2, label=name)
-        if commanded is not None:
-            panel.plot(episode.seconds[1:], commanded[1:, index], linewidth=0.8, linestyle=":", color=line.get_color())
+    for arm, robot in episode.meta.arms.items():
+        q, commanded = episode[column_of(arm, "q")], episode.of_arm(arm, "action_q")
+        for index, name in enumerate(robot.joints):
+            (line,) = panel.plot(episode.seconds, q[:, index], linewidth=1.2, label=column_of(arm, name))
+            if commanded is not None:
+                dotted = {"linewidth": 0.8, "linestyle": ":", "color": line.get_color()}
+                panel.plot(episode.seconds[1:], commanded[1:, index], **dotted)
     panel.set_ylabel("joints; dotted: commanded")
     panel.legend(fontsize=6, ncols=2, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _tcp(panel: Any, episode: RecordedEpisode) -> None:
-    for index, axis in enumerate("xyz"):
-        panel.plot(episode.seconds, episode["tcp_pose"][:, index], linewidth=1.2, label=axis)
+    for arm in episode.meta.arms:
+        tcp = episode[column_of(arm, "tcp_pose")]
+        for index, axis in enumerate("xyz"):
+            panel.plot(episode.seconds, tcp[:, index], linewidth=1.2, label=column_of(arm, axis))
     panel.set_ylabel("TCP, m")
     panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _gripper(panel: Any, episode: RecordedEpisode) -> None:
     panel.set_ylabel("gripper, mm")
-    if "gripper" not in episode:
+    grippers = {arm: found for arm in episode.meta.arms if (found := episode.of_arm(arm, "gripper")) is not None}
+    if not grippers:
         panel.text(0.5, 0.5, "no gripper", ha="center", transform=panel.transAxes)
         return
-    panel.plot(episode.seconds, 1000.0 * episode["gripper"][:, 1], linewidth=1.2, label="width")
-    width, closed = episode.meta.robot.gripper or (0.0, 0.0), episode.get("action_gripper")
-    if closed is not None:
-        commanded = width[1] + closed * (width[0] - width[1])
-        panel.plot(episode.seconds, 1000.0 * commanded, linewidth=0.8, linestyle=":", color="C0", label="commanded")
+    for arm, gripper in grippers.items():
+        (line,) = panel.plot(episode.seconds, 1000.0 * gripper[:, 1], linewidth=1.2, label=column_of(arm, "width"))
+        width, closed = episode.meta.arms[arm].gripper or (0.0, 0.0), episode.of_arm(arm, "action_gripper")
+        if closed is not None:
+            commanded = width[1] + closed * (width[0] - width[1])
+            dotted = {"linewidth": 0.8, "linestyle": ":", "color": line.get_color()}
+            panel.plot(episode.seconds, 1000.0 * commanded, **dotted, label=column_of(arm, "commanded"))
     panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 

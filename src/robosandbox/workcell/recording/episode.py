@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 
 from robosandbox.errors import InputError
-from robosandbox.sim.step_recorder import Ragged
+from robosandbox.sim.step_recorder import Ragged, column_of
 from robosandbox.types import Array
 from robosandbox.validation import validate
 from robosandbox.workcell.recording.columns import to_numpy, to_ragged
@@ -91,6 +91,10 @@ class RecordedEpisode:
     def get(self, column: str) -> Array | None:
         """Return a column, None where there is none: an arm without a gripper has none of its columns."""
         return self[column] if column in self.table.column_names else None
+
+    def of_arm(self, arm: str, column: str) -> Array | None:
+        """Return an arm's column of numbers, None where there is none."""
+        return self.get(column_of(arm, column))
 
     def __contains__(self, column: object) -> bool:
         return column in self.table.column_names

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
+from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
+
 from robosandbox.errors import InputError
-from robosandbox.types import Checkpoint, Positive, StrictModel, Verdict
+from robosandbox.types import Checkpoint, Positive, StrictModel, Verdict, the_only
+from robosandbox.types.robot import ARM
 
 META, STEPS, STREAM, EVENTS, RESULT = "meta.json", "steps.parquet", "steps.arrows", "events.jsonl", "result.json"
 VIDEOS = "videos"
@@ -18,7 +21,7 @@ VERSION = 1
 
 
 class RobotMeta(StrictModel):
-    """The recorded robot.
+    """A recorded robot, which is one arm.
 
     Attributes:
         name: Its model's stem.
@@ -60,7 +63,7 @@ class Meta(StrictModel):
         prompt: What the robot was told.
         task: The loaded task, as its YAML would have it.
         seed: The layout.
-        robot: The arm.
+        arms: The robots by the name of their arm; of the only one the file says `robot`.
         objects: Ids, in the order of the column `objects`.
         bodies: Names of all bodies, for `contact_bodies`.
         skills: What the robot could do: name, description and JSON schema of the arguments.
@@ -78,7 +81,7 @@ class Meta(StrictModel):
     prompt: str
     task: dict[str, Any]
     seed: int
-    robot: RobotMeta
+    arms: Mapping[str, RobotMeta]
     objects: tuple[str, ...]
     bodies: tuple[str, ...]
     skills: tuple[dict[str, Any], ...]
@@ -88,6 +91,32 @@ class Meta(StrictModel):
     videos: tuple[VideoMeta, ...] = ()
     versions: dict[str, str]
     started: datetime
+
+    @property
+    def robot(self) -> RobotMeta:
+        """The robot of a recording with one; a ValueError where there are several."""
+        return the_only(self.arms, "arms")
+
+    @property
+    def robot_name(self) -> str:
+        """Name of the robot for people; of several arms the names of each model."""
+        return " and ".join(dict.fromkeys(robot.name for robot in self.arms.values()))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _robot_is_the_only_arm(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or "robot" not in data:
+            return data
+        return {**{key: value for key, value in data.items() if key != "robot"}, "arms": {ARM: data["robot"]}}
+
+    @model_serializer(mode="wrap")
+    def _only_arm_is_the_robot(self, as_data: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = as_data(self)
+        if [*data.get("arms", ())] != [ARM]:
+            return data
+        return {
+            "robot" if key == "arms" else key: value[ARM] if key == "arms" else value for key, value in data.items()
+        }
 
 
 class Result(StrictModel):

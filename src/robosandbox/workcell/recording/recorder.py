@@ -17,12 +17,12 @@ from robosandbox.agent import episode as events
 from robosandbox.driver import Driver
 from robosandbox.sim.opening import mujoco_behind
 from robosandbox.sim.world import World, build_world_of
-from robosandbox.types import Array, ObservedScene, Verdict, the_only
+from robosandbox.types import Array, ObservedScene, Verdict
 from robosandbox.types.robot import RobotSpec
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.recording.beliefs import BeliefRecorder
-from robosandbox.workcell.recording.columns import COLUMNS
+from robosandbox.workcell.recording.columns import columns_of
 from robosandbox.workcell.recording.files import (
     EVENTS,
     META,
@@ -101,7 +101,10 @@ class Recorder:
         if self._simulated is not None:
             self._simulated.jump_hooks.append(self._jumped)
         self._task: dict[str, Any] = host.task.model_dump(mode="json")
-        self._robot = _robot_meta(the_only(self._driver.arms, "arms").spec, self._world, self._simulated is not None)
+        self._arms = {
+            name: _robot_meta(arm.spec, name, self._world, self._simulated is not None)
+            for name, arm in self._driver.arms.items()
+        }
         self._skills = tuple(
             {"name": skill.name, "description": skill.description, "arguments": dict(skill.schema)}
             for skill in host.skills
@@ -142,13 +145,13 @@ class Recorder:
             prompt=prompt,
             task=self._task,
             seed=host.seed,
-            robot=self._robot,
+            arms=self._arms,
             objects=tuple(world.object_bodies),
             bodies=world.names,
             skills=self._skills,
             control_timestep=driver.control_timestep,
             checkpoint=host.checkpoint() if self._simulated is not None else None,
-            columns=COLUMNS,
+            columns=columns_of(self._arms),
             videos=tuple(video.meta for video in videos),
             versions=versions(),
             started=datetime.now(UTC),
@@ -337,8 +340,7 @@ class Recorder:
         )
 
 
-def _robot_meta(robot: RobotSpec, world: World, simulated: bool) -> RobotMeta:
-    actuators = [world.model.actuator(index).name for index in range(world.model.nu)] if simulated else []
+def _robot_meta(robot: RobotSpec, arm: str, world: World, simulated: bool) -> RobotMeta:
     geometry = robot.gripper.geometry if robot.gripper else None
     return RobotMeta(
         name=robot.name,
@@ -346,9 +348,9 @@ def _robot_meta(robot: RobotSpec, world: World, simulated: bool) -> RobotMeta:
         lower=_finite(robot.lower),
         upper=_finite(robot.upper),
         home_q=tuple(robot.home_q.tolist()),
-        actuators=tuple(actuators),
+        actuators=world.actuators_of(arm) if simulated else (),
         gripper=(geometry.min_aperture, geometry.max_aperture) if geometry else None,
-        sidecar=the_only(world.sidecars, "arms").model_dump(mode="json"),
+        sidecar=world.sidecars[arm].model_dump(mode="json"),
     )
 
 

@@ -10,9 +10,9 @@ from robosandbox.driver import made_safe
 from robosandbox.errors import InputError
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.opening import require_mujoco
-from robosandbox.sim.step_recorder import Ragged
+from robosandbox.sim.step_recorder import Ragged, column_of
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Verdict, the_only
+from robosandbox.types import Array, Verdict
 from robosandbox.validation import validate
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -108,7 +108,10 @@ class Replay:
         then, now = episode.meta.versions, versions()
         return Replayed(
             object_error_mm=errors,
-            joint_error=float(np.abs(the_only(truth.arms, "arms").q - episode["q"][-1]).max(initial=0.0)),
+            joint_error=max(
+                float(np.abs(arm.q - episode[column_of(name, "q")][-1]).max(initial=0.0))
+                for name, arm in truth.arms.items()
+            ),
             recorded=result.judged.success if result is not None and result.judged is not None else None,
             judged=verdict,
             changed_versions=tuple(
@@ -122,10 +125,13 @@ class Replay:
 
     def _check(self) -> None:
         meta, world = self.episode.meta, self.world
-        found = tuple(world.model.actuator(index).name for index in range(world.model.nu))
-        if found != meta.robot.actuators or tuple(world.object_bodies) != meta.objects:
+        found = {arm: world.world.actuators_of(arm) for arm in world.robots}
+        if (
+            found != {arm: robot.actuators for arm, robot in meta.arms.items()}
+            or tuple(world.object_bodies) != meta.objects
+        ):
             raise InputError(
-                f"{self.episode.name}: {meta.robot.name} has other actuators or objects than when it was recorded; "
+                f"{self.episode.name}: {meta.robot_name} has other actuators or objects than when it was recorded; "
                 "replay needs the same model"
             )
 

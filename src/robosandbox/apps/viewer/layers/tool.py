@@ -29,7 +29,7 @@ class TcpFrame(Layer):
 
     def draw(self, frame: Frame, data: mujoco.MjData) -> None:
         """Follow the TCP."""
-        self.place(frame.seen.tcp_pose)
+        self.place(frame.seen.arms[self.blueprint.arm].tcp_pose)
 
     def place(self, pose: Pose) -> None:
         """Draw the frame at a pose in the world."""

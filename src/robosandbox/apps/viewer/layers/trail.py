@@ -45,7 +45,7 @@ class TcpTrail(Layer):
 
     def draw(self, frame: Frame, data: mujoco.MjData) -> None:
         """Take the TCP's place."""
-        here = frame.seen.tcp_pose.position
+        here = frame.seen.arms[self.blueprint.arm].tcp_pose.position
         far = float(np.linalg.norm(here - self._points[-1])) if self._points else np.inf
         if self._points and far > _JUMP:
             self._points.clear()

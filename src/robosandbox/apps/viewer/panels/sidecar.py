@@ -52,7 +52,7 @@ class SidecarPanel:
         self._preview.adopt(blueprint, body_scene)
         self._robot = blueprint.robot
         self._hinges = [blueprint.turns(index) for index in range(len(self._robot.joints))]
-        self._scene = blueprint.scene
+        self._scene = blueprint.robot_scene
         self._read()
 
     def hear(self, news: News) -> None:

@@ -100,7 +100,7 @@ class StripPanel:
         if gripper is not None:
             self._lanes += (
                 Lane("Gripper opening", "mm", "green", 1000.0 * gripper.geometry.max_aperture),
-                Lane("Gripper force", blueprint.force_unit, "amber", 1.0),
+                Lane("Gripper force", blueprint.force_unit(), "amber", 1.0),
             )
         self._board.content = strip(self._timeline.recording(), self._lanes)
 

@@ -5,6 +5,7 @@ Numbers are finite, SI units and radians, poses in the world frame. docs/protoco
 """
 
 from robosandbox.workcell.zenoh.messages.answers import (
+    ArmInfo,
     Camera,
     Feedback,
     Goal,
@@ -61,6 +62,7 @@ __all__ = [
     "PROTOCOL",
     "ROOT",
     "STATE_HZ",
+    "ArmInfo",
     "Ask",
     "Camera",
     "Clock",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import operator
 from enum import StrEnum
 from typing import Any, Literal, Self
+
+from pydantic import Field
 
 from robosandbox.errors import Failure
 from robosandbox.types import (
@@ -19,6 +22,7 @@ from robosandbox.types import (
     StrictModel,
     Truth,
 )
+from robosandbox.types.robot import ARM
 from robosandbox.workcell.zenoh.messages.message import Count, GoalId, Message, Numbers, RobotId, decode
 
 
@@ -80,8 +84,28 @@ class SkillInfo(StrictModel):
     by_hand: bool = False
 
 
+class ArmInfo(StrictModel):
+    """One of several arms.
+
+    Attributes:
+        robot: The robot's model.
+        joints: In the order of `q`.
+        home_q: Configuration, one value per joint.
+        base_xy: Where the robot stands, metres.
+        gripper: None for an arm without one.
+    """
+
+    robot: str
+    joints: tuple[Joint, ...]
+    home_q: Numbers
+    base_xy: tuple[Finite, Finite]
+    gripper: GripperInfo | None
+
+
 class Info(Message):
     """Description of a sim: the answer to `info`.
+
+    Of several arms `robot`, `joints`, `home_q`, `base_xy` and `gripper` are those of the first.
 
     Attributes:
         robot_id: In keys.
@@ -100,6 +124,7 @@ class Info(Message):
         truth: Whether `truth` answers.
         unprotected: What is not kept of this robot, in sentences: a limit that its driver cannot keep, or that nobody gives.
         doing: The running skill, or "reset" and the like; None when it is free.
+        arms: Each arm by name, where there are several; which one calls are made with, `obs/state` says.
     """
 
     robot_id: RobotId
@@ -118,6 +143,7 @@ class Info(Message):
     truth: bool
     unprotected: tuple[str, ...] = ()
     doing: str | None = None
+    arms: dict[str, ArmInfo] = Field(default={}, exclude_if=operator.not_)
 
 
 class GoalStatus(StrEnum):
@@ -220,6 +246,7 @@ class State(Message):
         phase: Its phase.
         physics_steps: Since the last reset; None where nothing is simulated.
         loads: Tasks that were loaded since the process began: with another number, or boot id, ask `info` again.
+        arm: Name of the arm that calls are made with, where there are several.
     """
 
     boot_id: str
@@ -232,6 +259,7 @@ class State(Message):
     phase: str | None = None
     physics_steps: Count | None
     loads: Count = 0
+    arm: str = Field(default=ARM, exclude_if=lambda arm: arm == ARM)
 
 
 class Objects(Message):

@@ -89,6 +89,9 @@ class TaskLoader:
     def _check_files(self, scene: Scene) -> None:
         named = [("scene.robot_urdf", scene.robot_urdf), ("scene.robot_config", scene.robot_config)]
         named += [("scene.robot_gripper", scene.robot_gripper)]
+        for index, arm in enumerate(scene.arms):
+            named += [(f"scene.arms[{index}].robot_urdf", arm.robot_urdf)]
+            named += [(f"scene.arms[{index}].robot_config", arm.robot_config)]
         named += [(f"scene.objects[{index}].mesh", item.mesh) for index, item in enumerate(scene.objects)]
         for field, path in named:
             if path is not None:
@@ -108,7 +111,7 @@ class TaskLoader:
 
 def _check_same_robot(task: Scene, saved: Scene) -> None:
     """Refuse a world that was saved with another robot or table than its task has."""
-    for field in ("robot_urdf", "robot_config", "robot_arm", "robot_gripper", "table_height"):
+    for field in ("robot_urdf", "robot_config", "robot_arm", "robot_gripper", "table_height", "arms"):
         mine, theirs = getattr(task, field), getattr(saved, field)
         if mine != theirs:
             raise InputError(

@@ -10,10 +10,21 @@ from typing import Any, Literal
 import numpy as np
 
 from robosandbox.sim.opening import mujoco_behind
-from robosandbox.types import ArmTruth, GraspSearch, Intent, Trajectory, Truth, frozen_array, the_only
+from robosandbox.types import ArmTruth, GraspSearch, Intent, Trajectory, Truth, frozen_array
+from robosandbox.types.robot import RobotSpec
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.host import Activity, WorkcellHost
-from robosandbox.workcell.zenoh.messages import Camera, GripperInfo, Info, Joint, Objects, SkillInfo, State, TrueState
+from robosandbox.workcell.zenoh.messages import (
+    ArmInfo,
+    Camera,
+    GripperInfo,
+    Info,
+    Joint,
+    Objects,
+    SkillInfo,
+    State,
+    TrueState,
+)
 
 # Configurations or grasps of an intent that are sent; chosen as many as a viewer can draw apart.
 _MOST_SHOWN = 64
@@ -38,22 +49,11 @@ def info_of(
         pace: How simulated time passes.
         sizes: (height, width) of pictures in pixels, by camera.
     """
-    robot = the_only(served.driver.arms, "arms").spec
-    joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
-    geometry = robot.gripper.geometry if robot.gripper else None
+    arms = {name: _arm_info(arm.spec) for name, arm in served.driver.arms.items()}
     return Info(
         robot_id=robot_id,
         boot_id=boot_id,
-        robot=robot.name,
-        joints=tuple(
-            Joint(name=name, lower=float(low), upper=float(high), velocity=float(speed))
-            for name, low, high, speed in joints
-        ),
-        home_q=tuple(float(value) for value in robot.home_q),
-        base_xy=(float(robot.base_position[0]), float(robot.base_position[1])),
-        gripper=GripperInfo(min_aperture=geometry.min_aperture, max_aperture=geometry.max_aperture)
-        if geometry
-        else None,
+        **dict(next(iter(arms.values()))),
         cameras=tuple(Camera(name=name, width=width, height=height) for name, (height, width) in sizes.items()),
         skills=tuple(
             SkillInfo(
@@ -70,6 +70,24 @@ def info_of(
         control_timestep=served.driver.control_timestep,
         truth=truth,
         unprotected=served.ctx.safety.unprotected if served.ctx.safety is not None else (),
+        arms=arms if len(arms) > 1 else {},
+    )
+
+
+def _arm_info(robot: RobotSpec) -> ArmInfo:
+    joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
+    geometry = robot.gripper.geometry if robot.gripper else None
+    return ArmInfo(
+        robot=robot.name,
+        joints=tuple(
+            Joint(name=name, lower=float(low), upper=float(high), velocity=float(speed))
+            for name, low, high, speed in joints
+        ),
+        home_q=tuple(float(value) for value in robot.home_q),
+        base_xy=(float(robot.base_position[0]), float(robot.base_position[1])),
+        gripper=GripperInfo(min_aperture=geometry.min_aperture, max_aperture=geometry.max_aperture)
+        if geometry
+        else None,
     )
 
 
@@ -112,6 +130,7 @@ class Readings:
             phase=cell.ctx.phase if goal else None,
             physics_steps=self._physics_steps(),
             loads=self.loads,
+            arm=cell.ctx.arm.name,
         )
 
     def objects(self) -> Objects:

@@ -1,0 +1,95 @@
+"""The gripper by itself: opened and closed where the arm is."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from robosandbox.driver import require
+from robosandbox.errors import AlreadyHoldingError, GraspError, InvalidArgumentError, Phase
+from robosandbox.skills.base import Skill
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import SkillResult
+
+# Share by which a grip's force may differ from the one asked for.
+_CLOSE_ENOUGH = 0.05
+# Times that the motors' force is set anew by what is felt: friction in the fingers' joints takes an unknown part of it.
+_CORRECTIONS = 6
+
+
+class OpenGripper(Skill):
+    """Open the gripper."""
+
+    name = "open_gripper"
+
+    def run(self, ctx: SkillContext, *, width: Annotated[float, Field(ge=0.0)] | None = None) -> SkillResult:
+        """Open the gripper where the arm is; what is held has to be put down by a skill.
+
+        Args:
+            width: Gap between the fingers, metres; all the way when left out.
+
+        Raises:
+            AlreadyHoldingError: Something is held, which would fall.
+            InvalidArgumentError: It does not open so far.
+            UnsupportedError: The robot has no gripper.
+        """
+        arm = Manipulator(ctx)
+        if arm.start.held is not None:
+            raise AlreadyHoldingError(
+                f"the gripper holds {arm.start.held}, which would fall; put it down with place_at, place_on or place_in",
+                phase=Phase.CHECK,
+            )
+        widest = arm.geometry.max_aperture
+        if width is not None and width > widest:
+            raise InvalidArgumentError(
+                f"width: {1e3 * width:.0f} mm; the gripper opens to {1e3 * widest:.0f} mm", phase=Phase.CHECK
+            )
+        arm.open(width)
+        return SkillResult(skill=self.name, detail={"width_mm": 1e3 * arm.gripper.width})
+
+
+class CloseGripper(Skill):
+    """Close the gripper."""
+
+    name = "close_gripper"
+
+    def run(self, ctx: SkillContext, *, force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None) -> SkillResult:
+        """Close the gripper where the arm is, until its fingers stop.
+
+        Args:
+            force: With which each side is to press on what is between them, N; as hard as the motors do when left out.
+
+        Raises:
+            UnsupportedError: The robot has no gripper, or it does not feel or limit its force.
+            GraspError: The force is not reached.
+        """
+        arm = Manipulator(ctx)
+        if force is None:
+            arm.close()
+        else:
+            _squeeze(arm, force)
+        detail: dict[str, float | str | bool] = {"width_mm": 1e3 * arm.gripper.width, "held": arm.look().held or ""}
+        if arm.driver.capabilities.gripper_force:
+            detail["force_n"] = arm.hand.grip_on(None)
+        return SkillResult(skill=self.name, detail=detail)
+
+
+def _squeeze(arm: Manipulator, force: float) -> None:
+    """Close the fingers until each side presses with a force, N."""
+    require(arm.driver, "gripper_force", "a force of the grip is asked for")
+    require(arm.driver, "grip_limit", "a force of the grip is asked for")
+    motors, felt = force, 0.0
+    for _ in range(_CORRECTIONS):
+        arm.hand.set_gripper(1.0, motors)
+        arm.wait_for_fingers()
+        felt = arm.hand.grip_on(None)
+        if abs(felt - force) <= _CLOSE_ENOUGH * force:
+            return
+        if felt == 0.0:
+            break
+        motors *= float(np.clip(force / felt, 0.25, 4.0))
+    said = f"presses with {felt:.1f} N" if felt else "closed on nothing"
+    raise GraspError(f"the gripper {said}, and was to press with {force:.1f} N", phase=Phase.GRASP)

@@ -1,0 +1,447 @@
+"""Ways on which a hand moves a part along its joint: a grip led around a hinge or along a slide, or a face pushed.
+
+The way of the hand is the part's own: each pose of the grip turned about the axis or moved along it. A hand that holds an upright bar
+on an upright hinge need not turn with it, so ways on which the hand turns less are tried as well.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise, permutations, product
+from typing import Literal
+
+import numpy as np
+
+from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
+from robosandbox.evidence import GraspEvidence
+from robosandbox.grasp.hand import FINGER_CLEARANCE, hand_pose, turned
+from robosandbox.shapes.body import PartJoint
+from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, moved, withdrawn
+from robosandbox.skills.primitives.strokes import flange_depth
+from robosandbox.spatial import matrix_about_axis, matrix_from_quat_xyzw
+from robosandbox.types import Array, DetectedObject, Grasp, Pose, Trajectory
+from robosandbox.world.parts import joint_of, lever, part_value
+
+# Share of the joints' speed limits at which a part is led at most: what servos trail by leads the hand off its line, and it holds the part
+# (halved, drawer tasks take 21 % longer, doubled 11 % less; all succeed).
+SPEED = 0.12
+# Metres between each finger and the handle before they close.
+PRESHAPE = 0.012
+# Metres before what is pushed at which the closed fingers come down.
+STAND_OFF = 0.012
+HOVERS = (HOVER_HEIGHT, 0.05, 0.035)
+# Metres of the handle's way after which it is looked whether the part follows at all, and between two poses of the hand around a hinge:
+# the chord leaves an arc of 0.3 m by 0.2 mm.
+_TRIAL, _STEP = 0.005, 0.02
+# Metres before the end of its range from which a part is pushed slowly, since it meets its stop there, and beyond it, for servos to give.
+_STOP_WITHIN, _PRESS = 0.006, 0.002
+# Share of the longest lever that a grip on a hinged part has.
+_LEAST_LEVER = 0.5
+# How much of the part's turn the hand makes, as a share, tried in this order.
+_TURNS = (1.0, 0.7, 0.4)
+# How much less sure a grip is that pulls by friction than one whose fingers push, as a ratio.
+_RUBS = 0.8
+# Leans of the hand about its closing line, radians, and the least cosine between its approach and the way from where it is at home.
+_LEANS, _FROM_BEHIND = tuple(np.radians([0.0, 30.0, -30.0])), -0.3
+# Metres by which what is held is wider than closed fingers.
+_THINNEST = 0.001
+# Sampled starts for a configuration: another grip is worth more than a harder search.
+_RESTARTS = 3
+# Grips that are tried.
+_MOST_GRIPS = 48
+# Where on a face it is pushed, shares of its half-extents; how squarely a face looks against the way, as a cosine; leans of the hand
+# from along the way to downwards, radians; and faces that are tried.
+_ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
+_PUSH_LEANS = tuple(np.radians([0.0, 35.0, 70.0, 90.0]))
+_MOST_FACES = 60
+# Metres up to which two places to push at are one.
+_SAME_PLACE = 0.04
+# Cosine between two directions from which on they are not at a right angle.
+_LEVEL = 0.05
+# Headings of a hand that presses, about its direction.
+_YAWS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class PartWay:
+    """Motions that bring the hand to a part, and poses on which it moves it.
+
+    Attributes:
+        grasp: Where the hand closes; None where it pushes.
+        approach: To before it.
+        descent: From there to the first pose.
+        poses: The TCP at each step of the part's way; the first is the grip's, or the one from which it is pushed.
+        steps: From each pose to the next.
+        values: The joint's value at each pose.
+        ends_at_stop: Whether the last step meets the end of the joint's range.
+    """
+
+    grasp: Grasp | None
+    approach: Trajectory
+    descent: Trajectory
+    poses: tuple[Pose, ...]
+    steps: tuple[Trajectory, ...]
+    values: tuple[float, ...]
+    ends_at_stop: bool
+
+
+def touched(part: DetectedObject) -> tuple[str, ...]:
+    """Return what planners call the body that moves: a drawer's sliding box, or the part itself."""
+    return (f"{part.id}/box",) if part.shape.opens else (part.id,)
+
+
+def around(part: DetectedObject) -> tuple[str, ...]:
+    """Return what the hand may touch while the part moves: itself, and of a part what it is on."""
+    owner = part.id.rpartition(".")[0]
+    return (*touched(part), owner) if owner and not part.shape.opens else touched(part)
+
+
+def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) -> PartWay:
+    """Return the first grip from which the hand can lead a part to one of some values of its joint, the best value first.
+
+    Raises:
+        GraspError: Nothing of it fits between the fingers.
+        UnreachableError: Its handle, or its way, is out of reach.
+        CollisionError: Something is in the way.
+    """
+    grasps = _handles(arm, part)
+    if not grasps:
+        raise no_grip(arm, part, "none_found", arm.gripper.width)
+    failures: list[SkillError] = []
+    free: list[Grasp] = []
+    for grasp in grasps:
+        try:
+            _check_free(arm, grasp)
+            free.append(grasp)
+            return _led(arm, part, grasp, goals[0])
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+    for goal, grasp in product(goals[1:], free):
+        try:
+            return _led(arm, part, grasp, goal)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+    raise most_telling(failures)
+
+
+def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
+    """Return the first way on which the closed hand can push a face of a part to a value of its joint.
+
+    Raises:
+        GraspError: No face of it looks against its way.
+        UnreachableError: Its faces, or its way, are out of reach.
+        CollisionError: Something is in the way.
+    """
+    motion, failures, q_now = arm.motion, list[SkillError](), arm.q
+    for tcp, direction in _faces(arm, part, goal):
+        start = moved(tcp, -STAND_OFF * direction)
+        values = _values(part, tcp, goal)
+        for poses in _along(part, tcp, [*values[1:-1], _pressed_home(part, values[-1], tcp)]):
+            try:
+                motion.allow()
+                descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
+                approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
+                motion.allow(*around(part))
+                steps = _steps(arm, descent.q[-1], poses)
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+                continue
+            return PartWay(None, approach, descent, (start, *poses), steps, tuple(values), _is_end(part, goal))
+    if not failures:
+        raise no_grip(arm, part, "none_found", 0.0)
+    raise most_telling(failures)
+
+
+def pressing_poses(arm: Manipulator, part: DetectedObject, axis: Array) -> Iterator[Pose]:
+    """Yield TCP poses with the fingertips at the middle of a part's face, pointing along an axis (3,); the least turned first."""
+    robot = arm.spec
+    tip = robot.gripper.geometry.tip_depth if robot.gripper else 0.0
+    centre = part.shape.centre(part)
+    face = centre - axis * float(part.shape.support(part, -axis[None])[0] + axis @ centre)
+    across = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    hand = arm.state.tcp_pose.rotation
+    rotations = []
+    for k in range(_YAWS):
+        y = turned(across, axis, 2.0 * math.pi * k / _YAWS)
+        rotations.append(np.column_stack([np.cross(y, axis), y, axis]))
+    rotations.sort(key=lambda rotation: -round(float(np.trace(hand.T @ rotation)), 6))
+    for rotation in rotations:
+        yield Pose.from_matrix(face - tip * axis, rotation)
+
+
+def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
+    """Return grips on the pieces of a part that have a lever there, the surest first.
+
+    Fingers close across two faces of a piece's own box, and the hand comes along a third axis, straight or leaning, from the side
+    on which it is at home. Whether there is room for it is the collision checker's to say.
+    """
+    joint, hand = joint_of(part), arm.state.tcp_pose.rotation
+    home = arm.motion.forward(arm.spec.home_q).position
+    rotation, origin = part.pose.rotation, part.pose.position
+    longest = lever(part)
+    found: list[tuple[tuple[float, ...], Grasp]] = []
+    for piece in part.shape.handles(part):
+        axes = rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
+        middle, half = origin + rotation @ np.array(piece.centre), piece.hull.half_extents
+        if _arm_of(joint, middle) < _LEAST_LEVER * longest:
+            continue
+        away = middle - home
+        away = away / max(float(np.linalg.norm(away)), 1e-9)
+        for c, a in permutations(range(3), 2):
+            long = 3 - c - a
+            spare = max(0.0, float(half[long]) - arm.geometry.finger_width / 2.0)
+            along_it = dict.fromkeys((0.0, spare / 2.0, -spare / 2.0))
+            for sign, side, lean, along in product((1.0, -1.0), (1.0, -1.0), _LEANS, along_it):
+                closing = side * axes[:, c]
+                approach = turned(sign * axes[:, a], axes[:, c], lean)
+                if approach @ away < _FROM_BEHIND:
+                    continue
+                point = middle + along * axes[:, long]
+                grasp = _grip(arm, part, point, closing, approach, 2.0 * float(half[c]), float(half[a]))
+                if grasp is not None:
+                    # A hand that comes from where it is at home has its arm behind it.
+                    straight = round(max(0.0, float(approach @ away)), 1)
+                    turn = -round(float(np.trace(hand.T @ grasp.tcp_pose.rotation)), 3)
+                    found.append(((-_sure(grasp, joint) - straight, abs(lean), abs(along), turn), grasp))
+    # The best of each direction of the hand first: where one has no room, its neighbours have none either.
+    turns: dict[tuple[float, ...], int] = {}
+    ranked = []
+    for cost, grasp in sorted(found, key=lambda one: one[0]):
+        way = tuple(grasp.tcp_pose.rotation[:, 1:].round(1).ravel() + 0.0)
+        turns[way] = turns.get(way, -1) + 1
+        ranked.append(((turns[way], *cost), grasp))
+    return [grasp for _, grasp in sorted(ranked, key=lambda one: one[0])[:_MOST_GRIPS]]
+
+
+def _grip(
+    arm: Manipulator, part: DetectedObject, point: Array, closing: Array, approach: Array, width: float, near: float
+) -> Grasp | None:
+    """Return the grip that closes on a width around a point, metres; None where fingers or palm have no room."""
+    geometry = arm.geometry
+    if not geometry.min_aperture + _THINNEST < width < geometry.max_aperture - 2.0 * FINGER_CLEARANCE:
+        return None
+    pose = hand_pose(
+        geometry,
+        point=point,
+        closing=closing,
+        approach=approach,
+        width=width,
+        near=near,
+        floor=-math.inf,
+        ceiling=math.inf,
+    )
+    return None if pose is None else Grasp(object=part.id, tcp_pose=pose, width=width, quality=1.0, how="side")
+
+
+def _sure(grasp: Grasp, joint: PartJoint) -> float:
+    """Return how surely a grip leads the part: fingers that close along its way push it, others rub on it."""
+    return round(max(abs(float(grasp.tcp_pose.rotation[:, 1] @ _way(joint, grasp.tcp_pose.position))), _RUBS), 1)
+
+
+def _arm_of(joint: PartJoint, point: Array) -> float:
+    """Return how far a point (3,) goes for a unit of its joint, metres a metre or a radian."""
+    if joint.kind == "slide":
+        return 1.0
+    return float(np.linalg.norm(np.cross(np.array(joint.axis), point - np.array(joint.anchor))))
+
+
+def _way(joint: PartJoint, point: Array) -> Array:
+    """Return the unit vector (3,) in which a point goes as its joint's value grows; zero on the axis itself."""
+    axis = np.array(joint.axis)
+    if joint.kind == "slide":
+        return axis
+    way = np.cross(axis, point - np.array(joint.anchor))
+    turned_by: Array = way / max(float(np.linalg.norm(way)), 1e-9)
+    return turned_by
+
+
+def opened_for(arm: Manipulator, grasp: Grasp) -> float:
+    """Return how far apart the fingers come to a grip, metres."""
+    return min(arm.geometry.max_aperture, grasp.width + 2.0 * PRESHAPE)
+
+
+def _check_free(arm: Manipulator, grasp: Grasp) -> None:
+    """Check that the hand gets to a grip, open, without touching anything.
+
+    Raises:
+        UnreachableError: It is out of reach.
+        CollisionError: It touches something there.
+    """
+    motion = arm.motion
+    motion.open_to(opened_for(arm, grasp))
+    motion.allow()
+    try:
+        q = motion.ik(grasp.tcp_pose, arm.q, restarts=_RESTARTS)
+    except UnreachableError:
+        q = motion.ik(grasp.tcp_pose, arm.spec.home_q, restarts=_RESTARTS)
+    if (met := motion.touch(q)) is not None:
+        raise met
+
+
+def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float) -> PartWay:
+    """Return the way to a grip and along the part's joint to a value.
+
+    Raises:
+        UnreachableError: Part of it is out of reach.
+        CollisionError: Something is in the way.
+    """
+    motion, failures, q = arm.motion, list[SkillError](), arm.q
+    motion.open_to(opened_for(arm, grasp))
+    tcp, values = grasp.tcp_pose, _values(part, grasp.tcp_pose, goal)
+    for height in HOVERS:
+        try:
+            motion.allow(*touched(part))
+            descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+            continue
+        for poses in _along(part, tcp, values[1:]):
+            try:
+                motion.allow(*around(part))
+                steps = _steps(arm, descent.q[-1], poses)
+                motion.ik(withdrawn(poses[-1], HOVERS[-1]), steps[-1].q[-1])
+                motion.allow()
+                approach = motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+                continue
+            return PartWay(grasp, approach, descent, (tcp, *poses), steps, tuple(values), _is_end(part, goal))
+    raise most_telling(failures)
+
+
+def _steps(arm: Manipulator, q: Array, poses: Sequence[Pose]) -> tuple[Trajectory, ...]:
+    """Return the straight ways from a configuration (n,) through poses.
+
+    Raises:
+        UnreachableError: Part of it is out of reach.
+        CollisionError: Something is in the way.
+    """
+    steps: list[Trajectory] = []
+    for pose in poses:
+        steps.append(arm.motion.plan_line(q, pose, speed=SPEED))
+        q = steps[-1].q[-1]
+    return tuple(steps)
+
+
+def _is_end(part: DetectedObject, value: float) -> bool:
+    joint = joint_of(part)
+    return value in (joint.low, joint.high)
+
+
+def _values(part: DetectedObject, grip: Pose, goal: float) -> list[float]:
+    """Return values of a joint from where a part is to a goal: a trial, steps, and a short last one where it meets its stop."""
+    joint, here = joint_of(part), part_value(part)
+    length = abs(goal - here) * _arm_of(joint, grip.position)
+    last = length - _STOP_WITHIN if _is_end(part, goal) else length
+    steps = np.linspace(0.0, last, max(2, math.ceil(last / _STEP) + 1))[1:] if joint.kind == "hinge" else [last]
+    marks = [0.0, _TRIAL, *(float(step) for step in steps if step > _TRIAL), length]
+    kept = [mark for mark, then in pairwise(marks) if mark < then and mark < length]
+    return [here + (goal - here) * mark / length for mark in kept] + [goal]
+
+
+def _pressed_home(part: DetectedObject, goal: float, grip: Pose) -> float:
+    """Return the value of its joint to which a hand pushes a part, beyond the end of its range where that is the goal."""
+    if not _is_end(part, goal):
+        return goal
+    return goal + math.copysign(_PRESS, goal - part_value(part)) / _arm_of(joint_of(part), grip.position)
+
+
+def _along(part: DetectedObject, grip: Pose, values: Sequence[float]) -> Iterator[tuple[Pose, ...]]:
+    """Yield a grip's poses where the part's joint has each of some values, the hand turned by the whole of its turn or by less."""
+    joint, here = joint_of(part), part_value(part)
+    axis, anchor = np.array(joint.axis), np.array(joint.anchor)
+    if joint.kind == "slide":
+        yield tuple(moved(grip, (value - here) * axis) for value in values)
+        return
+    for share in _TURNS:
+        yield tuple(
+            Pose.from_matrix(
+                anchor + matrix_about_axis(axis, value - here) @ (grip.position - anchor),
+                matrix_about_axis(axis, share * (value - here)) @ grip.rotation,
+            )
+            for value in values
+        )
+
+
+def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tuple[Pose, Array]]:
+    """Yield TCP poses with the hand at faces of a part that look against its way, and the way there, the longest lever first."""
+    joint, hand = joint_of(part), arm.state.tcp_pose.rotation
+    sign = 1.0 if goal > part_value(part) else -1.0
+    found: dict[tuple[float, ...], tuple[tuple[float, ...], Pose, Array]] = {}
+    for piece in part.shape.handles(part):
+        axes = part.pose.rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
+        middle, half = part.pose.position + part.pose.rotation @ np.array(piece.centre), piece.hull.half_extents
+        for k, side in product(range(3), (1.0, -1.0)):
+            normal = side * axes[:, k]
+            i, j = (n for n in range(3) if n != k)
+            for u, v in product(_ON_FACE, _ON_FACE):
+                point = middle + half[k] * normal + u * half[i] * axes[:, i] + v * half[j] * axes[:, j]
+                way = sign * _way(joint, point)
+                if normal @ way > -_AGAINST:
+                    continue
+                level = np.cross(way, [0.0, 0.0, 1.0])
+                if np.linalg.norm(level) < 1e-3:
+                    level = np.array([1.0, 0.0, 0.0])
+                level = level / np.linalg.norm(level)
+                for lean in _PUSH_LEANS:
+                    approach = turned(way, level, -lean)
+                    for y in (level, -level, np.cross(approach, level), np.cross(level, approach)):
+                        rotation = np.column_stack([np.cross(y, approach), y, approach])
+                        first = _foremost(arm, rotation, way)
+                        if first is None:
+                            continue
+                        pose = Pose.from_matrix(point - first, rotation)
+                        turn = -float(np.trace(hand.T @ rotation))
+                        key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
+                        # An edge of the tips slides on a face that their ends or their side would lie on.
+                        on_edge = float(0.0 < lean < np.pi / 2.0)
+                        cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2))
+                        found.setdefault(key, (cost, pose, way))
+    best = sorted(found.values(), key=lambda one: one[0])
+    yield from ((pose, way) for _, pose, way in best[:_MOST_FACES])
+
+
+def _foremost(arm: Manipulator, rotation: Array, way: Array) -> Array | None:
+    """Return the offset (3,) from a closed hand's TCP to what of it goes first along a way (3,): its tips, a corner of them, or its side.
+
+    None where that is not known: fingers taper, and their thickness is the largest.
+    """
+    local = rotation.T @ way
+    x, y, z = np.where(np.abs(local) > _LEVEL, local, 0.0)
+    if arm.spec.gripper is None:
+        # A flange has no fingers to reach down with: what it pushes with lies around its TCP.
+        beside: Array = (flange_depth(arm.spec.tool_bounds, local) if z == 0.0 else 0.0) * way
+        return beside
+    if y != 0.0 and z != 0.0:
+        return None
+    geometry = arm.spec.gripper.geometry
+    half = np.array([geometry.finger_width / 2.0, geometry.finger_thickness, geometry.tip_depth])
+    first: Array = rotation @ (np.sign([x, y, z]) * half)
+    return first
+
+
+def no_grip(
+    arm: Manipulator, part: DetectedObject, reason: Literal["none_found", "missed"], aperture: float
+) -> GraspError:
+    """Return the error of a part of which the fingers hold nothing."""
+    geometry = arm.geometry
+    said = (
+        f"nothing of {part.id} that the fingers could lead it by is {geometry.min_aperture * 1000:.0f} to "
+        f"{geometry.max_aperture * 1000:.0f} mm wide with room around it"
+        if reason == "none_found"
+        else f"the fingers closed to {aperture * 1000:.1f} mm and missed {part.id}; look again"
+    )
+    return GraspError(
+        said,
+        phase=Phase.PLAN if reason == "none_found" else Phase.GRASP,
+        evidence=GraspEvidence(
+            object=part.id,
+            reason=reason,
+            object_width=None,
+            aperture=aperture,
+            max_aperture=geometry.max_aperture,
+        ),
+    )

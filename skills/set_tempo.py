@@ -1,0 +1,24 @@
+"""Set tempo: choose how fast the arm goes from now on."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from robosandbox.skills.base import Skill
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import SkillResult, find_tempo
+
+
+class SetTempo(Skill):
+    """Choose how fast the arm goes from now on."""
+
+    name = "set_tempo"
+
+    def run(self, ctx: SkillContext, *, tempo: Literal["careful", "brisk", "fast"]) -> SkillResult:
+        """Move nothing; what each hand holds stays held.
+
+        Args:
+            tempo: Careful keeps to a share of the joints' limits that leaves a person time; brisk takes half of them, fast all.
+        """
+        ctx.go_at(find_tempo(tempo))
+        return SkillResult(skill=self.name, detail={"tempo": tempo})

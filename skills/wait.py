@@ -1,0 +1,35 @@
+"""Wait: let time pass."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from robosandbox.errors import Phase
+from robosandbox.skills.base import Skill
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+
+
+class Wait(Skill):
+    """Let time pass."""
+
+    name = "wait"
+
+    def contract(self, **arguments: Any) -> Contract:
+        """Return that what is held stays held; nothing else is promised."""
+        del arguments
+        return Contract(keeps_hold=True)
+
+    def run(self, ctx: SkillContext, *, seconds: Annotated[float, Field(gt=0.0, le=3600.0)]) -> SkillResult:
+        """Stand still for some time; what is held stays held.
+
+        Args:
+            seconds: How long, of the driver's clock.
+        """
+        ctx.enter(Phase.WAIT)
+        began = ctx.driver.time
+        ctx.driver.wait(seconds)
+        return SkillResult(skill=self.name, detail={"seconds": ctx.driver.time - began})

@@ -1,0 +1,211 @@
+"""The hand by itself: poses, ways, joints, the gripper's width and force, waiting."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi
+
+import numpy as np
+import pytest
+
+import robosandbox
+from robosandbox import Workcell
+from robosandbox.errors import (
+    CancelledError,
+    CollisionError,
+    GoalTimeoutError,
+    GraspError,
+    InvalidArgumentError,
+    NotHoldingError,
+    UnreachableError,
+)
+from robosandbox.types import Plan, SkillCall
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+
+
+@pytest.fixture
+def cell() -> Iterator[EmbeddedWorkcell]:
+    with robosandbox.open_session(task="pick_from_three") as opened:
+        assert isinstance(opened, EmbeddedWorkcell)
+        yield opened
+
+
+def tcp(cell: EmbeddedWorkcell) -> tuple[np.ndarray, np.ndarray]:
+    pose = cell.driver.arms["arm"].state().tcp_pose
+    return pose.position, pose.rotation
+
+
+@pytest.mark.parametrize("tilt, towards", [(0.0, 0.0), (0.6, 1.0), (pi / 2.0, 0.0), (pi / 2.0, -0.7)])
+def test_the_hand_points_where_it_is_told_to(cell: EmbeddedWorkcell, tilt: float, towards: float) -> None:
+    cell.do("move_to", x=0.3, y=0.1, z=0.3, tilt=tilt, towards=towards)
+    position, rotation = tcp(cell)
+    pointing = np.array([np.sin(tilt) * np.cos(towards), np.sin(tilt) * np.sin(towards), -np.cos(tilt)])
+    assert np.linalg.norm(position - [0.3, 0.1, 0.3]) < 0.002
+    assert np.degrees(np.arccos(min(1.0, float(rotation[:, 2] @ pointing)))) < 1.0
+
+
+def test_the_fingers_close_along_the_heading(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.3, y=0.0, z=0.3, heading=0.4)
+    assert abs(tcp(cell)[1][:, 1] @ [np.cos(0.4), np.sin(0.4), 0.0]) > np.cos(np.radians(1.0))
+
+
+def test_a_way_is_straight_and_does_not_turn_the_hand(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.2, y=0.1, z=0.3)
+    start, rotation = tcp(cell)
+    path: list[np.ndarray] = []
+    end_of_listening = cell.driver.subscribe(lambda: path.append(tcp(cell)[0]))
+    cell.do("move_by", dy=-0.2, dz=0.05)
+    end_of_listening()
+    end, turned = tcp(cell)
+    assert np.linalg.norm(end - start - [0.0, -0.2, 0.05]) < 0.002
+    assert np.trace(rotation.T @ turned) > 2.999
+    along = (end - start) / np.linalg.norm(end - start)
+    assert max(np.linalg.norm(np.cross(point - start, along)) for point in path) < 0.003
+
+
+def test_a_way_down_ends_on_the_table_and_leaves_it_again(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.4, y=-0.1, z=0.12)
+    cell.do("close_gripper")
+    done = cell.do("move_by", dz=-0.2, until_force=2.0)
+    assert done.detail["touched"] is True and 2.0 <= float(done.detail["force_n"]) < 30.0
+    assert any("table" in pair for pair in cell.driver.senses.contacts())
+    cell.do("move_by", dz=0.05)
+    assert not cell.driver.senses.contacts()
+
+
+def test_a_way_that_ends_before_anything_is_felt_says_so(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.3, y=-0.1, z=0.3)
+    assert cell.do("move_by", dz=-0.02, until_force=1.0).detail["touched"] is False
+
+
+def test_joints_go_where_they_are_sent_or_are_named(cell: EmbeddedWorkcell) -> None:
+    q = (0.3, 0.1, 0.2, -1.5, 0.0, 1.6, 0.7)
+    cell.do("move_joints", q=q)
+    assert np.abs(cell.driver.arms["arm"].state().q - q).max() < 0.005
+    with pytest.raises(InvalidArgumentError, match="joint4 goes from"):
+        cell.do("move_joints", q=(0.0, 0.1, 0.2, 3.0, 0.0, 1.5, 0.7))
+    with pytest.raises(InvalidArgumentError, match="7 joints"):
+        cell.do("move_joints", q=(0.0, 0.1))
+
+
+def test_what_is_held_stays_held(cell: EmbeddedWorkcell) -> None:
+    cell.pick("red_cube")
+    cell.do("move_to", x=0.25, y=0.15, z=0.35)
+    cell.do("move_by", dz=0.1)
+    cell.do("move_joints", q=tuple(cell.driver.arms["arm"].spec.home_q))
+    assert cell.observe().held == "red_cube"
+
+
+@pytest.mark.parametrize("force", [5.0, 10.0, 20.0])
+def test_a_grip_presses_as_hard_as_asked(cell: EmbeddedWorkcell, force: float) -> None:
+    cell.pick("red_cube")
+    assert cell.do("close_gripper", force=force).detail["held"] == "red_cube"
+    cell.do("wait", seconds=0.5)
+    assert cell.driver.hands["hand"].grip_on("red_cube") == pytest.approx(force, rel=0.1)
+
+
+def test_a_grip_on_nothing_reaches_no_force(cell: EmbeddedWorkcell) -> None:
+    with pytest.raises(GraspError, match="closed on nothing"):
+        cell.do("close_gripper", force=5.0)
+
+
+def test_the_gripper_opens_to_a_width(cell: EmbeddedWorkcell) -> None:
+    assert float(cell.do("open_gripper", width=0.03).detail["width_mm"]) == pytest.approx(30.0, abs=0.5)
+    with pytest.raises(InvalidArgumentError, match="opens to 80 mm"):
+        cell.do("open_gripper", width=0.2)
+
+
+def test_waiting_takes_as_long_as_it_says(cell: EmbeddedWorkcell) -> None:
+    before = cell.driver.time
+    cell.do("wait", seconds=2.5)
+    assert cell.driver.time - before == pytest.approx(2.5, abs=cell.driver.control_timestep)
+
+
+def test_a_wait_ends_with_a_cancel_and_with_its_deadline(cell: EmbeddedWorkcell) -> None:
+    end_of_listening = cell.driver.subscribe(lambda: cell.ctx.cancel() if cell.driver.time > 1.0 else None)
+    with pytest.raises(CancelledError):
+        cell.do("wait", seconds=60.0)
+    assert cell.driver.time < 1.1
+    end_of_listening()
+    with pytest.raises(GoalTimeoutError):
+        cell.do("wait", seconds=60.0, timeout=2.0)
+
+
+@pytest.mark.parametrize(
+    "move, arguments, error",
+    [
+        ("move_to", {"x": 2.0, "y": 0.0, "z": 0.3}, UnreachableError),
+        ("move_to", {"x": 0.3, "y": 0.0, "z": 0.02}, CollisionError),
+        ("move_by", {"dz": -0.5}, (CollisionError, UnreachableError)),
+        ("move_to", {"x": 0.3, "y": 0.0, "z": 0.3, "tilt": -1.0}, InvalidArgumentError),
+        ("wait", {"seconds": 0.0}, InvalidArgumentError),
+        ("wait", {"seconds": float("nan")}, InvalidArgumentError),
+    ],
+)
+def test_a_move_that_cannot_be_is_refused_before_anything_moves(
+    cell: EmbeddedWorkcell, move: str, arguments: dict[str, float], error: type[Exception]
+) -> None:
+    before = cell.driver.arms["arm"].state().q
+    with pytest.raises(error):
+        cell.do(move, **arguments)
+    assert np.abs(cell.driver.arms["arm"].state().q - before).max() < 1e-3
+
+
+def test_moves_can_be_said_as_calls(cell: Workcell) -> None:
+    episode = cell.run("move_by(dz=0.05), wait(seconds=0.5), move_joints(q=[0, 0.1, 0.2, -1.5, 0, 1.5, 0.7])")
+    assert episode.success, episode
+
+
+def test_what_is_lost_on_the_way_is_said(cell: EmbeddedWorkcell) -> None:
+    cell.pick("red_cube")
+
+    def open_up() -> None:
+        if cell.driver.time > began + 0.3:
+            cell.driver.hands["hand"].set_gripper(0.0)
+
+    began = cell.driver.time
+    cell.driver.subscribe(open_up)
+    with pytest.raises(NotHoldingError, match="red_cube is out of the hand"):
+        cell.do("move_to", x=0.1, y=0.3, z=0.3)
+
+
+def test_several_points_are_passed_without_a_stop(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.2, y=0.1, z=0.3)
+    path: list[np.ndarray] = []
+    end_of_listening = cell.driver.subscribe(lambda: path.append(tcp(cell)[0]))
+    cell.do("move_through", points=(0.2, -0.1, 0.3, 0.2, -0.1, 0.4, 0.2, 0.1, 0.4))
+    end_of_listening()
+    assert np.linalg.norm(tcp(cell)[0] - [0.2, 0.1, 0.4]) < 0.002
+    for corner in ([0.2, -0.1, 0.3], [0.2, -0.1, 0.4]):
+        assert min(np.linalg.norm(point - corner) for point in path) < 0.005
+    with pytest.raises(InvalidArgumentError, match="2 numbers"):
+        cell.do("move_through", points=(0.2, 0.1))
+
+
+def test_a_pose_is_found_again_by_its_name_also_on_the_twin(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.3, y=0.2, z=0.3)
+    saved = cell.driver.arms["arm"].state().q
+    cell.do("save_pose", pose="camera")
+    cell.do("move_to_pose", pose="home")
+    episode = cell.run("move_to_pose(pose=camera)")
+    assert episode.success and np.abs(cell.driver.arms["arm"].state().q - saved).max() < 0.005
+    foreseen = cell.simulate(Plan(steps=(SkillCall(skill="move_to_pose", arguments={"pose": "camera"}),)))
+    assert "would_fail" not in foreseen or foreseen["would_fail"] is None, foreseen
+    with pytest.raises(InvalidArgumentError, match="camera, home"):
+        cell.do("move_to_pose", pose="camra")
+    with pytest.raises(InvalidArgumentError, match="home"):
+        cell.do("save_pose", pose="home")
+
+
+def test_a_tempo_counts_for_what_follows(cell: EmbeddedWorkcell) -> None:
+    def seconds(tempo: str) -> float:
+        cell.do("set_tempo", tempo=tempo)
+        cell.do("move_to_pose", pose="home")
+        began = cell.driver.time
+        cell.do("move_to", x=0.3, y=0.2, z=0.3)
+        return cell.driver.time - began
+
+    careful, fast = seconds("careful"), seconds("fast")
+    assert careful > 1.2 * fast
+    with pytest.raises(InvalidArgumentError, match="tempo"):
+        cell.do("set_tempo", tempo="wild")
