@@ -54,7 +54,9 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     if last.verb == "stack" and not last.place:
         # "stack the cubes, then the ball": on what?
         return None
-    if last.verb in ("release", "home", "nothing") or any(ref.one and ref.determiner == "a" and ref.text == "one" for ref in objects):
+    if last.verb in ("release", "home", "nothing") or any(
+        ref.one and ref.determiner == "a" and ref.text == "one" for ref in objects
+    ):
         # "tap the can, just one"
         return None
     if objects and step == Command(UNSAID, objects, times=step.times):

@@ -105,7 +105,12 @@ def _add_until(
     remark = first in lists["remarks"] and not (clause.bearing or clause.binding)
     if opens and not clause.named and (person or remark) and not clause.nouns and clause.end > i + 1:
         add("REMARK")
-    if i and clause.end > i + 1 and not clause.named and (person or (first in lists["subjects"] and not clause.bearing)):
+    if (
+        i
+        and clause.end > i + 1
+        and not clause.named
+        and (person or (first in lists["subjects"] and not clause.bearing))
+    ):
         add("REASON")
         owned = first in lists["owners"] and clause.nouns
         if person or owned or (clause.denies and first in ("it", "they")):
@@ -174,7 +179,9 @@ def _clause(
         seen |= (named and "CLAIM" not in here) or not _SEEN.isdisjoint(here)
         end += 1
         counted |= word in lists["determiners"] and word not in lists["owners"]
-        if opens and not (named or nouns or barred or (bearing and not somebody) or denies or acts or always or counted):
+        if opens and not (
+            named or nouns or barred or (bearing and not somebody) or denies or acts or always or counted
+        ):
             stops.append(end)
     # "two high", "back to your position": chat only where somebody states it.
     first = next((t.text for t in tokens[i:end] if t.text not in lists["openers"]), "")

@@ -102,7 +102,9 @@ def _thing(values: dict[str, Any], text: str) -> Any:
             values["plural"] = False
             values["determiner"] = "a" if values.get("determiner") == "bare" else values.get("determiner", "the")
     one_bare = values.get("determiner") == "bare" and values.get("nouns") and not values.get("plural")
-    if values.get("without") and (one_bare or not (values.get("plural") or values.get("determiner") in ("all", "a", "bare"))):
+    if values.get("without") and (
+        one_bare or not (values.get("plural") or values.get("determiner") in ("all", "a", "bare"))
+    ):
         raise Misfit
     if any(
         ref.determiner == "it" or (ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names))
@@ -239,7 +241,17 @@ def _command(values: dict[str, Any], text: str) -> Any:
         values["objects"] = (replace(values["objects"][0], ranks=chosen),)
     of = values.pop("of", None)
     if of is not None:
-        if not of.plural or of.determiner == "all" or (of.number and (of.number < len(values["objects"]) or (values.get("verb") == "stack" and of.number != len(values["objects"])))):
+        if (
+            not of.plural
+            or of.determiner == "all"
+            or (
+                of.number
+                and (
+                    of.number < len(values["objects"])
+                    or (values.get("verb") == "stack" and of.number != len(values["objects"]))
+                )
+            )
+        ):
             raise Misfit
         values["objects"] = tuple(_of_kind(ref, of) for ref in values["objects"])
     turn = values.pop("turn", "")
@@ -384,7 +396,10 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     pairs = pairwise(told)
     back = any(isinstance(b.place, Original) and b.objects[:1] == (IT,) and a.verb == "put" for a, b in pairs)
     return Costly(
-        (Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))), COSTS[2] * (further or back))
+        (
+            Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))),
+            COSTS[2] * (further or back),
+        )
     )
 
 
@@ -560,7 +575,8 @@ def _is_it(ref: Ref) -> bool:
 
 def _specified(values: dict[str, Any], text: str) -> Ref:
     """As in "the can, the tall one", "the red cube, the one on the left,": one thing, told in two goes."""
-    whole, part = values["whole"], values.get("more", values.get("part"))
+    whole: Ref = values["whole"]
+    part: Ref = values["more"] if "more" in values else values["part"]
     if whole.plural or part.plural or whole.determiner not in ("the", "a", "bare") or whole.without or whole.unknown:
         raise Misfit
     if not (whole.nouns or whole.names) or (whole.colours and part.colours):
@@ -674,10 +690,15 @@ def likeness(new: Ref, old: Ref) -> int:
     if old.nouns and not new.one and new.names and NOUN_CLASS.get(old.nouns[0], "") in _HOLDERS:
         return 0
     if new.one or not (new.nouns or new.names):
-        return 1 + (_ordered(new) and _ordered(old)) + 2 * (
-            bool(new.colours) == bool(old.colours)
-            and (bool(new.colours) or _ordered(new))
-            and _ordered(new) == _ordered(old)
+        return (
+            1
+            + (_ordered(new) and _ordered(old))
+            + 2
+            * (
+                bool(new.colours) == bool(old.colours)
+                and (bool(new.colours) or _ordered(new))
+                and _ordered(new) == _ordered(old)
+            )
         )
     return 1 if bool(new.names) == bool(old.names) else 0
 
@@ -832,7 +853,9 @@ def _until(values: dict[str, Any], text: str) -> Command:
 
 def _each(values: dict[str, Any], text: str) -> Command:
     body = tuple(values["body"])
-    if any(not (step.bare or step.control or any(map(_is_it, (*step.objects, *refs_of(step.place))))) for step in body[1:]):
+    if any(
+        not (step.bare or step.control or any(map(_is_it, (*step.objects, *refs_of(step.place))))) for step in body[1:]
+    ):
         # "for each can: tap it, then go home": at the end.
         raise Misfit
     return Command("control", control=ForEach(values["what"], body))
@@ -870,7 +893,8 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
 
 def _claimed(values: dict[str, Any], text: str) -> Ref:
     """As in "the ball is in the bin": the ball that is there."""
-    subject, so = values["subject"], values["so"]
+    subject: Ref = values["subject"]
+    so: Ref = values["so"]
     if subject.determiner == "it" or so.nouns or so.names or so.unknown or so.claims:
         raise Misfit
     lists = ("relations", "ranks", "shades", "not_colours", "measures", "without")

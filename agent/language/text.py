@@ -277,8 +277,8 @@ def _add_word(here: Classes, tokens: Sequence[Token], i: int, words: SceneWords,
         here["UNKNOWN"] = [Hit(i + 1, word, vocabulary.number_of(word))]
     numbers = [str(hit.value) for hit in here.get("NUMBER", ()) if hit.end == i + 1]
     for part in (word, *numbers):
-        following = tokens[i + 1] if i + 1 < len(tokens) else None
-        article = part == "a" and following is not None and following.kind == "word" and following.text not in function
+        after = tokens[i + 1] if i + 1 < len(tokens) else None
+        article = part == "a" and after is not None and after.kind == "word" and after.text not in function
         if part in words.parts and (len(part) == 1 or part.isdigit()) and not article:
             name = "ONE_NAME" if word == "one" else "SUFFIX"
             here.setdefault(name, []).append(Hit(i + 1, part, vocabulary.singular))
