@@ -44,7 +44,7 @@ def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, b
     CHAT asks for nothing and names nothing that is seen; STATED names something, and somebody is its subject; CHATTER is the
     beginning of a clause up to a thing that it names; TALK is what is said of a thing; SAID is that of "it"; a REMARK may
     follow an order; a REASON follows "because", a
-    PURPOSE "so that".
+    PURPOSE "so that", an ASIDE "and" or "while".
     """
     vocabulary = book.vocabulary
     if "bearing" not in vocabulary.lists:
@@ -81,7 +81,7 @@ def _add_until(
     """Add the kinds of clauses that the words from a token to the last one are."""
     lists = vocabulary.lists
     clause = _clause(found, tokens, i, parts, vocabulary, opens=opens, tells=tells)
-    if clause is None or clause.always or clause.acts:
+    if clause is None or clause.always:
         return
     told = [token.text for token in tokens[i : clause.end]]
     first = next((word for word in told if word not in lists["openers"]), "")
@@ -90,6 +90,9 @@ def _add_until(
     somebody = first in lists["persons"] and not clause.binding and not (clause.denies and "you" in told)
     # What they wish is asked for where it names something.
     person = somebody and not (clause.wishing and clause.named)
+    if clause.acts and (not person or clause.named or "you" in told or "us" in told):
+        # "I will make tea" is what somebody else does.
+        return
     thing = opens and clause.nouns and told[0] in lists["determiners"] and len(told) <= _A_THING
     if (thing or not whole) and not person and lists["talk"].isdisjoint(told):
         # "the lid, the can in the bin", "the lid and the can": things that are not seen here, and no clause.
@@ -116,6 +119,8 @@ def _add_until(
         if person or owned or (clause.denies and first in ("it", "they")):
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
             add("PURPOSE")
+    if i and person and not clause.named and clause.end > i + 1:
+        add("ASIDE")
     if tells and not (clause.bearing or clause.seen):
         # What can be seen of it has to be so, and is no talk.
         add("TALK")
