@@ -44,7 +44,7 @@ def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, b
     CHAT asks for nothing and names nothing that is seen; STATED names something, and somebody is its subject; CHATTER is the
     beginning of a clause up to a thing that it names; TALK is what is said of a thing; SAID is that of "it"; a REMARK may
     follow an order; a REASON follows "because", a
-    PURPOSE "so that", an ASIDE "and" or "while".
+    PURPOSE "so that", an OWN_DOING "and" or "while".
     """
     vocabulary = book.vocabulary
     if "bearing" not in vocabulary.lists:
@@ -120,7 +120,7 @@ def _add_until(
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
             add("PURPOSE")
     if i and person and not clause.named and clause.end > i + 1:
-        add("ASIDE")
+        add("OWN_DOING")
     if tells and not (clause.bearing or clause.seen):
         # What can be seen of it has to be so, and is no talk.
         add("TALK")
