@@ -64,9 +64,9 @@ def check_scene(scene: Scene) -> Iterator[CheckResult]:
 
 
 def _counts(file: SceneFile) -> str:
-    kinds = [item.kind for item in file.objects]
-    fixtures, parts = kinds.count("fixture"), kinds.count("part")
-    return f"{len(kinds) - fixtures - parts} things, {fixtures} fixtures, {parts} parts"
+    parts = sum(item.kind == "part" for item in file.objects)
+    fixtures = sum(item.is_fixed for item in file.objects) - parts
+    return f"{len(file.objects) - fixtures - parts} things, {fixtures} fixtures, {parts} parts"
 
 
 def _stand(world: World, data: mujoco.MjData) -> None:

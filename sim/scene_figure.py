@@ -37,7 +37,7 @@ def draw_scene(scene: Scene, path: Path) -> None:
             seen = truth.objects[item.id].detected()
             middle = item.shape.centre(seen)
             point = _pixel(sim.model, data, sim.camera_in_model("scene"), middle)
-            kind = item.kind if item.is_fixed else "thing"
+            kind = "thing" if not item.is_fixed else "part" if item.kind == "part" else "fixture"
             if point is not None:
                 text = item.id if seen.opening is None else f"{item.id} {seen.opening:.2f}"
                 drawing.text(point, text, fill=_COLOURS[kind], anchor="mm", stroke_width=2, stroke_fill=(255, 255, 255))

@@ -275,7 +275,8 @@ class _Reader:
             pieces = self._pieces(bodies, body)
             if pieces:
                 mass = max(float(self._model.body_mass[bodies].sum()), 1.0)
-                made = self._made(body, bodies, pieces, "fixture", mass, name=called)
+                kind = "fixture" if Geometry(pieces).cavity is None else "cupboard"
+                made = self._made(body, bodies, pieces, kind, mass, name=called)
                 prefix = made.id
                 yield made
         for at in bodies:
@@ -404,7 +405,9 @@ class _Reader:
         best: tuple[float, Vec3] | None = None
         for azimuth in np.radians(_AROUND):
             eye = middle + far * np.array([math.cos(azimuth), math.sin(azimuth), _STEEP])
-            seen = sum(self._is_seen(eye, item) * (1.0 if item.kind == "fixture" else 2.0) for item in objects)
+            seen = sum(
+                self._is_seen(eye, item) * (1.0 if item.is_fixed and item.kind != "part" else 2.0) for item in objects
+            )
             # Where the arm stands nothing else is seen.
             score = seen - 0.01 * abs(math.remainder(azimuth - math.radians(_AROUND[0]), math.tau))
             if best is None or score > best[0]:

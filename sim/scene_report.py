@@ -59,7 +59,7 @@ def described(item: SceneObject) -> str:
     faces = [face for face in geometry.surfaces if face.half_width > 0.02]
     tops = ", ".join(f"{face.height + item.pose.xyz[2]:.3f} m" for face in faces)
     if item.is_fixed:
-        return f"a fixture, {whole} mm, {pieces}; level faces at {tops or 'no height'}"
+        return f"a {item.kind}, {whole} mm, {pieces}; level faces at {tops or 'no height'}"
     return f"a {item.kind}, {whole} mm, {1e3 * item.mass:.0f} g, {pieces}{inside}: free"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -48,8 +49,9 @@ class Pick(Skill):
 
     name = "pick"
 
-    def contract(self, *, object: str) -> Contract:
+    def contract(self, *, object: str, grip: str = "any") -> Contract:
         """Return what lifting an object needs and brings about."""
+        gripped = () if grip == "any" else (fact("gripped", object, grip),)
         return Contract(
             needs=(
                 fact("has_gripper"),
@@ -61,14 +63,15 @@ class Pick(Skill):
                 fact("graspable", object),
                 fact("room_to_take", object),
             ),
-            gives=(fact("holding", object),),
+            gives=(fact("holding", object), *gripped),
         )
 
-    def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
+    def run(self, ctx: SkillContext, *, object: str, grip: Literal["any", "side"] = "any") -> SkillResult:
         """Grasp an object and lift it clear of what it stands on.
 
         Args:
             object: Id of the object.
+            grip: "side" for a hand that comes more from the side than from above, as for what goes into a cupboard.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -82,7 +85,7 @@ class Pick(Skill):
         target = arm.find(object)
         if arm.start.held == object:
             return _lift_held(arm, target)
-        tries = _Tries(arm, object)
+        tries = _Tries(arm, object, from_side=grip == "side")
         looks, nudges, scene = 0, 0, arm.start
         while True:
             seen = _shifted(arm.find(object, scene), tries.felt)
@@ -145,11 +148,12 @@ class _Tries:
         slipped: Whether it came out of one of them: the next holds as hard as it can.
     """
 
-    def __init__(self, arm: Manipulator, object: str) -> None:
+    def __init__(self, arm: Manipulator, object: str, *, from_side: bool) -> None:
         self.felt: Array = np.zeros(3)
         self.slipped = False
         self._arm = arm
         self._object = object
+        self._from_side = from_side
         self._excluded: list[Grasp] = []
         self._least_aperture = 0.0
         self._failure: SkillError | None = None
@@ -157,7 +161,7 @@ class _Tries:
     def planned(self, seen: DetectedObject, scene: ObservedScene) -> GraspPlan:
         """Return a grasp that was not tried yet; where none is left, what the last one failed of counts."""
         try:
-            return plan_grasp(self._arm, seen, scene, self._excluded, self._least_aperture)
+            return plan_grasp(self._arm, seen, scene, self._excluded, self._least_aperture, from_side=self._from_side)
         except SkillError:
             if self._failure is not None and _reason(self._failure) in _LOAD_FAILURES:
                 raise self._failure from None

@@ -9,7 +9,7 @@ from pydantic import field_validator
 
 from robosandbox.errors import InputError
 from robosandbox.tasks.judge.attitude import Upright
-from robosandbox.tasks.judge.checks import AtHome, Beside, Check, Closed, Inside, Lifted, On, Opened
+from robosandbox.tasks.judge.checks import AtHome, Beside, Check, Closed, Inside, Lifted, On, Opened, TurnedTo
 from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.place_checks import At
 from robosandbox.types import Truth
@@ -26,6 +26,7 @@ _CHECKS: dict[str, Callable[..., Check]] = {
     "beside": lambda a, b, side: Beside(kind="beside", object=a, target=b, side=side),
     "open": lambda d: Opened(kind="opened", object=d, min_mm=_OPEN_MM),
     "closed": lambda d: Closed(kind="closed", object=d),
+    "turned_to": lambda p, share: TurnedTo(kind="turned_to", object=p, share=share),
     "upright": lambda a: Upright(kind="upright", object=a),
     "holding": lambda a, hand=None: Lifted(kind="lifted", object=a, hand=hand),
     "at_home": lambda: AtHome(kind="at_home"),

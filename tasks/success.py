@@ -21,6 +21,7 @@ from robosandbox.tasks.judge.checks import (
     On,
     Opened,
     Tapped,
+    TurnedTo,
     Undisturbed,
 )
 from robosandbox.tasks.judge.finding import Judgement
@@ -102,6 +103,7 @@ Criterion = Annotated[
     | Upright
     | Poured
     | Tapped
+    | TurnedTo
     | AtHome
     | Undisturbed
     | GoalReached

@@ -27,6 +27,8 @@ from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
 
+RACK = Path(__file__).parents[1] / "examples" / "scenes" / "rack.xml"
+STOVE = Path(__file__).parents[1] / "examples" / "scenes" / "stove.xml"
 KITCHEN = Path(__file__).parents[1] / "examples" / "scenes" / "kitchen.xml"
 
 # A room of somebody else: his own arm, a tilted block, a stool, things that are nowhere near a table.
@@ -114,7 +116,7 @@ def test_the_kitchen_is_things_fixtures_and_parts() -> None:
     assert {item.id: item.kind for item in file.objects} == {
         "red_mug": "vessel",
         "box": "box",
-        "cupboard": "fixture",
+        "cupboard": "cupboard",
         "cupboard.door": "part",
         "shelf": "fixture",
         "bell": "fixture",
@@ -376,3 +378,101 @@ scene: {{world: {KITCHEN}}}
         verdict = cell.judge()
         assert verdict.success, verdict.detail
         assert verdict.detail["open(cupboard.door).open_share"] > 0.8
+
+
+def test_a_cavity_that_is_open_to_one_side_makes_a_cupboard() -> None:
+    kinds = {item.id: item for item in read_scene_file(RACK).objects}
+    assert {name: kinds[name].kind for name in ("rack", "slot", "stand")} == {
+        "rack": "cupboard",
+        "slot": "cupboard",
+        "stand": "fixture",
+    }
+    geometry = kinds["rack"].geometry
+    assert geometry is not None and geometry.cavity is not None
+    assert geometry.cavity.headroom == pytest.approx(0.232, abs=1e-3)
+    assert geometry.cavity.ways_out.tolist() == [[-1.0, 0.0]]
+
+
+def test_a_can_goes_into_a_rack_from_the_side_as_the_simulated_state_says(tmp_path: Path) -> None:
+    path = tmp_path / "away.yaml"
+    path.write_text(f'name: away\ngoal: "inside(can, rack)"\nscene: {{world: {RACK}}}\n')
+    with open_workcell(WorkcellOptions(task=load_task(path))) as cell:
+        assert not cell.judge().success
+        episode, forces = _pressed_on(cell, "put the can in the rack", "rack")
+        assert episode.success, episode.final_detail
+        verdict = cell.judge()
+        assert verdict.success, verdict.detail
+        assert max(forces, default=0.0) < 5.0
+        # Its top is covered, and a hand that lifted it would meet that.
+        assert "nothing is taken out from there" in cell.run("pick up the can").final_detail
+
+
+def test_where_no_hand_fits_nothing_is_put_in() -> None:
+    with open_here(WorkcellOptions(scene=RACK, max_replans=0)) as cell:
+        episode, forces = _pressed_on(cell, "put the die in the slot", "slot")
+        assert not episode.success
+        assert re.search(r"(hand|link\d|finger)\w* would touch slot", episode.final_detail)
+        assert max(forces, default=0.0) == 0.0
+
+
+def test_the_mug_is_put_into_the_cupboard_and_the_door_is_shut(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen_away.yaml"
+    path.write_text(
+        f"""
+name: kitchen_away
+goal: "inside(red_mug, cupboard), closed(cupboard.door)"
+scene: {{world: {KITCHEN}}}
+"""
+    )
+    with open_workcell(WorkcellOptions(task=load_task(path))) as cell:
+        episode = cell.run("put the red mug in the cupboard and close it")
+        assert episode.success, episode.final_detail
+        verdict = cell.judge()
+        assert verdict.success, verdict.detail
+
+
+def _pressed_on(cell: EmbeddedWorkcell, prompt: str, name: str) -> tuple[Episode, list[float]]:
+    """Return what came of a sentence, and what the robot pressed on an object with at each tick, N."""
+    forces: list[float] = []
+    end = cell.driver.subscribe(
+        lambda: forces.append(float(np.linalg.norm(cell.driver.senses.forces().get(name, np.zeros(3)))))
+    )
+    try:
+        return cell.run(prompt), forces
+    finally:
+        end()
+
+
+def test_a_knob_is_turned_on_halfway_and_off_and_a_lever_too(tmp_path: Path) -> None:
+    path = tmp_path / "stove.yaml"
+    path.write_text(
+        f'name: stove\ngoal: "turned_to(stove.knob, 0.5), turned_to(wall.lever, 1.0)"\nscene: {{world: {STOVE}}}\n'
+    )
+    with open_workcell(WorkcellOptions(task=load_task(path))) as cell:
+        assert not cell.judge().success
+        for prompt, knob, lever in (
+            ("turn the stove on", 120.0, 0.0),
+            ("turn on the stove halfway", 60.0, 0.0),
+            ("turn the lever on", 60.0, 70.0),
+        ):
+            episode = cell.run(prompt)
+            assert episode.success, episode.final_detail
+            now = cell.simulation.truth().objects
+            assert np.degrees(now["stove.knob"].opening or 0.0) == pytest.approx(knob, abs=12.0)
+            assert np.degrees(now["wall.lever"].opening or 0.0) == pytest.approx(lever, abs=7.0)
+        verdict = cell.judge()
+        assert verdict.success, verdict.detail
+        episode = cell.run("turn off the stove and turn the lever off")
+        assert episode.success, episode.final_detail
+        assert not cell.judge().success
+
+
+def test_a_knob_that_is_stuck_is_told_of(tmp_path: Path) -> None:
+    path = tmp_path / "stove.xml"
+    lock = '<equality><joint joint1="knob" polycoef="0 0 0 0 0" solref="0.005 1"/></equality>'
+    path.write_text(STOVE.read_text().replace("</worldbody>", f"</worldbody>{lock}"))
+    with open_here(WorkcellOptions(scene=path, max_replans=0)) as cell:
+        episode = cell.run("turn the stove on")
+        assert not episode.success
+        assert "stove.knob" in episode.final_detail
+        assert abs(np.degrees(cell.simulation.truth().objects["stove.knob"].opening or 0.0)) < 5.0

@@ -396,11 +396,15 @@ class _Builder(Deciding):
 
     def _worded(self, command: Command) -> None:
         self._check_skill(command.skill)
-        names, _ = self._objects(command)
         words = known()[command.skill]
+        is_of_parts = words.object == "part"
+        names, _ = self._objects(command, fits=self._has_opening) if is_of_parts else self._objects(command)
         others = resolved(words, command.slots, lambda ref: self.ground.one(ref, lambda other: True, names).ids[0])
         for name in names:
             self._need_empty(f"{command.skill.replace('_', ' ')} {name}")
+            if is_of_parts:
+                self._add(command.skill, **{words.object: self._part_of(name) or name, **others})
+                continue
             self._note_moved(name)
             self._add(command.skill, **{words.object: name, **others})
 

@@ -76,7 +76,7 @@ class Hands:
                 (held,),
             )
 
-    def _take(self, name: str) -> None:
+    def _take(self, name: str, **how: Any) -> None:
         """Have an object in the gripper."""
         if self.world.held == name:
             return
@@ -97,7 +97,7 @@ class Hands:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{listed(above)} stands on {name}; say where to put {above[0]} first.", above
             )
-        self._add("pick", object=name)
+        self._add("pick", object=name, **how)
         self._note_moved(name)
         self.world.take(name)
 

@@ -240,7 +240,7 @@ class Placing(Hands):
         if kind not in match.CONTAINERS:
             why = f"{target} is a {kind}, which is no container: nothing goes in it."
             if world.objects[target].is_fixed:
-                why = f"{target} is not open to above, and I put nothing in from the side."
+                why = f"{target} has no inside that is open to above or to one side: nothing goes in it."
             raise RefusedError(RefusalCode.IMPOSSIBLE, why, (target,))
         self._not_there_yet(name, ("in", target))
         item, holder = world.objects[name], world.objects[target]
@@ -262,7 +262,14 @@ class Placing(Hands):
                 )
             self._add("open_drawer", drawer=target)
             world.opened.add(target)
-        self._take(name)
+        if not holder.is_fixed:
+            self._take(name)
+        else:
+            for door in world.doors_before(name, target):
+                self._need_empty(f"open {door}")
+                self._add("open", part=door)
+                world.opened.add(door)
+            self._take(name, grip="side")
         self._add("place_in", container=target)
         world.put(name, world.at[target], ("in", target))
 

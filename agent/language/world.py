@@ -19,6 +19,7 @@ from robosandbox.types import (
     Pose,
 )
 from robosandbox.types.objects import TABLE_AREA, Area
+from robosandbox.world.achievers import subject_of
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.locations import location_of
@@ -94,6 +95,7 @@ class World:
     """
 
     def __init__(self, scene: ObservedScene) -> None:
+        self._scene = scene
         self.base_xy: tuple[float, float] = scene.base_xy
         self._near, self._far = scene.reach
         self.area: Area = scene.table_area
@@ -111,6 +113,11 @@ class World:
         self.opened: set[str] = {
             item.id for item in scene.objects if item.shape.opens and find(fact("open", item.id), View.of(scene)).holds
         }
+
+    def doors_before(self, name: str, cupboard: str) -> list[str]:
+        """Return the doors that are to be opened for an object to come into a cupboard."""
+        found = find(fact("lets_in", name, cupboard), View.of(self._scene))
+        return [door for door in map(subject_of, found.remedies) if door not in self.opened]
 
     def extents(self, name: str) -> tuple[float, float, float]:
         """Return an object's half-extents along the world's axes."""

@@ -31,6 +31,8 @@ from robosandbox.world.relations import support
 _OPENINGS = (0.02, 0.01, 0.005)
 # Cosine of the angle to the vertical below which a hand leans; chosen as 2.6 degrees.
 _STRAIGHT_DOWN = 0.999
+# Cosine of the angle to the vertical, upwards, from which a hand comes more from the side.
+_FROM_SIDE = -math.sqrt(0.5)
 # Metres behind a grasp, tried where HOVER_HEIGHT is out of reach; chosen for arms whose reach ends just over the table
 # (docs/arms.md).
 _LOW_HOVERS = (0.055, 0.035)
@@ -81,6 +83,8 @@ def plan_grasp(
     scene: ObservedScene,
     excluded: Sequence[Grasp] = (),
     least_aperture: float = 0.0,
+    *,
+    from_side: bool = False,
 ) -> GraspPlan:
     """Return the first candidate whose approach, descent and lift are all possible.
 
@@ -90,6 +94,7 @@ def plan_grasp(
         scene: What else is there.
         excluded: Grasps that were tried and did not hold, in the object's frame.
         least_aperture: How far apart the fingers are to come at least, metres.
+        from_side: Leave out hands that come more from above than from the side.
 
     Raises:
         GraspError: There is no candidate.
@@ -102,6 +107,8 @@ def plan_grasp(
     hand = arm.state.tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.spec, pieces=pieces, hand=hand)
     search = _GraspSearch(arm, target, least_aperture)
+    if from_side:
+        found = (grasp for grasp in found if grasp.tcp_pose.rotation[2, 2] > _FROM_SIDE)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     # A cup is to touch what it is to hold.
     touched = () if arm.geometry.cup is None else (target.id,)

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
-from robosandbox.evidence import GraspEvidence
+from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.hand import FINGER_CLEARANCE, hand_pose, turned
 from robosandbox.shapes.body import PartJoint
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, moved, withdrawn
@@ -36,7 +36,7 @@ HOVERS = (HOVER_HEIGHT, 0.05, 0.035)
 # the chord leaves an arc of 0.3 m by 0.2 mm.
 _TRIAL, _STEP = 0.005, 0.02
 # Metres before the end of its range from which a part is pushed slowly, since it meets its stop there, and beyond it, for servos to give.
-_STOP_WITHIN, _PRESS = 0.006, 0.002
+_STOP_WITHIN, _PRESS = 0.008, 0.002
 # Share of the longest lever that a grip on a hinged part has.
 _LEAST_LEVER = 0.5
 # How much of the part's turn the hand makes, as a share, tried in this order.
@@ -45,6 +45,8 @@ _TURNS = (1.0, 0.7, 0.4)
 _RUBS = 0.8
 # Leans of the hand about its closing line, radians, and the least cosine between its approach and the way from where it is at home.
 _LEANS, _FROM_BEHIND = tuple(np.radians([0.0, 30.0, -30.0])), -0.3
+# Metres of the fingertips by which a part is held at the least.
+_TIPS = 0.008
 # Metres by which what is held is wider than closed fingers.
 _THINNEST = 0.001
 # Sampled starts for a configuration: another grip is worth more than a harder search.
@@ -110,20 +112,28 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     if not grasps:
         raise no_grip(arm, part, "none_found", arm.gripper.width)
     failures: list[SkillError] = []
-    free: list[Grasp] = []
-    for grasp in grasps:
+    # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
+    turns = _TURNS if joint_of(part).kind == "hinge" and not _is_knob(arm, part) else _TURNS[:1]
+    free: dict[int, bool] = {}
+    for goal, share, (number, grasp) in product(goals, turns, enumerate(grasps)):
         try:
-            _check_free(arm, grasp)
-            free.append(grasp)
-            return _led(arm, part, grasp, goals[0])
+            if number not in free:
+                free[number] = False
+                _check_free(arm, grasp)
+                free[number] = True
+            if free[number]:
+                return _led(arm, part, grasp, goal, share)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
-    for goal, grasp in product(goals[1:], free):
-        try:
-            return _led(arm, part, grasp, goal)
-        except (UnreachableError, CollisionError) as error:
-            failures.append(error)
-    raise most_telling(failures)
+    # What stands in the way tells more than that there is no room for fingers at the part itself.
+    in_the_way = [error for error in failures if not _is_own(part, error)]
+    raise most_telling(in_the_way or failures)
+
+
+def _is_own(part: DetectedObject, error: SkillError) -> bool:
+    """Tell whether the hand would only meet the part itself, or what it is on."""
+    met = error.evidence.other if isinstance(error.evidence, CollisionEvidence) else ""
+    return met == part.id or met in around(part)
 
 
 def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
@@ -138,7 +148,9 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
     for tcp, direction in _faces(arm, part, goal):
         start = moved(tcp, -STAND_OFF * direction)
         values = _values(part, tcp, goal)
-        for poses in _along(part, tcp, [*values[1:-1], _pressed_home(part, values[-1], tcp)]):
+        beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp)]
+        for share in _TURNS if joint_of(part).kind == "hinge" else _TURNS[:1]:
+            poses = _along(part, tcp, beyond, share)
             try:
                 motion.allow()
                 descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
@@ -181,31 +193,36 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
     joint, hand = joint_of(part), arm.state.tcp_pose.rotation
     home = arm.motion.forward(arm.spec.home_q).position
     rotation, origin = part.pose.rotation, part.pose.position
-    longest = lever(part)
+    longest, is_knob = lever(part), _is_knob(arm, part)
     found: list[tuple[tuple[float, ...], Grasp]] = []
     for piece in part.shape.handles(part):
         axes = rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
         middle, half = origin + rotation @ np.array(piece.centre), piece.hull.half_extents
-        if _arm_of(joint, middle) < _LEAST_LEVER * longest:
-            continue
         away = middle - home
         away = away / max(float(np.linalg.norm(away)), 1e-9)
         for c, a in permutations(range(3), 2):
             long = 3 - c - a
             spare = max(0.0, float(half[long]) - arm.geometry.finger_width / 2.0)
-            along_it = dict.fromkeys((0.0, spare / 2.0, -spare / 2.0))
-            for sign, side, lean, along in product((1.0, -1.0), (1.0, -1.0), _LEANS, along_it):
+            along_it = dict.fromkeys((0.0, spare / 2.0, -spare / 2.0, spare, -spare))
+            # Or only by the tips, where what the part is on leaves no room beside it.
+            short = max(0.0, float(half[a]) + arm.geometry.tip_depth - _TIPS)
+            grips = product((1.0, -1.0), (1.0, -1.0), _LEANS, along_it, dict.fromkeys((0.0, short)))
+            for sign, side, lean, along, back in grips:
                 closing = side * axes[:, c]
                 approach = turned(sign * axes[:, a], axes[:, c], lean)
-                if approach @ away < _FROM_BEHIND:
+                if approach @ away < _FROM_BEHIND or (is_knob and abs(approach @ np.array(joint.axis)) < _AGAINST):
                     continue
-                point = middle + along * axes[:, long]
-                grasp = _grip(arm, part, point, closing, approach, 2.0 * float(half[c]), float(half[a]))
+                at = middle + along * axes[:, long]
+                if _arm_of(joint, at) < _LEAST_LEVER * longest and not is_knob:
+                    continue
+                point = at - back * approach
+                grasp = _grip(arm, part, point, closing, approach, 2.0 * float(half[c]), float(half[a]) - back)
                 if grasp is not None:
-                    # A hand that comes from where it is at home has its arm behind it.
-                    straight = round(max(0.0, float(approach @ away)), 1)
+                    # A hand that comes from where it is at home has its arm behind it; one along a knob's axis only turns.
+                    line = np.sign(approach @ np.array(joint.axis)) * np.array(joint.axis) if is_knob else away
+                    straight = round(max(0.0, float(approach @ line)), 1)
                     turn = -round(float(np.trace(hand.T @ grasp.tcp_pose.rotation)), 3)
-                    found.append(((-_sure(grasp, joint) - straight, abs(lean), abs(along), turn), grasp))
+                    found.append(((-_sure(grasp, joint) - straight, abs(lean), back, abs(along), turn), grasp))
     # The best of each direction of the hand first: where one has no room, its neighbours have none either.
     turns: dict[tuple[float, ...], int] = {}
     ranked = []
@@ -239,6 +256,11 @@ def _grip(
 def _sure(grasp: Grasp, joint: PartJoint) -> float:
     """Return how surely a grip leads the part: fingers that close along its way push it, others rub on it."""
     return round(max(abs(float(grasp.tcp_pose.rotation[:, 1] @ _way(joint, grasp.tcp_pose.position))), _RUBS), 1)
+
+
+def _is_knob(arm: Manipulator, part: DetectedObject) -> bool:
+    """Tell whether all of a part that turns fits between the fingers: the hand closes across its axis and turns with it."""
+    return joint_of(part).kind == "hinge" and 2.0 * lever(part) < arm.geometry.max_aperture
 
 
 def _arm_of(joint: PartJoint, point: Array) -> float:
@@ -281,8 +303,8 @@ def _check_free(arm: Manipulator, grasp: Grasp) -> None:
         raise met
 
 
-def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float) -> PartWay:
-    """Return the way to a grip and along the part's joint to a value.
+def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float) -> PartWay:
+    """Return the way to a grip and along the part's joint to a value, the hand turned by a share of its turn.
 
     Raises:
         UnreachableError: Part of it is out of reach.
@@ -291,24 +313,20 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float) -> P
     motion, failures, q = arm.motion, list[SkillError](), arm.q
     motion.open_to(opened_for(arm, grasp))
     tcp, values = grasp.tcp_pose, _values(part, grasp.tcp_pose, goal)
+    poses = _along(part, tcp, values[1:], share)
     for height in HOVERS:
         try:
             motion.allow(*touched(part))
             descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near)
+            motion.allow(*around(part))
+            steps = _steps(arm, descent.q[-1], poses)
+            motion.ik(withdrawn(poses[-1], HOVERS[-1]), steps[-1].q[-1])
+            motion.allow()
+            approach = motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue
-        for poses in _along(part, tcp, values[1:]):
-            try:
-                motion.allow(*around(part))
-                steps = _steps(arm, descent.q[-1], poses)
-                motion.ik(withdrawn(poses[-1], HOVERS[-1]), steps[-1].q[-1])
-                motion.allow()
-                approach = motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
-            except (UnreachableError, CollisionError) as error:
-                failures.append(error)
-                continue
-            return PartWay(grasp, approach, descent, (tcp, *poses), steps, tuple(values), _is_end(part, goal))
+        return PartWay(grasp, approach, descent, (tcp, *poses), steps, tuple(values), _is_end(part, goal))
     raise most_telling(failures)
 
 
@@ -334,7 +352,7 @@ def _is_end(part: DetectedObject, value: float) -> bool:
 def _values(part: DetectedObject, grip: Pose, goal: float) -> list[float]:
     """Return values of a joint from where a part is to a goal: a trial, steps, and a short last one where it meets its stop."""
     joint, here = joint_of(part), part_value(part)
-    length = abs(goal - here) * _arm_of(joint, grip.position)
+    length = abs(goal - here) * max(_arm_of(joint, grip.position), lever(part))
     last = length - _STOP_WITHIN if _is_end(part, goal) else length
     steps = np.linspace(0.0, last, max(2, math.ceil(last / _STEP) + 1))[1:] if joint.kind == "hinge" else [last]
     marks = [0.0, _TRIAL, *(float(step) for step in steps if step > _TRIAL), length]
@@ -349,21 +367,19 @@ def _pressed_home(part: DetectedObject, goal: float, grip: Pose) -> float:
     return goal + math.copysign(_PRESS, goal - part_value(part)) / _arm_of(joint_of(part), grip.position)
 
 
-def _along(part: DetectedObject, grip: Pose, values: Sequence[float]) -> Iterator[tuple[Pose, ...]]:
-    """Yield a grip's poses where the part's joint has each of some values, the hand turned by the whole of its turn or by less."""
+def _along(part: DetectedObject, grip: Pose, values: Sequence[float], share: float) -> tuple[Pose, ...]:
+    """Return a grip's poses where the part's joint has each of some values, the hand turned by a share of the part's turn."""
     joint, here = joint_of(part), part_value(part)
     axis, anchor = np.array(joint.axis), np.array(joint.anchor)
     if joint.kind == "slide":
-        yield tuple(moved(grip, (value - here) * axis) for value in values)
-        return
-    for share in _TURNS:
-        yield tuple(
-            Pose.from_matrix(
-                anchor + matrix_about_axis(axis, value - here) @ (grip.position - anchor),
-                matrix_about_axis(axis, share * (value - here)) @ grip.rotation,
-            )
-            for value in values
+        return tuple(moved(grip, (value - here) * axis) for value in values)
+    return tuple(
+        Pose.from_matrix(
+            anchor + matrix_about_axis(axis, value - here) @ (grip.position - anchor),
+            matrix_about_axis(axis, share * (value - here)) @ grip.rotation,
         )
+        for value in values
+    )
 
 
 def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tuple[Pose, Array]]:

@@ -31,20 +31,24 @@ from robosandbox.skills.primitives.part_ways import (
     plan_push,
     pressing_poses,
 )
-from robosandbox.types import Array, DetectedObject, ObservedScene, Trajectory
+from robosandbox.types import Array, DetectedObject, ObservedScene, SkillResult, Trajectory
 from robosandbox.world.nearness import nearer
-from robosandbox.world.parts import joint_of, lever, part_value, shut_value
+from robosandbox.world.parts import TURNED_WITHIN, joint_of, lever, open_share, open_value, part_value, shut_value
 from robosandbox.world.relations import bottom, contents, room_of, top
 
 # N along the way from which a part is stuck: more might break it, or drag along what it is on; and from which it resists, above the
 # friction of one that runs.
 MOST_FORCE, RESISTED = 20.0, 5.0
+# N in any direction from which the hand and the part are on different ways.
+_MOST_ACROSS = 2.0 * MOST_FORCE
 # Share of its way by which a drawer has to come out; chosen so that the seeds' task, which asks for 80 mm of 120, is passed (halved
 # nothing changes, at more than the way no drawer is open).
 PULLED_SHARE = 0.75
-# m/s of a hand that leads a part that it holds; of one that pushes it, since what is pushed runs ahead and is met again; and of one that feels whether it follows, or meets its stop, as of a touch: what it presses
-# with then grows by its servos' stiffness times this until it stops.
-_LEADS, _PUSHES, _FEELS = 0.06, 0.04, 0.01
+# m/s of a hand that leads a part that it holds; that pushes it, since what is pushed runs ahead and is met again; that feels whether what
+# it holds follows, as of a touch; and that brings it to its stop, which gives least: what it presses with grows by its servos' stiffness times this.
+_LEADS, _PUSHES, _FEELS, _STOPS = 0.06, 0.04, 0.01, 0.006
+# Metres that a hand goes at the most which turns on the spot.
+_SPOT = 1e-3
 # Share of a step that a part has to follow, for the play of a grip between two fingers.
 _FOLLOWS = 0.4
 # Metres within which a part has not moved, above perception's error.
@@ -88,6 +92,17 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
         return force
 
     return _until(arm, name, enough, grasped)
+
+
+def set_part(arm: Manipulator, skill: str, name: str, share: float) -> SkillResult:
+    """Lead a part to a share of its way, unless it is there, and return what came of it; raises as `lead`."""
+    before = now = arm.find(name)
+    force, goal, off = 0.0, open_value(before, share), share - open_share(before)
+    if abs(off) > TURNED_WITHIN:
+        near = open_value(before, share - np.sign(off) * TURNED_WITHIN)
+        now, force = lead(arm, name, [goal], near)
+    already = {"already_there": True} if now is before else {}
+    return SkillResult(skill=skill, detail={"part": name, "share": open_share(now), "force_n": force, **already})
 
 
 def push(arm: Manipulator, name: str, goal: float, enough: float) -> tuple[DetectedObject, float]:
@@ -161,18 +176,22 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay) -> float:
     force = 0.0
     arm.ctx.enter(Phase.SLIDE)
     for number in range(1, len(way.poses)):
-        direction = way.poses[number].position - way.poses[number - 1].position
-        direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
+        step = way.poses[number].position - way.poses[number - 1].position
+        length = float(np.linalg.norm(step))
+        # A hand that turns a knob goes nowhere.
+        direction = step / length if length > _SPOT else np.zeros(3)
 
         def felt(direction: Array = direction) -> bool:
             nonlocal force
-            now = float(arm.force_on(part.id) @ direction)
-            force = max(force, now)
-            return now > MOST_FORCE
+            pressed = arm.force_on(part.id)
+            along, across = float(pressed @ direction), float(np.linalg.norm(pressed))
+            # Across the way the hand only keeps the part on it.
+            force = max(force, along if across <= _MOST_ACROSS else across)
+            return along > MOST_FORCE or across > _MOST_ACROSS
 
-        feels = number == 1 or (way.ends_at_stop and number == len(way.poses) - 1)
-        length = float(np.linalg.norm(way.poses[number].position - way.poses[number - 1].position))
-        slow = _FEELS if feels else _PUSHES if way.grasp is None else _LEADS
+        stops = way.ends_at_stop and number == len(way.poses) - 1
+        slow = _STOPS if stops else _PUSHES if way.grasp is None else _FEELS if number == 1 else _LEADS
+        length = max(length, abs(way.values[number] - way.values[number - 1]) * lever(part))
         stopped = follow_until(arm, _slowed(way.steps[number - 1], length, slow), Phase.SLIDE, felt)
         gone = part_value(arm.find(part.id, arm.look())) - way.values[0]
         wanted = way.values[number] - way.values[0]

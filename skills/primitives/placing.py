@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from robosandbox.errors import CollisionError, ErrorCode, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
@@ -15,12 +17,14 @@ from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
     Manipulator,
     most_telling,
+    moved,
     raised,
 )
 from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Timing, Trajectory
 from robosandbox.world.alternatives import Alternative, FailedCall
+from robosandbox.world.effects import put
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.placement_sampling import Placement, about_z, levelled, resting_pose
+from robosandbox.world.placement_sampling import CARRIED_OVER, Placement, about_z, levelled, resting_pose
 from robosandbox.world.relations import MeasuredRelation
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
@@ -53,12 +57,16 @@ _MOST_BLOCKED = 5
 
 @dataclass(frozen=True, slots=True)
 class PlacePlan:
-    """Pose at which an object is put down, the ways there, and how far the fingers open to let go, metres."""
+    """Pose at which an object is put down, the ways there, and how far the fingers open to let go, metres.
+
+    Where it comes in from the side, `back` is by how much (3,) the hand goes to be out again, metres.
+    """
 
     goal: Pose
     transfer: Trajectory
     descent: Trajectory
     opening: float
+    back: Array | None = None
 
 
 def place(
@@ -94,7 +102,7 @@ def place(
     way = plan_place(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
     arm.follow(way.descent, Phase.LOWER, yielding=True)
-    _release(arm, held.id, way.opening)
+    _release(arm, held.id, way)
     after = arm.settle(held.id)
     if after.find(held.id) is None:
         after = _from_aside(arm, held.id)
@@ -123,11 +131,19 @@ def place(
 
 
 def taken_anew(failed: FailedCall) -> Iterator[Alternative]:
-    """Yield putting down what is held and taking it anew, where the hand as it holds it found no way: another grip may."""
+    """Yield putting down what is held and taking it anew, where the hand as it holds it found no way: another grip may.
+
+    What a thing of the scene's file covers is come at from the side.
+    """
     held = failed.scene.held
-    if held is not None and failed.error.code in (ErrorCode.UNREACHABLE, ErrorCode.COLLISION):
-        first = (fact("on", held, TABLE),)
-        yield Alternative(why=f"{held} is put down and taken anew", first=first, call=failed.call)
+    if held is None or failed.error.code not in (ErrorCode.UNREACHABLE, ErrorCode.COLLISION):
+        return
+    first = (fact("on", held, TABLE),)
+    target = failed.scene.find(str(next(iter(failed.call.arguments.values()), "")))
+    if target is not None and target.is_fixed:
+        from_side = (*first, fact("gripped", held, "side"))
+        yield Alternative(why=f"{held} is put down and taken from the side", first=from_side, call=failed.call)
+    yield Alternative(why=f"{held} is put down and taken anew", first=first, call=failed.call)
 
 
 def _leave(arm: Manipulator, held: str) -> None:
@@ -153,7 +169,7 @@ def plan_place(
     arm.ctx.enter(Phase.PLAN)
     search = _PlaceSearch(arm, held, scene, allowed)
     for spot in spots:
-        for yaw in spot.yaws:
+        for yaw in search.headings(spot):
             way = search.attempt(spot, yaw)
             if way is not None:
                 return way
@@ -193,35 +209,47 @@ class _PlaceSearch:
         unreachable = sum(isinstance(error, UnreachableError) for error in self._failures)
         return unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
 
+    def headings(self, spot: Placement) -> Sequence[float]:
+        """Return the headings for a spot, those first with which the hand comes from the side to which it is open."""
+        if spot.way_out is None:
+            return spot.yaws
+        out = np.array([*spot.way_out, 0.0])
+        hands = {yaw: about_z(yaw) @ self._level @ self._tcp_in_object.rotation[:, 2] @ out for yaw in spot.yaws}
+        return sorted(spot.yaws, key=lambda yaw: round(float(hands[yaw]), 2))
+
     def attempt(self, spot: Placement, yaw: float) -> PlacePlan | None:
         """Return the way to a spot, or None."""
         arm, motion = self._arm, self._arm.motion
         goal = resting_pose(self._held, spot, about_z(yaw) @ self._level)
         tcp_goal = goal @ self._tcp_in_object
         # Just above the support nothing may be touched; the last millimetres are for the support alone.
-        above = raised(tcp_goal, _STAND_OFF)
+        above = raised(tcp_goal, _STAND_OFF if spot.way_out is None else CARRIED_OVER)
+        back = None if spot.way_out is None else spot.depth * np.array([*spot.way_out, 0.0])
         try:
             q_above = motion.ik(above, self._q, restarts=_RESTARTS)
             self._hold()
             if (found := motion.touch(q_above)) is not None:
                 raise found
-            opening = self._opening(motion.ik(tcp_goal, q_above, restarts=_RESTARTS))
+            q_goal = motion.ik(tcp_goal, q_above, restarts=_RESTARTS)
+            opening = self._opening(q_goal)
+            leave = None if back is None else self._way_back(goal, q_goal, opening, back)
             self._hold()
-            hover = self._hover(tcp_goal, q_above)
+            hover = self._hover(tcp_goal, q_above) if back is None else motion.ik(moved(above, back), q_above)
             motion.plan_line(hover, above, speed=self._lower)
+            through = [tcp_goal] if back is None else [above, tcp_goal]
             motion.allow(*self._load, *self._allowed)
-            descent = motion.plan_line(hover, tcp_goal, speed=self._lower)
+            descent = motion.plan_through(hover, through, speed=self._lower)
             motion.allow(*self._load)
             self._blocked += 1
             way = transfer(arm, hover, level=bool(self._load), speed=self._speed)
             if self._load:
                 # Led along lines it may get there in another posture.
                 motion.allow(*self._load, *self._allowed)
-                descent = motion.plan_line(way.q[-1], tcp_goal, speed=self._lower)
+                descent = motion.plan_through(way.q[-1], through, speed=self._lower)
         except (UnreachableError, CollisionError) as error:
             self._failures.append(error)
             return None
-        return PlacePlan(goal, way, descent, opening)
+        return PlacePlan(goal, way, descent, opening, leave)
 
     def _hold(self) -> None:
         """Plan with the object in hand, and what lies in it free to touch it."""
@@ -250,6 +278,26 @@ class _PlaceSearch:
             free = room
         return self._width + 2.0 * (free or 0.0)
 
+    def _way_back(self, goal: Pose, q: Array, opening: float, back: Array) -> Array:
+        """Return by how much (3,) the hand goes from `q` (n,) to leave what it put down: where it points away from, else where it came from.
+
+        Raises:
+            UnreachableError: It cannot.
+            CollisionError: It would touch something, or take along what it put down.
+        """
+        arm, motion = self._arm, self._arm.motion
+        arm.use(put(self._scene.holding(None), self._held.id, goal))
+        motion.open_to(opening)
+        motion.allow()
+        tcp = motion.forward(q)
+        along = -float(np.linalg.norm(back)) * tcp.rotation[:, 2]
+        try:
+            motion.plan_line(q, moved(tcp, along))
+        except (UnreachableError, CollisionError):
+            motion.plan_line(q, moved(tcp, back))
+            return back
+        return along
+
     def _hover(self, tcp_goal: Pose, q_above: Array) -> Array:
         """Return a configuration over the goal: high if it can be reached, else lower.
 
@@ -264,15 +312,19 @@ class _PlaceSearch:
         return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
 
 
-def _release(arm: Manipulator, object_id: str, opening: float) -> None:
+def _release(arm: Manipulator, object_id: str, way: PlacePlan) -> None:
     arm.ctx.enter(Phase.RELEASE)
     arm.driver.wait(_RELEASE_SECONDS)
     before = arm.gripper.width
-    arm.open(opening, wait=False)
+    arm.open(way.opening, wait=False)
     # The rest of the way the fingers go while the hand begins to rise.
-    arm.wait_for_fingers(until=before + _OPENED * (opening - before))
+    arm.wait_for_fingers(until=before + _OPENED * (way.opening - before))
     arm.use(arm.feel())
     arm.motion.allow(object_id)
+    if way.back is not None:
+        out = arm.motion.plan_line(arm.q, moved(arm.state.tcp_pose, way.back), speed=arm.tempo.leave)
+        arm.follow(out, Phase.RETREAT)
+        return
     try:
         arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=arm.tempo.leave)
     except CollisionError:

@@ -21,6 +21,7 @@ from robosandbox.types import (
     DIRECTION_AXES,
     SIDE_AXES,
     Direction,
+    Fraction,
     NonNegative,
     ObjectTruth,
     Positive,
@@ -284,6 +285,28 @@ class Closed(OfObject):
             return Judgement(gone[0] <= _PART_SHUT, {"open_share": gone[0], "opening_mm": 1e3 * gone[1]})
         opening = _opening(now, self.object)
         return Judgement(opening <= CLOSED_WITHIN, {"opening_mm": 1e3 * opening})
+
+
+class TurnedTo(OfObject):
+    """The part of a scene's file is turned or slid to a share of its way from where it rests.
+
+    Attributes:
+        object: Id.
+        share: Of its way, 0 to 1.
+        within: Most that it may be off, as a share.
+    """
+
+    kind: Literal["turned_to"]
+    kinds: ClassVar[frozenset[str]] = frozenset({"part"})
+    share: Fraction
+    within: Positive = 0.1
+
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
+        """Read how far it has gone."""
+        del start
+        gone = part_travel(now.objects[self.object])
+        share = -1.0 if gone is None else gone[0]
+        return Judgement(abs(share - self.share) <= self.within, {"share": share, "wanted": self.share})
 
 
 class Tapped(OfObject):

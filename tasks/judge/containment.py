@@ -63,6 +63,21 @@ class Vessel:
         return Judgement(floored and surrounded(point, walls), detail)
 
 
+class Cupboard(Vessel):
+    """A fixture with a cavity that is open to the side: what is in it has a board under it, another over it, and a wall beside it."""
+
+    def _holds(self, thing: ConvexPieces) -> Judgement:
+        point, low, high = thing.middle[:2], thing.low, thing.high
+        under = [top for seen, _, top in self._tops if depth(seen, point) > 0.0 and abs(top - low) < _GIVE]
+        over = [bottom for seen, bottom, _ in self._tops if depth(seen, point) > 0.0 and bottom > high - _GIVE]
+        beside = [seen for seen, bottom, top in self._tops if bottom < high and top > low and depth(seen, point) <= 0.0]
+        detail = {
+            "margin_mm": 1e3 * depth(self._form.outline, point),
+            "below_rim_mm": 1e3 * (min(over, default=low) - low),
+        }
+        return Judgement(detail["margin_mm"] > 0.0 and bool(under) and bool(over) and bool(beside), detail)
+
+
 def vessel(item: ObjectTruth, holders: frozenset[str]) -> Vessel:
     """Return a container as one.
 
@@ -75,7 +90,7 @@ def vessel(item: ObjectTruth, holders: frozenset[str]) -> Vessel:
     """
     if item.kind not in holders:
         raise InputError(f"success.target: {item.id!r} is a {item.kind}; only {', '.join(sorted(holders))} hold things")
-    return Vessel(item)
+    return Cupboard(item) if item.kind == "cupboard" else Vessel(item)
 
 
 def contents(objects: list[ObjectTruth], container: Vessel) -> list[tuple[str, int]]:

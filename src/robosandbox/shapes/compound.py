@@ -1,7 +1,7 @@
 """Solids of convex pieces: what a scene's file is made of, measured and not named.
 
 A thing of a file is one of four kinds by its geometry alone: `solid`, `dish` (a shallow hollow), `vessel` (a deep one), and
-`fixture`, which stays where it is; `part` turns or slides on one. The instance carries its pieces, so that an object is asked for
+`fixture`, which stays where it is; `cupboard`, a fixture with a cavity that is open to one side or two; `part` turns or slides on one. The instance carries its pieces, so that an object is asked for
 its shape and nobody looks geometry up by kind.
 """
 
@@ -22,7 +22,9 @@ from robosandbox.shapes.room import Room
 from robosandbox.shapes.shape import Shape, Size, Solid, Written
 from robosandbox.spatial import Array, Vec3, frozen_array, matrix_from_quat_xyzw
 
-FileKind = Literal["solid", "dish", "vessel", "fixture", "part"]
+FileKind = Literal["solid", "dish", "vessel", "fixture", "cupboard", "part"]
+# Sides to which a cavity is open at the most: what is open to three is a space under a board.
+_MOST_WAYS = 2
 # Ratio of a hollow's depth to its half width up to which it is a dish: plates have 0.15 to 0.25, bowls 0.6 up.
 _SHALLOW = 0.4
 _UP = np.array([0.0, 0.0, 1.0])
@@ -92,6 +94,12 @@ class Geometry:
     def hollow(self) -> Room | None:
         """Hollow that is open to above; None without one."""
         return self.grid.hollow()
+
+    @cached_property
+    def cavity(self) -> LevelSurface | None:
+        """Floor of the largest cavity that is covered and open to one side or two; None without one."""
+        covered = [face for face in self.surfaces if 0 < len(face.ways_out) <= _MOST_WAYS]
+        return max(covered, key=lambda face: face.area * face.headroom, default=None)
 
 
 def kind_of(pieces: tuple[Piece, ...]) -> FileKind:
@@ -164,7 +172,7 @@ class Compound(Shape):
         return target.pose.xyz[2] + found.height
 
     def surface(self, target: Solid, width: float, place: Array | None = None) -> LevelSurface | None:
-        """Return the level face nearest below a place (3,), or the highest that is open to above and wide enough.
+        """Return the level face nearest below a place (3,), or the highest that is open to above, else the largest to the side, and wide enough.
 
         Args:
             target: What it is a face of; one that does not stand upright has none here.
@@ -179,7 +187,10 @@ class Compound(Shape):
             over = [face for face in faces if face.margin(np.array([x, y])) > 0.0]
             return min(over, key=lambda face: abs(face.height - z), default=None)
         wide = [face for face in faces if np.isinf(face.headroom) and face.half_width > width]
-        return max(wide, key=lambda face: (face.height, face.area), default=None)
+        covered = [face for face in faces if len(face.ways_out) and face.half_width > width]
+        return max(wide, key=lambda face: (face.height, face.area), default=None) or max(
+            covered, key=lambda face: face.area * face.headroom, default=None
+        )
 
     def bodies(self, item: Written) -> tuple[Body, ...]:
         """Return its one body."""
@@ -213,6 +224,29 @@ class Fixture(Compound):
     stays_put = True
 
 
+class Cupboard(Fixture):
+    """A fixture with a cavity that is covered and open to the side: things go in from there."""
+
+    kind = "cupboard"
+    nouns = ("cupboard",)
+    holds_things = True
+
+    @property
+    def name(self) -> str:
+        """The kind with its article: it stays where it is as any fixture."""
+        return f"a {Fixture.kind}"
+
+    def room(self, size: Size, opening: float | None = None) -> Room | None:
+        """Return its cavity, the ceiling for a rim."""
+        del size, opening
+        cavity = None if self.geometry is None else self.geometry.cavity
+        if cavity is None:
+            return None
+        low, high = (edge(cavity.points, axis=0) for edge in (np.min, np.max))
+        half = (high - low + cavity.cell) / 2.0
+        return Room(middle=(low + high) / 2.0, half=half, floor=cavity.height, rim=cavity.height + cavity.headroom)
+
+
 class Part(Compound):
     """What turns or slides on a fixture."""
 
@@ -238,6 +272,7 @@ _KINDS: dict[FileKind, type[Compound]] = {
     "dish": Dish,
     "vessel": Vessel,
     "fixture": Fixture,
+    "cupboard": Cupboard,
     "part": Part,
 }
 # Kinds of what comes from files, by name; nobody writes an object of one.

@@ -26,6 +26,8 @@ _HEADROOM = 0.03
 _LEAST_WIDTH = 0.02
 # Least depth of a hollow, metres: a rim on a flat plate is less than what a depth camera resolves.
 _LEAST_DEPTH = 0.006
+# Share of what is covered that has to be free to one side for that side to be open.
+_OPEN = 0.7
 # Shares of the outline that a circle or rectangle has to fill to stand for it.
 _FILLS = 0.82
 
@@ -40,6 +42,8 @@ class LevelSurface:
         points: Middles of its cells, shape (n, 2), metres.
         inside: How far each lies from the edge, shape (n,), metres.
         cell: Width of a cell, metres.
+        ways_out: Level unit vectors, shape (k, 2), in which nothing of the solid stands between what is covered and the outside;
+            none under the open sky.
     """
 
     height: float
@@ -47,6 +51,7 @@ class LevelSurface:
     points: Array
     inside: Array
     cell: float
+    ways_out: Array
 
     @property
     def area(self) -> float:
@@ -155,16 +160,33 @@ class HeightGrid:
                     inside = _depths(mask) * self.cell - self.cell / 2.0
                     if inside.max() < _LEAST_WIDTH / 2.0:
                         continue
+                    headroom = float(np.median(room[mask & free])) if (mask & free).any() else np.inf
                     found.append(
                         LevelSurface(
                             height,
-                            float(np.median(room[mask & free])) if (mask & free).any() else np.inf,
+                            headroom,
                             frozen_array(self.points[mask]),
                             frozen_array(inside[mask]),
                             self.cell,
+                            self._ways_out(mask, height, headroom),
                         )
                     )
         return tuple(found)
+
+    def _ways_out(self, mask: NDArray[np.bool_], height: float, headroom: float) -> Array:
+        """Return in which directions along the grid most of what is covered is open to the side, shape (k, 2)."""
+        if not np.isfinite(headroom):
+            return frozen_array(np.zeros((0, 2)))
+        low, high = height + _SAME_HEIGHT, height + headroom - _SAME_HEIGHT
+        stands = ((self._high > low) & (self._low < high)).any(axis=0).reshape(self._shape)
+        found = []
+        for axis, sign in ((0, 1), (0, -1), (1, 1), (1, -1)):
+            walls = np.flip(stands, axis) if sign > 0 else stands
+            beyond = np.logical_or.accumulate(walls, axis=axis)
+            beyond = np.flip(beyond, axis) if sign > 0 else beyond
+            if (~beyond)[mask].mean() >= _OPEN:
+                found.append((sign, 0) if axis == 0 else (0, sign))
+        return frozen_array(np.array(found, dtype=float).reshape(-1, 2))
 
     def hollow(self) -> Room | None:
         """Return the largest hollow that is open to above; None where water would run off everywhere."""

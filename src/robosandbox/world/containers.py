@@ -15,7 +15,16 @@ from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
 from robosandbox.world import parts, relations
 from robosandbox.world.effects import put
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.placement_sampling import about_z, first_placement_in, levelled, resting_pose
+from robosandbox.world.nearness import nearer
+from robosandbox.world.placement_sampling import (
+    about_z,
+    first_placement_in,
+    is_on,
+    levelled,
+    placements_in,
+    resting_pose,
+    with_pose,
+)
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, bounds, centre, contents, loose, mouth_of, support
 from robosandbox.world.standing import occupied, unsuitable
@@ -25,6 +34,8 @@ _MOST = 0.9
 # Room between an object and the edges of a drawer's opening, metres; chosen as the room that `spots` leaves at a
 # container's walls.
 _ROOM = 0.004
+# Places in a cupboard of which it is asked whether a door stands before them, and shares of the way there at which it is looked.
+_WAYS_IN, _SHARES = 4, (0.25, 0.5, 0.75, 1.0)
 # Share of a container that randomly packed balls fill (Scott 1960 measured 0.60 for loose, 0.64 for dense packing).
 _PACKED = 0.6
 
@@ -115,10 +126,11 @@ def holds_things(view: View, c: str) -> Finding:
 @predicate("object", "object", blame=_shut)
 def lets_in(view: View, a: str, c: str) -> Finding:
     """A container is open, and far enough for an object."""
-    vessel = view.get(c)
+    vessel, item = view.get(c), view.get(a)
+    if vessel.is_fixed:
+        return _way_in(view, item, vessel)
     if not vessel.shape.opens:
         return Finding(holds=True)
-    item = view.get(a)
     low, high = bounds(item)
     # Of what is poured the container stays outside.
     width = float((high - low)[:2].min())
@@ -133,6 +145,33 @@ def lets_in(view: View, a: str, c: str) -> Finding:
         cause=f"{c} is {far}, and {a} needs {1e3 * (width + 2.0 * _ROOM):.0f} mm",
         help="open it first",
         remedies=(fact("open", c),),
+    )
+
+
+def _way_in(view: View, item: DetectedObject, cupboard: DetectedObject) -> Finding:
+    """Return whether no door stands where an object comes into a cupboard from the side."""
+    doors = [other for other in view.scene.objects if is_on(other, cupboard)]
+    shut: dict[str, None] = {}
+    for spot in itertools.islice(placements_in(cupboard, item, ()), _WAYS_IN):
+        there = resting_pose(item, spot, levelled(item.pose.rotation))
+        out = np.array([*(spot.way_out or (0.0, 0.0)), 0.0])
+        stations = [
+            with_pose(item, Pose.from_matrix(there.position + share * spot.depth * out, there.rotation))
+            for share in _SHARES
+        ]
+        met = [door.id for door in doors if any(nearer(door, one, 0.0) for one in stations)]
+        if not met:
+            return Finding(holds=True)
+        shut.update(dict.fromkeys(met))
+    closed = [name for name in shut if not parts.open_(view, name).holds]
+    names = tuple(closed or shut)
+    return Finding(
+        holds=not names,
+        is_sure=is_clearly_seen(item, cupboard),
+        cause=f"{', '.join(names)} {'stands' if len(names) == 1 else 'stand'} before {cupboard.id}",
+        help=f"open {names[0]} first" if names else "",
+        blocking=names,
+        remedies=tuple(fact("open", name) for name in closed),
     )
 
 

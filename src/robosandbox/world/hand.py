@@ -19,7 +19,7 @@ from robosandbox.types import ObservedScene
 from robosandbox.world.effects import taken
 from robosandbox.world.facts import HELD, TABLE, Fact, fact
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
-from robosandbox.world.relations import mouth_of, room_of
+from robosandbox.world.relations import lies_in, mouth_of, room_of
 
 # How far under a drawer's cabinet the middle of a thing may lie and still be got out, metres; chosen as half a finger's
 # thickness, by which fingers reach in.
@@ -119,6 +119,11 @@ def _put_down(held: Sequence[str]) -> tuple[Fact, ...]:
     return tuple(fact("on", name, TABLE) for name in held)
 
 
+def _gripped(scene: ObservedScene, a: str, how: str) -> ObservedScene:
+    del how
+    return taken(scene, a)
+
+
 @predicate("object")
 def seen(view: View, a: str) -> Finding:
     """An object is seen; without that nothing else is asked of it."""
@@ -134,6 +139,12 @@ def holding(view: View, a: str, hand: str | None = None) -> Finding:
     now = f"{holder} holds {' and '.join(held)}" if held else f"{holder} is empty"
     named = () if hand is None else (hand,)
     return Finding(holds=a in held, cause=now, help=f"pick {a} first", remedies=(fact("holding", a, *named),))
+
+
+@predicate("object", "word", effect=_gripped)
+def gripped(view: View, a: str, how: str) -> Finding:
+    """The hand holds an object by a grip of a kind, as "side"; nobody sees of which kind it is."""
+    return Finding(holds=a in view.scene.in_hands, is_sure=False, cause=f"{a} is not held from the {how}")
 
 
 @predicate("word?", blame=_not_empty)
@@ -202,9 +213,17 @@ def graspable(view: View, a: str) -> Finding:
 
 @predicate("object")
 def accessible(view: View, a: str) -> Finding:
-    """No drawer's cabinet is over an object."""
+    """No drawer's cabinet and no board of a fixture is over an object."""
     item = view.get(a)
     for drawer in view.others(a):
+        if drawer.kind == "cupboard" and a != drawer.id and lies_in(item, drawer):
+            return Finding(
+                holds=False,
+                is_sure=is_clearly_seen(item),
+                cause=f"{a} is inside {drawer.id}, which is open to the side only, and nothing is taken out from there",
+                help="take it out by hand",
+                blocking=(drawer.id,),
+            )
         if not drawer.shape.opens or item.shape.is_granular:
             continue
         local = drawer.pose.rotation.T @ (item.shape.centre(item) - drawer.pose.position)

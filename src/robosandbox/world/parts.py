@@ -26,6 +26,8 @@ OPEN_SHARE, CLOSED_SHARE = 0.5, 0.05
 # Share of its way by which what was opened is thought to be open; chosen below the 0.98 that skills try first and above the 0.75 that
 # they are content with.
 _OPENED_SHARE = 0.9
+# Share of its way within which a part is turned to where it is asked for.
+TURNED_WITHIN = 0.1
 # Way of a part that nothing limits, radians or metres.
 _UNLIMITED = math.pi / 2.0
 # Share of its way that is looked at for what stands there, values of its joint that are looked at, and metres that are to be free.
@@ -162,6 +164,23 @@ def room_to_swing(view: View, p: str) -> Finding:
         help=f"put {names[0]} aside first" if names else "",
         blocking=names,
         remedies=tuple(fact("on", name, TABLE) for name in names),
+    )
+
+
+@predicate("object", "number", effect=moved_to, lasts=True)
+def turned_to(view: View, p: str, share: float) -> Finding:
+    """A knob, lever or switch is a share of its way from where it rests: 0 is off, 1 is all on."""
+    part = view.get(p)
+    if not is_part(part):
+        return Finding(holds=False, cause=f"{p} is {part.shape.name} and neither turns nor slides")
+    margin = TURNED_WITHIN - abs(open_share(part) - share)
+    return Finding(
+        holds=margin >= 0.0,
+        margin=margin,
+        tolerance=TURNED_WITHIN,
+        is_sure=part.opening is not None,
+        cause=f"{p} is turned by {open_share(part):.0%} of its way",
+        help=f"turn {p}",
     )
 
 

@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 
+from robosandbox.shapes.heights import LevelSurface
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
 from robosandbox.world.episode_cache import cached_for_episode
@@ -43,6 +44,8 @@ _WALL_ROOM = 0.004
 _NEXT_ROOM = 0.004
 # Metres of free space beyond which more is no better; chosen as a small object's width.
 _ENOUGH_ROOM = 0.04
+# Metres over a face at which a thing is carried in from the side, and by which it is outside before.
+CARRIED_OVER, _OUTSIDE = 0.01, 0.03
 # Metres above what lies there at which a thing is put on it; chosen below what a drop shows.
 _ABOVE = 0.001
 # Metres over its support at which an object is let go where the hand does not get lower; chosen so that the last is
@@ -76,11 +79,15 @@ class Placement:
         xy: The object's origin, metres.
         height: Its lowest point, metres.
         yaws: Headings to try, radians about world z from its present one, best first.
+        way_out: Level unit vector along which it is left by what has to come in from the side; None from above.
+        depth: Metres along it to where what stands there would be outside.
     """
 
     xy: tuple[float, float]
     height: float
     yaws: tuple[float, ...]
+    way_out: tuple[float, float] | None = None
+    depth: float = 0.0
 
 
 def table_placements(
@@ -234,6 +241,9 @@ def placements_in(
         held: What goes in, as it is held.
         contents: What lies in it already.
     """
+    if vessel.is_fixed and vessel.geometry is not None and vessel.geometry.cavity is not None:
+        yield from _on_face(held, vessel, vessel.geometry.cavity, contents)[0]
+        return
     edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]
     # A thing whose underside is as high as the rim stands on the contents, not inside.
     places = [place for place in _places(vessel, held, contents) if place[1] < edge]
@@ -327,27 +337,59 @@ def placements_on(
     if surface is None or not base.is_fixed:
         point = centre(base)
         return [Placement((float(point[0]), float(point[1])), rest_height(held, base), headings)], ()
-    height = base.pose.xyz[2] + surface.height
+    return _on_face(held, base, surface, others)
+
+
+def _on_face(
+    held: DetectedObject, base: DetectedObject, face: LevelSurface, others: Iterable[DetectedObject]
+) -> tuple[list[Placement], tuple[str, ...]]:
+    """Return where an object may stand on a level face of another, the best first, and the ids of what occupies the rest.
+
+    On a face that is covered, what is nearest to the side from which it comes in is best.
+    """
+    headings = turns(yaw_to_align(held.pose, base.pose))
+    low, high = bounds(held)
+    half = (high - low)[:2] / 2.0
+    height = base.pose.xyz[2] + face.height
+    if high[2] - low[2] + 2.0 * CARRIED_OVER > face.headroom:
+        return [], ()
     level = levelled(held.pose.rotation)
-    near = [item for item in others if item.id not in (held.id, base.id) and bounds(item)[1][2] > height]
+    near = [
+        item
+        for item in others
+        if item.id not in (held.id, base.id) and not is_on(item, base) and bounds(item)[1][2] > height
+    ]
     rotation, origin = base.pose.rotation, base.pose.position
     found, blocking = [], dict[str, None]()
-    wanted = min(float(np.hypot(*half)), surface.half_width - surface.cell)
-    step = max(1, round(_APART / 2.0 / surface.cell))
-    cells = np.flatnonzero(surface.inside >= wanted)
-    order = np.lexsort(
-        (np.linalg.norm(surface.points[cells] - surface.middle, axis=1).round(3), -_deep(surface.inside[cells]))
-    )
-    tried = [surface.middle, *(surface.points[cells[k]] for k in order[:: step * step])]
-    for spot in tried:
-        x, y, _ = origin + rotation @ np.array([*spot, surface.height])
-        placement = Placement((float(x), float(y)), height, headings)
-        standing = with_pose(held, resting_pose(held, placement, level))
-        names = [item.id for item in near if gap(standing, item) < _SPACING]
-        blocking.update(dict.fromkeys(names))
-        if not names:
-            found.append(placement)
+    wanted = min(float(np.hypot(*half)), face.half_width - face.cell)
+    step = max(1, round(_APART / 2.0 / face.cell))
+    cells = np.flatnonzero(face.inside >= wanted)
+    points, deep = face.points[cells], _deep(face.inside[cells])
+    for way in [None] if np.isinf(face.headroom) else face.ways_out:
+        first = np.linalg.norm(points - face.middle, axis=1).round(3) if way is None else (-points @ way).round(2)
+        order = np.lexsort((first, -deep) if way is None else (np.linalg.norm(points - face.middle, axis=1), first))
+        middle = [face.middle] if way is None else []
+        out = None if way is None else rotation[:2, :2] @ way
+        for spot in [*middle, *(points[k] for k in order[:: step * step])]:
+            x, y, _ = origin + rotation @ np.array([*spot, face.height])
+            depth = 0.0
+            if way is not None and out is not None:
+                edge = float((face.points @ way).max() - spot @ way)
+                depth = edge + float(np.hypot(*half)) + _OUTSIDE
+            placement = Placement(
+                (float(x), float(y)), height, headings, None if out is None else (float(out[0]), float(out[1])), depth
+            )
+            standing = with_pose(held, resting_pose(held, placement, level))
+            names = [item.id for item in near if gap(standing, item) < _SPACING]
+            blocking.update(dict.fromkeys(names))
+            if not names:
+                found.append(placement)
     return found, tuple(blocking)
+
+
+def is_on(part: DetectedObject, base: DetectedObject) -> bool:
+    """Tell whether an object is a part on another: `cupboard.door` on `cupboard`."""
+    return part.id.startswith(f"{base.id}.") and part.is_fixed
 
 
 def _deep(inside: Array) -> Array:

@@ -15,6 +15,7 @@ from robosandbox.world.abilities import Obstruction
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.placement_sampling import (
     Placement,
+    placements_in,
     placements_on,
     points_beside,
     table_placements,
@@ -80,9 +81,11 @@ def reachable_over(view: View, a: str, b: str) -> Finding:
     item, base = view.get(a), view.get(b)
     half = (top(item) - bottom(item)) / 2.0
     if base.is_fixed:
-        spots, _ = placements_on(item, base, view.scene.objects)
+        within = base.shape.holds_things
+        spots = list(placements_in(base, item, ())) if within else placements_on(item, base, view.scene.objects)[0]
         found = (
-            _at(view, np.array([*spot.xy, spot.height + half]), f"the top of {b}", item) for spot in spots[:_SPOTS]
+            _at(view, np.array([*spot.xy, spot.height + half]), f"the {'inside' if within else 'top'} of {b}", item)
+            for spot in spots[:_SPOTS]
         )
         first: Finding | None = None
         for one in found:

@@ -222,7 +222,7 @@ def inside(obj: DetectedObject, container: DetectedObject) -> MeasuredRelation:
     lowest = -float(support(obj, -axis[None])[0]) - float(axis @ container.pose.position)
     below_rim = height - lowest
     return MeasuredRelation(
-        margin > 0.0 and 0.0 < below_rim < height + REST_TOLERANCE,
+        margin > 0.0 and 0.0 < below_rim < height - min(room.floor, 0.0) + REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "below_rim_mm": 1e3 * below_rim},
     )
 

@@ -21,6 +21,7 @@ from robosandbox.tasks.judge.checks import (
     Lifted,
     On,
     Opened,
+    TurnedTo,
     Undisturbed,
 )
 from robosandbox.tasks.judge.place_checks import At, InPlaceOf
@@ -135,6 +136,12 @@ def _(check: Opened, start: Truth, now: Truth) -> float:
 def _(check: Closed, start: Truth, now: Truth) -> float:
     del start
     return now.objects[check.object].opening or 0.0
+
+
+@_left.register
+def _(check: TurnedTo, start: Truth, now: Truth) -> float:
+    # All of its way counts as a metre.
+    return abs(float(check.evaluate(start, now).detail["share"]) - check.share)
 
 
 @_left.register
