@@ -168,6 +168,11 @@ def without_what_is_denied(command: Command, ground: Grounder) -> Command:
         ground: As for `members_apart`.
     """
     place, groups = command.place, [ref for ref in command.objects if ref.plural or ref.determiner == "all"]
+    told = (*command.objects, *(place.refs if isinstance(place, Relation) else ()))
+    for denied in (each for ref in told for each in ref.instead if each.one and not (each.nouns or each.options)):
+        if not any(ground.has(_of_kind(denied, ref)) for ref in told if ref.nouns or ref.names):
+            # "put the butter in the drawer, but not the white one": there is one drawer, and one butter.
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“not {denied.text}”: I see none that could be meant.")
     if not groups or not isinstance(place, Relation):
         return command
     spared: dict[Ref, list[Ref]] = {whole: [] for whole in groups}

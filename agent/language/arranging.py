@@ -149,6 +149,11 @@ class Arranging(Stacking):
         held = self.world.held
         if not held and self.steps and self.steps[-1].call.skill.startswith("place_"):
             # "move it over the bin and let go"
+            carried = [str(step.call.arguments["object"]) for step in self.steps if step.call.skill == "pick"][-1:]
+            if command.objects and self._objects(command)[0] != tuple(carried):
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"The gripper has put down {listed(carried)} already.", carried
+                )
             return
         if not held:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "The gripper holds nothing that I could put down.")

@@ -19,6 +19,7 @@ OPPOSITE = {"left": "right", "right": "left", "forward": "back", "back": "forwar
 SAME, OTHER = "same", "opposite"
 """Directions that are told by the one before."""
 _ONES = ("one", "ones")
+_SIDEWAYS = ("left", "right", "front", "back", "beside")
 THERE_TOO = "there_too"
 """The text of a thing that is the place of the step before."""
 
@@ -40,6 +41,10 @@ def with_verbs(steps: Steps) -> Steps | None:
 def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | None:
     """Return a step without a verb as one like the last before it."""
     objects = step.objects
+    if step.bare and len(made) > 1 and last.objects and last.objects[0].determiner == "it" and made[-2].verb != "pick":
+        # "push the box to the left and put it in the bin, do the same with the can": both?
+        return None
+    step = replace(step, bare=0.0)
     if step == Command(UNSAID, times=step.times):
         # "tap the cube and do it again"; of several it is not said what "it" is.
         return last if len(last.objects) == 1 and not last.bare else None
@@ -49,11 +54,16 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     if last.verb == "stack" and not last.place:
         # "stack the cubes, then the ball": on what?
         return None
-    if last.verb == "release" or any(ref.one and ref.determiner == "a" and ref.text == "one" for ref in objects):
+    if last.verb in ("release", "home", "nothing") or any(
+        ref.one and ref.determiner == "a" and ref.text == "one" for ref in objects
+    ):
         # "tap the can, just one"
         return None
     if objects and step == Command(UNSAID, objects, times=step.times):
-        return replace(last, objects=objects, times=step.times or last.times)
+        if last.times > 1 and not step.times:
+            # "tap the can twice and the ball": how often?
+            return None
+        return replace(last, objects=objects, times=step.times or 1)
     if step.distance is not None and not (objects or step.place or step.direction) and last.direction:
         return replace(last, distance=step.distance)
     if step.direction in (SAME, OTHER):
@@ -67,7 +77,10 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
             return None
         return replace(last, direction=OPPOSITE[last.direction])
     if isinstance(step.place, Relation) and [ref.text for ref in step.place.refs] == [THERE_TOO]:
-        if not isinstance(last.place, Relation):
+        if step.place.kind == "to" and last.place is not None:
+            return replace(step, verb=last.verb, place=last.place)
+        if not isinstance(last.place, Relation) or last.place.kind not in _SIDEWAYS:
+            # "a cube on the left tray and one on the right": of that tray, or on the other?
             return None
         return replace(step, verb=last.verb, place=step.place._replace(refs=last.place.refs))
     if any(bool(a) != bool(b) for a, b in zip(_arguments(step), _arguments(last), strict=True)):
@@ -88,6 +101,9 @@ def with_nouns(refs: Sequence[Ref], agree: Callable[[Ref, Ref], bool] = lambda o
         open_ended = ref.one and not ref.nouns and not ref.other and not ref.text.endswith(_ONES)
         if after is not None and open_ended and (after.nouns or after.names) and agree(ref, after):
             ref = replace(ref, nouns=after.nouns, names=(*ref.names, *after.names), one=False)
+            if [rank.key for rank in ref.ranks] == [""] and len(after.ranks) == 1:
+                # "the first and the third cube from the left"
+                ref = replace(ref, ranks=(ref.ranks[0]._replace(key=after.ranks[0].key),))
         if ref.options:
             ref = replace(ref, options=with_nouns(ref.options, agree))
         if ref.instead:

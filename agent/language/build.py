@@ -152,10 +152,11 @@ class _Builder(Deciding):
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        told = rest_of_its_kind(other_regions(sorted_as_told(tuple(map(_each_spared, sentence.steps)))))
+        orders = rest_of_its_kind(other_regions(sorted_as_told(tuple(map(_each_spared, sentence.steps)))))
         ground = Grounder(self.world, Discourse())
-        steps = dealt_first(members_apart(members_named(told, ground), ground))
+        steps = dealt_first(members_apart(members_named(orders, ground), ground))
         check_sides(steps)
+        begun, told = 0, tuple[Ref, ...]()
         for command in fused(steps):
             for ref in command.spoken:
                 self.ground.many(ref, lambda name: True)
@@ -166,7 +167,14 @@ class _Builder(Deciding):
             check_where_told(spared, Grounder(self.world, Discourse()))
             if spared.times != 1 and spared.verb in _ONCE:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"I cannot do that {spared.times} times: it is done once.")
+            before = self.steps[begun:]
+            begun = len(self.steps)
             getattr(self, f"_{command.verb}")(spared)
+            named = any(ref.nouns or ref.names or ref.colours or ref.ranks for ref in spared.objects)
+            if spared.bare and named and before and self.steps[begun:] == before and told != spared.objects:
+                # "push the box 5 cm to the left, together with the blue one", where the box is blue.
+                raise RefusedError(RefusalCode.AMBIGUOUS, f"“{spared.objects[0].text}”: that was done just before.")
+            told = spared.objects
         avoid |= self._avoided(others, self.world.movable)
         self._check_forbidden()
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]

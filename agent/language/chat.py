@@ -9,12 +9,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from robosandbox.agent.language.text import ENDS, Classes, named_in
+from robosandbox.agent.language.ruleset import Ruleset
+from robosandbox.agent.language.text import ENDS, Classes, named_in, nearest
 from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
 _HOME = frozenset({"HOME", "GO_HOME"})
+_ACTS = frozenset({"GO", "GO_HOME"})
+_A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
+_SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
@@ -31,19 +35,24 @@ class _Clause(NamedTuple):
     always: bool
     denies: bool
     wishing: bool
+    seen: bool
 
 
-def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, vocabulary: Vocabulary) -> None:
+def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, book: Ruleset) -> None:
     """Add to the classes of each token the clauses that begin there and may be passed over.
 
     CHAT asks for nothing and names nothing that is seen; STATED names something, and somebody is its subject; CHATTER is the
     beginning of a clause up to a thing that it names; TALK is what is said of a thing; SAID is that of "it"; a REMARK may
     follow an order; a REASON follows "because", a
-    PURPOSE "so that".
+    PURPOSE "so that", an OWN_DOING "and" or "while".
     """
+    vocabulary = book.vocabulary
     if "bearing" not in vocabulary.lists:
         return
     parts = frozenset(named_in(words, vocabulary))
+    # A slip of a thing's name or of a verb is set right before its clause is passed over.
+    unknown = {token.text for token in tokens if token.kind == "word" and token.text not in book.known} - parts
+    parts |= {word for word in unknown if (meant := nearest(word, book, words)) in parts or _is_act(meant, vocabulary)}
     for i in range(len(tokens)):
         _add(found, tokens, i, parts, vocabulary)
 
@@ -51,40 +60,77 @@ def add_chat(found: list[Classes], tokens: Sequence[Token], words: SceneWords, v
 def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset[str], vocabulary: Vocabulary) -> None:
     lists = vocabulary.lists
     opens, tells = _opens(tokens, i, lists["openers"]), tokens[i].text in lists["talk"]
-    clause = _clause(found, tokens, i, parts, vocabulary, opens=opens, tells=tells)
-    if clause is None or clause.always or clause.acts:
-        return
-    told_on = next((k for k in range(i + 1, clause.end) if tokens[k].text == "so"), None)
+    end = next((k for k in range(i, len(tokens)) if tokens[k].text in ENDS), len(tokens))
     # "dinner is late so tap the can": the order begins behind it.
-    ends = [clause.end] if told_on is None else [clause.end, told_on]
-    hit = [Hit(end, None, EVERYTHING) for end in ends]
-    first = next((t.text for t in tokens[i : clause.end] if t.text not in lists["openers"]), "")
+    joints = [k for k in range(i + 2, end) if tokens[k].text in lists["joints"]] if opens or tells else []
+    for stop in (*joints, end) if end > i else ():
+        _add_until(found, tokens[:stop], i, parts, vocabulary, opens=opens, tells=tells, whole=stop == end)
+
+
+def _add_until(
+    found: list[Classes],
+    tokens: Sequence[Token],
+    i: int,
+    parts: frozenset[str],
+    vocabulary: Vocabulary,
+    *,
+    opens: bool,
+    tells: bool,
+    whole: bool,
+) -> None:
+    """Add the kinds of clauses that the words from a token to the last one are."""
+    lists = vocabulary.lists
+    clause = _clause(found, tokens, i, parts, vocabulary, opens=opens, tells=tells)
+    if clause is None or clause.always:
+        return
+    told = [token.text for token in tokens[i : clause.end]]
+    first = next((word for word in told if word not in lists["openers"]), "")
+    first = "" if told[:2] == ["so", "that"] else first
     # "my mother", "I", "nobody": what they do, may and do not is nothing that is asked for.
-    of_you = clause.denies and any(token.text == "you" for token in tokens[i : clause.end])
-    somebody = first in lists["persons"] and not clause.binding and not of_you
+    somebody = first in lists["persons"] and not clause.binding and not (clause.denies and "you" in told)
     # What they wish is asked for where it names something.
     person = somebody and not (clause.wishing and clause.named)
+    if clause.acts and (not person or clause.named or "you" in told or "us" in told):
+        # "I will make tea" is what somebody else does.
+        return
+    thing = opens and clause.nouns and told[0] in lists["determiners"] and len(told) <= _A_THING
+    if (thing or not whole) and not person and lists["talk"].isdisjoint(told):
+        # "the lid, the can in the bin", "the lid and the can": things that are not seen here, and no clause.
+        return
+
+    def add(name: str) -> None:
+        found[i].setdefault(name, []).append(Hit(clause.end, None, EVERYTHING))
+
     if opens and not clause.named and (person or not (clause.bearing and clause.denies)):
-        found[i]["CHAT"] = hit
-    if opens and clause.named and person and not clause.denies and told_on is None:
-        found[i]["STATED"] = hit
+        add("CHAT")
+    if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
+        add("STATED")
+    remark = first in lists["remarks"] and not (clause.bearing or clause.binding)
+    if opens and not clause.named and (person or remark) and not clause.nouns and clause.end > i + 1:
+        add("REMARK")
     if (
-        opens
+        i
+        and clause.end > i + 1
         and not clause.named
-        and (person or (first in lists["remarks"] and not clause.bearing and not clause.binding and not clause.wishing))
-        and not clause.nouns
+        and (person or (first in lists["subjects"] and not clause.bearing))
     ):
-        found[i]["REMARK"] = hit
-    if i and not clause.named and (person or (first in lists["subjects"] and not clause.bearing)):
-        found[i]["REASON"] = hit
+        add("REASON")
         owned = first in lists["owners"] and clause.nouns
         if person or owned or (clause.denies and first in ("it", "they")):
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
-            found[i]["PURPOSE"] = hit
-    if tells and not clause.bearing:
-        found[i]["TALK"] = hit
+            add("PURPOSE")
+    if i and person and not clause.named and clause.end > i + 1:
+        add("OWN_DOING")
+    if tells and not (clause.bearing or clause.seen):
+        # What can be seen of it has to be so, and is no talk.
+        add("TALK")
         if not (clause.named or clause.nouns):
-            found[i]["SAID"] = hit
+            add("SAID")
+
+
+def _is_act(word: str | None, vocabulary: Vocabulary) -> bool:
+    verbs = (name for name in vocabulary.classes if name[0] == "V" and name != "VCANNOT")
+    return word is not None and any(vocabulary.is_form(word, name) for name in verbs)
 
 
 def _opens(tokens: Sequence[Token], i: int, openers: frozenset[str]) -> bool:
@@ -108,9 +154,11 @@ def _clause(
     lists, acting = vocabulary.lists, vocabulary.mask("base ing")
     end, named, bearing, binding, nouns, acts, denies = i, False, False, False, False, False, False
     base = vocabulary.mask("base")
-    always, counts, wishing, counted = False, False, False, False
+    always, counts, wishing, counted, seen = False, False, False, False, False
     stops: list[int] = []
     barred = tokens[i].text in lists["barring"]
+    opening = next((token.text for token in tokens[i:] if token.text not in lists["openers"]), "")
+    somebody = opening in lists["persons"]
     while end < len(tokens) and tokens[end].text not in ENDS:
         here, word = found[end], tokens[end].text
         if tokens[end].kind == "mark":
@@ -123,8 +171,8 @@ def _clause(
         wishing |= word in lists["wishing"]
         denies |= word in _DENYING
         if not tells and ((end == i and opens) or (end > i and tokens[end - 1].text in lists["cues"])):
-            opening = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
-            names = (name for name in here if name[0] == "V" and (opening or name != "VCANNOT"))
+            begins = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
+            names = (n for n in here if n in _ACTS or (n[0] == "V" and (begins or n != "VCANNOT")))
             acts |= any(hit.mask & acting for name in names for hit in here[name])
         if not tells and end > i and tokens[end - 1].text not in lists["persons"] and end + 1 < len(tokens):
             # A verb with its object is an order, wherever it stands.
@@ -133,13 +181,16 @@ def _clause(
         nouns |= "NOUN" in here
         counts |= any(hit.value != 1 for hit in here.get("NUMBER", ())) or not _HOME.isdisjoint(here)
         named |= not _NAMING.isdisjoint(here) or word in parts
+        seen |= (named and "CLAIM" not in here) or not _SEEN.isdisjoint(here)
         end += 1
         counted |= word in lists["determiners"] and word not in lists["owners"]
-        if opens and not (named or nouns or barred or bearing or acts or always or counted):
+        if opens and not (
+            named or nouns or barred or (bearing and not somebody) or denies or acts or always or counted
+        ):
             stops.append(end)
     # "two high", "back to your position": chat only where somebody states it.
     first = next((t.text for t in tokens[i:end] if t.text not in lists["openers"]), "")
     named |= counts and first not in lists["subjects"]
     if stops:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
-    return _Clause(end, named, nouns, acts, bearing, binding, always, denies, wishing) if end > i else None
+    return _Clause(end, named, nouns, acts, bearing, binding, always, denies, wishing, seen) if end > i else None

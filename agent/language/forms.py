@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from robosandbox.agent.language.antecedents import THING, about, echoed, told_of
-from robosandbox.agent.language.binding import UNSAID, with_nouns, with_verbs
+from robosandbox.agent.language.binding import UNSAID, refs_of, with_nouns, with_verbs
 from robosandbox.agent.language.intent import (
+    IT,
     At,
     ByRobot,
     Command,
@@ -99,7 +101,10 @@ def _thing(values: dict[str, Any], text: str) -> Any:
         if values["number"] == 1:
             values["plural"] = False
             values["determiner"] = "a" if values.get("determiner") == "bare" else values.get("determiner", "the")
-    if values.get("without") and not (values.get("plural") or values.get("determiner") in ("all", "a", "bare")):
+    one_bare = values.get("determiner") == "bare" and values.get("nouns") and not values.get("plural")
+    if values.get("without") and (
+        one_bare or not (values.get("plural") or values.get("determiner") in ("all", "a", "bare"))
+    ):
         raise Misfit
     if any(
         ref.determiner == "it" or (ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names))
@@ -120,7 +125,13 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     values.pop("counted", None)
-    if any(ref.unknown for ref in values.get("instead", ())):
+    if any(ref.unknown for ref in values.get("instead", ())) or any(ref.instead for ref in values.get("options", ())):
+        raise Misfit
+    if values.get("instead") and values.get("determiner") in ("a", "all"):
+        # "a bowl but not the blue one" leaves out that.
+        raise Misfit
+    if len({ref.plural or ref.determiner == "all" for ref in values.get("options", ())}) > 1:
+        # "everything pink or coffee"
         raise Misfit
     if values.get("without") and any(rank.key in ("top", "bottom") for rank in values.get("ranks", ())):
         raise Misfit
@@ -230,7 +241,17 @@ def _command(values: dict[str, Any], text: str) -> Any:
         values["objects"] = (replace(values["objects"][0], ranks=chosen),)
     of = values.pop("of", None)
     if of is not None:
-        if not of.plural or of.determiner == "all" or (of.number and of.number != len(values["objects"])):
+        if (
+            not of.plural
+            or of.determiner == "all"
+            or (
+                of.number
+                and (
+                    of.number < len(values["objects"])
+                    or (values.get("verb") == "stack" and of.number != len(values["objects"]))
+                )
+            )
+        ):
             raise Misfit
         values["objects"] = tuple(_of_kind(ref, of) for ref in values["objects"])
     turn = values.pop("turn", "")
@@ -302,7 +323,7 @@ def _is_any(ref: Ref) -> bool:
 def _commas(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
     """As in "the can, the ball"; "tag 14, the bigger one" says one thing twice."""
     items: tuple[Ref, ...] = values["item"]
-    if any(ref.one and not ref.nouns for ref in items[1:]):
+    if any((ref.one and not ref.nouns) or ref.text.endswith(" one") for ref in items[1:]):
         raise Misfit
     return items
 
@@ -314,6 +335,8 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     for before, step in zip((None, *steps), steps, strict=False):
         place = step.place
         if before is not None and step.control and step.bare:
+            raise Misfit
+        if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
             raise Misfit
         piled = before is not None and before.verb == "stack" and before.place is None
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
@@ -369,8 +392,14 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         told.append(step)
     # What a loop or a condition is followed by is more likely part of it.
     further = any(step.control for step in told[:-1])
+    # "the ball lives in the crate, put it back": there, rather than back from there.
+    pairs = pairwise(told)
+    back = any(isinstance(b.place, Original) and b.objects[:1] == (IT,) and a.verb == "put" for a, b in pairs)
     return Costly(
-        (Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))), COSTS[1] * further)
+        (
+            Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))),
+            COSTS[2] * (further or back),
+        )
     )
 
 
@@ -471,7 +500,13 @@ def _relation(values: dict[str, Any], text: str) -> Relation:
     if sided:
         # "..., and the marble to the left of that": of what was moved, or of what that is beside?
         raise Misfit
+    beside = [near for ref in values.get("refs", ()) if not ref.one for near in ref.relations]
+    if any(near.kind in (*_SIDES, "beside") and any(map(_is_it, near.refs)) for near in beside):
+        # "next to the mug, to the left of it": not a mug to the left of something.
+        raise Misfit
     distance = values.pop("distance", None)
+    if distance is not None and values.get("kind") in ("in", "on", "between", "under"):
+        raise Misfit
     if "other" in values:
         # "closer to the bin than the ball"
         values["refs"] = (values.pop("other"), *([values.pop("anchor")] if "anchor" in values else []))
@@ -501,6 +536,11 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     step: Command = values["step"]
     if old.control or step.control or not step.objects:
         raise Misfit
+    if isinstance(step.place, Relation) and any(map(_is_it, step.place.refs)):
+        # "put the muffin on the plate, no, put the bun there": where that would have gone.
+        if not isinstance(old.place, Relation) or [ref.text for ref in step.place.refs] != ["there"]:
+            raise Misfit
+        step = replace(step, place=old.place)
     if step.objects[0].determiner == "it":
         if len(old.objects) != 1:
             raise Misfit
@@ -508,6 +548,8 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     elif not values.get("cancelled") and step.verb != old.verb:
         # "tap the can. Wait, put the ball in the bin": in its stead, or as well?
         raise Misfit
+    elif len(old.objects) == len(step.objects) == 1:
+        step = replace(step, objects=(_filled_in(step.objects[0], old.objects[0]),))
     return (*(told[:-1] if type(told) is tuple else ()), step)
 
 
@@ -519,7 +561,53 @@ def _apposed(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
     return tuple(_of_kind(ref, whole) for ref in parts)
 
 
+def _corrected(values: dict[str, Any], text: str) -> Ref:
+    """As in "the red cube, no, the blue one": a cube."""
+    old, ref = values["old"], values["ref"]
+    if old.unknown or any(_is_it(each) for relation in ref.relations for each in relation.refs):
+        raise Misfit
+    return _filled_in(ref, old)
+
+
+def _is_it(ref: Ref) -> bool:
+    return ref.determiner == "it"
+
+
+def _specified(values: dict[str, Any], text: str) -> Ref:
+    """As in "the can, the tall one", "the red cube, the one on the left,": one thing, told in two goes."""
+    whole: Ref = values["whole"]
+    part: Ref = values["more"] if "more" in values else values["part"]
+    if whole.plural or part.plural or whole.determiner not in ("the", "a", "bare") or whole.without or whole.unknown:
+        raise Misfit
+    if not (whole.nouns or whole.names) or (whole.colours and part.colours):
+        raise Misfit
+    if "more" in values:
+        both = {name: (*getattr(whole, name), *getattr(part, name)) for name in ("colours", "ranks", "relations")}
+        return replace(whole, determiner="the", text=text, **both)
+    if whole.colours or whole.ranks or whole.relations:
+        raise Misfit
+    return _of_kind(part, whole)
+
+
+def _narrowed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
+    """As in "put the cubes in the bowl, but only the red one": of what was named."""
+    told, what = values["step"], values["what"]
+    steps: tuple[Command, ...] = told if type(told) is tuple else (told,)
+    whole = steps[0].objects[0] if len(steps) == 1 and len(steps[0].objects) == 1 else None
+    if whole is None or not (whole.plural or whole.determiner == "all") or whole.ranks or whole.without:
+        raise Misfit
+    if values.get("counted") and (whole.number != len(what) or whole.determiner not in ("a", "bare")):
+        raise Misfit
+    objects = tuple(_of_kind(ref, whole) for ref in what)
+    if any(_is_it(ref) or not (ref.colours or ref.ranks or ref.names or ref.number) for ref in objects):
+        raise Misfit
+    return (replace(steps[0], objects=objects),)
+
+
 def _fix(values: dict[str, Any], text: str) -> tuple[tuple[tuple[str, Any], ...], ...]:
+    told = values.get("ref")
+    if told is not None and any(_is_it(each) for relation in told.relations for each in relation.refs):
+        raise Misfit
     return (tuple(values.items()),)
 
 
@@ -547,6 +635,9 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
     if "ref" not in values:
         return None
     ref = values["ref"]
+    if any((ref.one and not ref.nouns and old.unknown) or old.without for old in step.objects):
+        # "everything in the bin but the markers, I mean the blue one": which of those?
+        return None
     place = step.place if isinstance(step.place, Relation) and len(step.place.refs) == 1 else None
     if len(step.objects) != 1 and place is None:
         return None
@@ -560,6 +651,8 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
     old = values.get("old")
     if old is not None:
+        if values.get("of_place"):
+            return None
         near = [
             place is not None and _may_be(old, place.refs[0]),
             len(step.objects) == 1 and _may_be(old, step.objects[0]),
@@ -567,11 +660,14 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         if near == [True, False] and place is not None:
             return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
         return replace(step, objects=(_filled_in(ref, step.objects[0]),)) if near == [False, True] else None
-    of_object = likeness(ref, step.objects[0]) if len(step.objects) == 1 else -1
+    of_object = likeness(ref, step.objects[0]) if len(step.objects) == 1 and not _is_it(step.objects[0]) else -1
     of_place = likeness(ref, place.refs[0]) if place else -1
-    if place and of_place > of_object:
+    # Where the words do not tell, what makes sense does: the bag is put in nothing.
+    if max(of_place, of_object) < 0 or (of_place == of_object and ref.determiner == "bare"):
+        return None
+    if values.get("of_place") and place and of_place >= of_object:
         return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
-    if of_object == of_place:
+    if values.get("of_place") or of_place > of_object:
         return None
     return replace(step, objects=(_filled_in(ref, step.objects[0]),))
 
@@ -594,12 +690,22 @@ def likeness(new: Ref, old: Ref) -> int:
     if old.nouns and not new.one and new.names and NOUN_CLASS.get(old.nouns[0], "") in _HOLDERS:
         return 0
     if new.one or not (new.nouns or new.names):
-        return 1 + 2 * (
-            bool(new.colours) == bool(old.colours)
-            and bool(new.colours or new.ranks)
-            and bool(new.ranks) == bool(old.ranks)
+        return (
+            1
+            + (_ordered(new) and _ordered(old))
+            + 2
+            * (
+                bool(new.colours) == bool(old.colours)
+                and (bool(new.colours) or _ordered(new))
+                and _ordered(new) == _ordered(old)
+            )
         )
     return 1 if bool(new.names) == bool(old.names) else 0
+
+
+def _ordered(ref: Ref) -> bool:
+    """Say whether a thing is told by its order or its side: "the left one"."""
+    return bool(ref.ranks) or not {*_SIDES}.isdisjoint(ref.names)
 
 
 def _filled_in(new: Ref, old: Ref) -> Ref:
@@ -645,9 +751,14 @@ def _respective(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     )
 
 
-def _turned(values: dict[str, Any], text: str) -> Command:
+def _turned(values: dict[str, Any], text: str) -> Command | tuple[Command, ...]:
     """As in "put the blue cube on the red one, no, the other way round"."""
-    step: Command = values["step"]
+    told = values["step"]
+    if type(told) is tuple and len(told) == 2 and all(each.objects and each.place for each in told):
+        # "the cube in the bowl, the ball in the box, no, the other way round"
+        one, other = told
+        return (replace(one, objects=other.objects), replace(other, objects=one.objects))
+    step: Command = told
     place = getattr(step, "place", None)
     if not isinstance(place, Relation) or len(place.refs) != 1 or len(step.objects) != 1 or step.tower:
         raise Misfit
@@ -741,7 +852,13 @@ def _until(values: dict[str, Any], text: str) -> Command:
 
 
 def _each(values: dict[str, Any], text: str) -> Command:
-    return Command("control", control=ForEach(values["what"], tuple(values["body"])))
+    body = tuple(values["body"])
+    if any(
+        not (step.bare or step.control or any(map(_is_it, (*step.objects, *refs_of(step.place))))) for step in body[1:]
+    ):
+        # "for each can: tap it, then go home": at the end.
+        raise Misfit
+    return Command("control", control=ForEach(values["what"], body))
 
 
 def _bound(values: dict[str, Any], text: str) -> Bound:
@@ -774,6 +891,19 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     return (replace(first, spoken=(*told, *first.spoken)), *rest)
 
 
+def _claimed(values: dict[str, Any], text: str) -> Ref:
+    """As in "the ball is in the bin": the ball that is there."""
+    subject: Ref = values["subject"]
+    so: Ref = values["so"]
+    if subject.determiner == "it" or so.nouns or so.names or so.unknown or so.claims:
+        raise Misfit
+    lists = ("relations", "ranks", "shades", "not_colours", "measures", "without")
+    if so.colours and subject.colours and so.colours != subject.colours:
+        raise Misfit
+    added = {name: (*getattr(subject, name), *getattr(so, name)) for name in lists}
+    return replace(subject, text=text, colours=so.colours or subject.colours, **added)
+
+
 def _contrary(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     """As in "not the red cube, lift the blue one": what is not meant is named, and what is meant as well."""
     steps = with_verbs(values["steps"])
@@ -795,7 +925,7 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     if not not_so.objects or not first.objects or other or first.control or not_so.control:
         raise Misfit
     spoken = () if first.objects[0].determiner != "it" else not_so.objects[:1]
-    if spoken and first.place == not_so.place and first.direction == not_so.direction:
+    if spoken and first.verb == not_so.verb and first.place == not_so.place and first.direction == not_so.direction:
         raise Misfit
     objects = tuple(not_so.objects) if spoken else first.objects
     if not spoken and first.place is None and not_so.place is not None:
@@ -863,9 +993,9 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "list": _list,
     "Commas": _commas, "slot": lambda values, text: tuple(values.items()),
     "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
-    "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
+    "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
-    "Fix": _fix,
+    "Fix": _fix, "Corrected": _corrected, "Specified": _specified, "Narrowed": _narrowed,
     "Replaced": _replaced,
     "Apposed": _apposed,
     "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,

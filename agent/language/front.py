@@ -108,6 +108,8 @@ def read_in(language: str, prompt: str, ids: tuple[str, ...]) -> Readings | Refu
         if not readings and any(token.text == "er" for token in told.tokens):
             told = Said(tuple(_without_hesitations(told.tokens)), told.manners)
             parser, readings = _read(told, words, book)
+            # "on the tray, er, to the left": a hesitation only where the rest is plain.
+            readings = [reading for reading in readings if reading[0] <= COSTS[1]]
         if not readings or readings[0][0] >= COSTS[-1]:
             mended = said(prompt, words, book, mend=True)
             if mended.tokens != told.tokens:
@@ -144,7 +146,7 @@ def _read(
     told: Said, words: SceneWords, book: Ruleset, *, lenient: bool = False
 ) -> tuple[Parser, list[tuple[float, Sentence]]]:
     classes = classes_of(told.tokens, words, book, lenient=lenient)
-    add_chat(classes, told.tokens, words, book.vocabulary)
+    add_chat(classes, told.tokens, words, book)
     parser = Parser(told.tokens, book, classes)
     readings = [(cost, sentence) for cost, sentence in parser.readings() if sentence.steps or sentence.avoid]
     if lenient:

@@ -51,7 +51,7 @@ from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5
-CLOSE_RULES = 0.2
+CLOSE_RULES = 0.35
 _MOST_REMEMBERED = 500  # Characters of a prompt that is remembered and read again. Chosen: longer ones are no commands.
 STRANGE = 20.0  # Strain, a number of units as of strain.py, from which a reading is too strange to act on. Chosen.
 _STEPS_AGAIN = 4_000  # Number of steps of a second reading. Chosen: less than half of the first.

@@ -29,7 +29,7 @@ from robosandbox.shapes import shapes
 GRAMMARS = Path(__file__).with_name("grammars")
 BUILT_IN = (
     "ID", "NAME", "SIDENAME", "SUFFIX", "ONE_NAME", "UNKNOWN", "NUMERAL", "MARK", "END", "OVER",
-    "CHAT", "CHATTER", "PURPOSE", "REMARK", "REASON", "SAID", "STATED", "TALK",
+    "CHAT", "CHATTER", "PURPOSE", "REMARK", "REASON", "SAID", "STATED", "TALK", "OWN_DOING",
 )  # fmt: skip
 """Classes that no lexicon lists: an id, a word or a last part of one, a noun that nobody knows, a number in figures,
 a mark, one that ends a sentence, the end, and the clauses that may be passed over (chat.py)."""
@@ -153,6 +153,14 @@ class Ruleset:
     def known(self) -> frozenset[str]:
         """Every word of the language."""
         return self.words | self.vocabulary.words
+
+    @cached_property
+    def by_letter(self) -> dict[str, list[str]]:
+        """Every word of the language by its first letter."""
+        found: dict[str, list[str]] = {}
+        for word in self.known:
+            found.setdefault(word[0], []).append(word)
+        return found
 
     def names(self, rule: str) -> frozenset[str]:
         """Return the phrases and classes that a rule names."""

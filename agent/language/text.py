@@ -115,7 +115,7 @@ def _known(token: Token, words: SceneWords, book: Ruleset, mend: bool) -> Iterat
             yield Token(words.ids[named[0]], token.raw, "id")
             return
     if not parts and mend and word not in book.known and word not in named_in(words, book.vocabulary):
-        parts = (_nearest(word, book, words) or word,)
+        parts = (nearest(word, book, words) or word,)
     for k, part in enumerate(parts or (word,)):
         yield Token(part, token.raw if k == 0 else "", "word")
 
@@ -136,17 +136,20 @@ def named_in(words: SceneWords, vocabulary: Vocabulary) -> Mapping[str, tuple[st
 
 
 @lru_cache(maxsize=4096)
-def _nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
+def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
     """Return the one known word that this is a slip of: letters more, less, swapped, or other ones beside them."""
     from rapidfuzz.distance import OSA
 
-    if len(word) < LEAST_LETTERS or not word.isalpha() or word in REAL_WORDS:
+    lists = book.vocabulary.lists
+    operators = (lists[name] for name in ("operators", "always", "bearing") if name in lists)
+    if len(word) < LEAST_LETTERS or not word.isalpha() or word in REAL_WORDS or any(word in each for each in operators):
         return None
     most = 1 if len(word) < LONG_WORD else 2
     names = named_in(words, book.vocabulary)
     near: list[tuple[float, str]] = []
-    for known in {*names, *book.known}:
-        if abs(len(known) - len(word)) > most or known[0] not in word[:2] or len(known) < LEAST_LETTERS:
+    begun = (other for letter in {*word[:2]} for other in book.by_letter.get(letter, ()))
+    for known in {*(name for name in names if name[0] in word[:2]), *begun}:
+        if abs(len(known) - len(word)) > most or len(known) < LEAST_LETTERS:
             continue
         far = OSA.distance(word, known, score_cutoff=most)
         if far <= most and (known in names or _slipped(word, known)):
@@ -274,7 +277,8 @@ def _add_word(here: Classes, tokens: Sequence[Token], i: int, words: SceneWords,
         here["UNKNOWN"] = [Hit(i + 1, word, vocabulary.number_of(word))]
     numbers = [str(hit.value) for hit in here.get("NUMBER", ()) if hit.end == i + 1]
     for part in (word, *numbers):
-        article = part == "a" and i + 1 < len(tokens) and tokens[i + 1].kind == "word" and "REL" not in here
+        after = tokens[i + 1] if i + 1 < len(tokens) else None
+        article = part == "a" and after is not None and after.kind == "word" and after.text not in function
         if part in words.parts and (len(part) == 1 or part.isdigit()) and not article:
             name = "ONE_NAME" if word == "one" else "SUFFIX"
             here.setdefault(name, []).append(Hit(i + 1, part, vocabulary.singular))
