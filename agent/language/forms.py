@@ -758,7 +758,7 @@ def _turned(values: dict[str, Any], text: str) -> Command | tuple[Command, ...]:
         # "the cube in the bowl, the ball in the box, no, the other way round"
         one, other = told
         return (replace(one, objects=other.objects), replace(other, objects=one.objects))
-    step: Command = told
+    step: Command = values["step"]
     place = getattr(step, "place", None)
     if not isinstance(place, Relation) or len(place.refs) != 1 or len(step.objects) != 1 or step.tower:
         raise Misfit
