@@ -54,9 +54,9 @@ COMMANDS = {
     "robot": LazyCommand("robosandbox.apps.commands.robot:app", "Bring your own robot: infer its sidecar, check it."),
 }
 
-# Objects made between two looks for cycles: above the 150,000 of modules, tables and models that a command loads and that stay
-# (benchmarks/startup.py measures a plan, benchmarks/memory.py what long-lived commands keep).
-_GC_THRESHOLD = 200_000
+# Number of objects that are made between two looks for cycles; chosen because Python's own 700 suits programs of a few
+# modules (benchmarks/startup.py measures a plan).
+_GC_THRESHOLD = 50_000
 
 app: typer.Typer = plain_app(cls=lazy_group(COMMANDS))
 
