@@ -95,7 +95,8 @@ class Tracker:
         known_before = frozenset(self.tracks)
         free = [track for track in self.tracks.values() if track.id not in held]
         found = self._match(free, things, frames)
-        drawers = [replace(track) for track in free if track.thing.opening is not None]
+        by_place = {track.id for track, _ in found.by_place}
+        drawers = [replace(track) for track in free if track.thing.opening is not None and track.id not in by_place]
         for track, thing in (*found.by_place, *found.by_looks):
             # Half covered a container is seen amiss; what lies in it, and is seen where it lay, tells where it is.
             if is_its_contents(track, thing, found.by_place):
@@ -119,6 +120,10 @@ class Tracker:
         found = Assignment(list(tracks), list(things))
         found.by_place = found.settle(self._recognized(found))
         self._rename_by_tag(found.by_place)
+        # What lies in a drawer is where the drawer is now, before the look is asked whether it has left its place.
+        for track, thing in found.by_place:
+            if track.thing.opening is not None and thing.opening is not None:
+                slide_contents(track, thing.opening - track.thing.opening, found.tracks)
         for track in displaced(found.tracks, things):
             self._lose(track)
             found.tracks.remove(track)
