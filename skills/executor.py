@@ -6,7 +6,7 @@ from robosandbox.errors import SkillError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.abilities import GripperAbilities
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.types import ObservedScene, SkillCall, SkillResult
+from robosandbox.types import ObservedScene, SkillResult
 from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.contracts import Contract, apply_effects, error_for, first_refuted, lost
 from robosandbox.world.facts import fact
@@ -42,9 +42,8 @@ class Executor:
             ctx.doubt()
             repairs = error.repairs
             if not repairs and ctx.what_if:
-                said = SkillCall(skill=call.skill.name, arguments=dict(call.arguments))
                 repairs = ctx.repairs_for(
-                    FailedCall(call=said, error=error.failure, contract=contract, before=before, scene=ctx.look())
+                    FailedCall(call=call.call, error=error.failure, contract=contract, before=before, scene=ctx.look())
                 )
             advice = ctx.advice_for(error.failure)
             said_already = error.message.endswith(advice)

@@ -68,7 +68,9 @@ class _Workarounds:
         about = (failed.scene.find(name) for name in failed.contract.objects)
         self._about = [item for item in about if item is not None and item.id not in failed.scene.in_hands]
         skill = skills.get(failed.call.skill)
-        self._declared = () if skill is None else tuple(skill.alternatives(failed, **failed.call.arguments))
+        self._declared = (
+            () if skill is None else tuple(skill.alternatives(failed, **skill.check(failed.call.arguments)))
+        )
         # Of a change that has been brought about in part, the skill says what is left.
         rest = (way.call for way in self._declared if way.call and not way.first and not way.cleared)
         self._call = next(rest, failed.call) if failed.promises_a_change else failed.call
