@@ -241,7 +241,6 @@ def main() -> None:
     rows: list[dict[str, Any]] = []
     scene = 0
     with open_session(task=Scene(objects=()), robot=given.robot) as empty:
-        assert isinstance(empty, EmbeddedWorkcell)
         spec = empty.driver.arms["arm"].spec
     while len(rows) < given.moves:
         rng = np.random.default_rng([given.seed, scene])
@@ -253,7 +252,6 @@ def main() -> None:
             # A pillar stands where the arm does at home.
             continue
         with opened as cell:
-            assert isinstance(cell, EmbeddedWorkcell)
             if holding:
                 try:
                     cell.do("pick", object="cube")

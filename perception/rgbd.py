@@ -302,7 +302,7 @@ class RgbdPerception:
 
     @property
     def _in_hands(self) -> dict[str, str | None]:
-        """What each hand holds."""
+        """Ids of the objects in the hands, by the hand's name."""
         return {name: hand.hold.id if hand.hold else None for name, hand in self._hands.items()}
 
     @property

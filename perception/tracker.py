@@ -122,8 +122,9 @@ class Tracker:
         self._rename_by_tag(found.by_place)
         # What lies in a drawer is where the drawer is now, before the look is asked whether it has left its place.
         for track, thing in found.by_place:
-            if track.thing.opening is not None and thing.opening is not None:
-                slide_contents(track, thing.opening - track.thing.opening, found.tracks)
+            was, now = track.thing.opening, thing.opening
+            if was is not None and now is not None and not is_its_contents(track, thing, found.by_place):
+                slide_contents(track, now - was, found.tracks)
         for track in displaced(found.tracks, things):
             self._lose(track)
             found.tracks.remove(track)

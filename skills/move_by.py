@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
 from robosandbox.driver import require
 from robosandbox.errors import Phase
-from robosandbox.skills.base import Skill
-from robosandbox.skills.move_to import arrived, ready_to_move
 from robosandbox.skills.primitives.guarded import follow_until, touching_line
-from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, Pose, SkillResult
-from robosandbox.world.contracts import Contract
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
 
 
-class MoveBy(Skill):
+class MoveBy(HandMove):
     """Move the hand some way in a straight line."""
 
     name = "move_by"
-
-    def contract(self, **arguments: Any) -> Contract:
-        """Return that what is held stays held; nothing else is promised."""
-        del arguments
-        return Contract(keeps_hold=True)
 
     def run(
         self,
@@ -54,15 +46,12 @@ class MoveBy(Skill):
             UnsupportedError: The driver feels no touch.
             TrackingError: The arm did not arrive.
         """
-        arm = Manipulator(ctx)
-        speed = ready_to_move(arm)
+        arm = Mover(ctx)
         start = arm.state.tcp_pose
-        way = np.array([dx, dy, dz])
-        goal = Pose(xyz=tuple(start.position + way), quat_xyzw=start.quat_xyzw)
+        goal = Pose(xyz=tuple(start.position + np.array([dx, dy, dz])), quat_xyzw=start.quat_xyzw)
         if until_force == 0.0:
-            trajectory = arm.motion.plan_line(arm.q, goal, speed=speed)
-            arm.follow(trajectory, Phase.APPROACH)
-            return SkillResult(skill=self.name, detail=arrived(arm, goal, trajectory.q[-1]))
+            way = arm.motion.plan_line(arm.q, goal, speed=arm.speed)
+            return SkillResult(skill=self.name, detail=arm.arrive(way, goal))
         require(ctx.driver, "wrist_wrench", "the way ends where something is felt")
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
         trajectory = touching_line(arm, arm.q, goal)
@@ -88,7 +77,7 @@ class MoveBy(Skill):
         )
 
 
-def _pressed(arm: Manipulator) -> Array:
+def _pressed(arm: Mover) -> Array:
     """Return the sum of what the arm presses with, N in the world, shape (3,)."""
     if arm.driver.capabilities.contact == "named":
         return sum(arm.forces().values(), np.zeros(3))

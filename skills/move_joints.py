@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from robosandbox.errors import InvalidArgumentError, Phase
-from robosandbox.skills.base import Skill
-from robosandbox.skills.move_to import ready_to_move
-from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
-from robosandbox.world.contracts import Contract
 
 
-class MoveJoints(Skill):
+class MoveJoints(HandMove):
     """Move the arm to joint angles."""
 
     name = "move_joints"
-
-    def contract(self, **arguments: Any) -> Contract:
-        """Return that what is held stays held; nothing else is promised."""
-        del arguments
-        return Contract(keeps_hold=True)
 
     def run(self, ctx: SkillContext, *, q: tuple[float, ...]) -> SkillResult:
         """Move the arm to a configuration on a free way; what it holds stays held.
@@ -34,10 +24,10 @@ class MoveJoints(Skill):
         Raises:
             InvalidArgumentError: There are more or fewer than the arm has, or one is past its limit.
             CollisionError: Something is in the way.
+            UnsupportedError: What lies in what is held would fall out.
             TrackingError: The arm did not arrive.
         """
-        arm = Manipulator(ctx)
-        speed = ready_to_move(arm)
+        arm = Mover(ctx)
         goal, robot = np.array(q), arm.spec
         if len(goal) != len(robot.joints):
             raise InvalidArgumentError(
@@ -49,5 +39,5 @@ class MoveJoints(Skill):
                 raise InvalidArgumentError(
                     f"q: {name} goes from {low:.3f} to {high:.3f}, not to {angle:.3f}", phase=Phase.CHECK
                 )
-        arm.follow(arm.motion.plan_joints(arm.q, goal, speed=speed), Phase.APPROACH)
+        arm.follow(arm.way_to(goal), Phase.APPROACH)
         return SkillResult(skill=self.name, detail={"joint_error": float(np.abs(arm.q - goal).max())})

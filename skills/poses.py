@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
 from robosandbox.errors import InvalidArgumentError, Phase
-from robosandbox.skills.base import Skill
-from robosandbox.skills.move_to import ready_to_move
-from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import SkillResult
-from robosandbox.world.contracts import Contract
 
 _Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
 _HOME = "home"
 
 
-class SavePose(Skill):
+class SavePose(HandMove):
     """Remember how the arm stands under a name."""
 
     name = "save_pose"
-
-    def contract(self, **arguments: Any) -> Contract:
-        """Return that what is held stays held; nothing else is promised."""
-        del arguments
-        return Contract(keeps_hold=True)
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
         """Move nothing; the name counts for this arm until the workcell is closed.
@@ -47,15 +39,10 @@ class SavePose(Skill):
         return SkillResult(skill=self.name, detail={"pose": pose})
 
 
-class MoveToPose(Skill):
+class MoveToPose(HandMove):
     """Move the arm to a pose with a name."""
 
     name = "move_to_pose"
-
-    def contract(self, **arguments: Any) -> Contract:
-        """Return that what is held stays held; nothing else is promised."""
-        del arguments
-        return Contract(keeps_hold=True)
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
         """Move the arm to how it stood when the pose was saved, on a free way; what it holds stays held.
@@ -66,6 +53,7 @@ class MoveToPose(Skill):
         Raises:
             InvalidArgumentError: No pose of that name was saved.
             CollisionError: Something is in the way.
+            UnsupportedError: What lies in what is held would fall out.
             TrackingError: The arm did not arrive.
         """
         saved = {name: q for (arm, name), q in ctx.poses.items() if arm == ctx.arm.name}
@@ -75,7 +63,6 @@ class MoveToPose(Skill):
                 f"pose: none is called {pose!r}; there is {', '.join(sorted(saved))}{did_you_mean(pose, saved)}",
                 phase=Phase.CHECK,
             )
-        arm = Manipulator(ctx)
-        speed = ready_to_move(arm)
-        arm.follow(arm.motion.plan_joints(arm.q, saved[pose], speed=speed), Phase.APPROACH)
+        arm = Mover(ctx)
+        arm.follow(arm.way_to(saved[pose]), Phase.APPROACH)
         return SkillResult(skill=self.name, detail={"joint_error": float(np.abs(arm.q - saved[pose]).max())})

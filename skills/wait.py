@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
 from robosandbox.errors import Phase
-from robosandbox.skills.base import Skill
+from robosandbox.skills.primitives.hand_move import HandMove
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
-from robosandbox.world.contracts import Contract
 
 
-class Wait(Skill):
+class Wait(HandMove):
     """Let time pass."""
 
     name = "wait"
-
-    def contract(self, **arguments: Any) -> Contract:
-        """Return that what is held stays held; nothing else is promised."""
-        del arguments
-        return Contract(keeps_hold=True)
 
     def run(self, ctx: SkillContext, *, seconds: Annotated[float, Field(gt=0.0, le=3600.0)]) -> SkillResult:
         """Stand still for some time; what is held stays held.

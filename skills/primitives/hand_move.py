@@ -1,0 +1,130 @@
+"""Base of skills that move the hand by itself: what is held stays held and, where it holds things, level."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from robosandbox.errors import CollisionError, Phase, UnreachableError, UnsupportedError
+from robosandbox.evidence import CollisionEvidence
+from robosandbox.skills.base import Skill
+from robosandbox.skills.primitives.carrying import MOST_TILT, carried_along, tilt, transfer
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import Array, Pose, Speed, Trajectory
+from robosandbox.world.contracts import Contract
+
+# Configurations at random from which others are looked for where those at hand touch something.
+_SEEDS = 12
+# How near the hand comes to where its way ends, metres and rad, and the seconds of integral action that it may take.
+_NEAR, _TURNED, _SECONDS = 0.0005, 0.003, 1.5
+
+
+class HandMove(Skill):
+    """A skill that moves the hand or its arm, and promises nothing but that what is held stays held."""
+
+    def contract(self, **arguments: Any) -> Contract:
+        """Return that what is held stays held."""
+        del arguments
+        return Contract(keeps_hold=True)
+
+
+class Mover(Manipulator):
+    """The hands and eyes of a call that moves the hand, ready to plan among what is seen.
+
+    What the robot touches already it may touch on its way.
+
+    Args:
+        ctx: What the skill may use.
+
+    Attributes:
+        speed: How fast the hand goes with what it holds.
+    """
+
+    def __init__(self, ctx: SkillContext) -> None:
+        super().__init__(ctx)
+        name = self.start.held
+        self.use(self.start, held=name)
+        self._contents = carried_along(self.find(name), self.start) if name else ()
+        allowed: list[str] = [*self._contents]
+        self.motion.allow(*allowed)
+        while (met := self.motion.touch(self.q)) is not None:
+            evidence = met.evidence
+            if not isinstance(evidence, CollisionEvidence) or evidence.other in allowed:
+                break
+            allowed.append(evidence.other)
+            self.motion.allow(*allowed)
+        # What a grip bears is reckoned for ways on which the hand stays upright; here it may turn with what it holds.
+        self.speed: Speed = self.tempo.free if name is None else self.tempo.full
+
+    def way_to(self, q: Array) -> Trajectory:
+        """Return a free way to a configuration (n,), level where something lies in what is held.
+
+        Raises:
+            CollisionError: There is none.
+            UnreachableError: There is none on which what is held stays level.
+            UnsupportedError: What lies in what is held would fall out there.
+        """
+        return self.kept_level(transfer(self, q, level=bool(self._contents), speed=self.speed))
+
+    def kept_level(self, trajectory: Trajectory) -> Trajectory:
+        """Return a way, if nothing falls out of what is held on it.
+
+        Raises:
+            UnsupportedError: Something would.
+        """
+        if self._contents and tilt(self, trajectory) > MOST_TILT:
+            raise UnsupportedError(
+                f"{self.start.held} holds {', '.join(self._contents)}, which would fall out on that way; pour it out, put "
+                "it down, or keep the hand upright",
+                phase=Phase.PLAN,
+            )
+        return trajectory
+
+    def standing_at(self, pose: Pose) -> Array:
+        """Return a configuration (n,) at a pose, free of collisions: the first found of those near the arm's, home and others.
+
+        Raises:
+            UnreachableError: There is none.
+            CollisionError: Each that is found touches something.
+        """
+        robot = self.spec
+        low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+        others = np.random.default_rng(0).uniform(low, high, (_SEEDS, robot.n))
+        failure: CollisionError | None = None
+        for seed in (self.q, robot.home_q, *others):
+            try:
+                q = self.motion.ik(pose, seed)
+            except UnreachableError as error:
+                raise failure or error from None
+            met = self.motion.touch(q)
+            if met is None:
+                return q
+            failure = failure or met
+        assert failure is not None
+        raise failure
+
+    def arrive(self, trajectory: Trajectory, asked: Pose) -> dict[str, float | str | bool]:
+        """Follow a way and come to rest at its end; return where the hand is, metres, mm and degrees off what was asked for.
+
+        Raises:
+            TrackingError: The arm did not arrive.
+        """
+        self.follow(trajectory, Phase.APPROACH)
+        goal, deadline = self.motion.forward(trajectory.q[-1]), self.driver.time + _SECONDS
+        while self.driver.time < deadline:
+            off, turned = _apart(self.state.tcp_pose, goal)
+            if off <= _NEAR and turned <= _TURNED:
+                break
+            self.trim(trajectory.q[-1])
+        there = self.state.tcp_pose
+        off, turned = _apart(there, asked)
+        x, y, z = there.xyz
+        return {"x": x, "y": y, "z": z, "off_mm": 1e3 * off, "off_deg": float(np.degrees(turned))}
+
+
+def _apart(one: Pose, other: Pose) -> tuple[float, float]:
+    """Return how far two poses are apart, metres and rad."""
+    cosine = (np.trace(other.rotation.T @ one.rotation) - 1.0) / 2.0
+    return float(np.linalg.norm(one.position - other.position)), float(np.arccos(np.clip(cosine, -1.0, 1.0)))
