@@ -27,17 +27,18 @@ class StubPlanner:
 
     by_rules = False
 
-    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False) -> None:
+    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False, moves: Sequence[Operator] = ()) -> None:
         """Plan with these skills only.
 
         Args:
             skills: The skills at hand; their names are read, and the words of those that have some.
             dialogue: Let a prompt refer to the ones before: "it", answers to questions, "no, the green one".
+            moves: What moves the hand by itself: called where a sentence says so, and nothing is brought about by them.
         """
-        self._known = tuple(skills)
-        self._skills = tuple(skill.name for skill in skills)
-        learn_translations(skills)
-        if learn(skills):
+        self._known = (*skills, *moves)
+        self._skills = tuple(skill.name for skill in self._known)
+        learn_translations(self._known)
+        if learn(self._known):
             forget_readings()
         self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None

@@ -12,6 +12,7 @@ from robosandbox.errors import AlreadyHoldingError, GraspError, InvalidArgumentE
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 
 # Share by which a grip's force may differ from the one asked for.
@@ -20,10 +21,20 @@ _CLOSE_ENOUGH = 0.05
 _CORRECTIONS = 6
 
 
+def _of_fingers(verb: str) -> tuple[str, ...]:
+    return tuple(
+        f"{verb} {whose} {what}" for whose in ("the", "your") for what in ("gripper", "hand", "fingers", "claw")
+    )
+
+
 class OpenGripper(Skill):
     """Open the gripper."""
 
     name = "open_gripper"
+    words = Words(
+        verbs=_of_fingers("open"),
+        slots=(Slot(argument="width", kind="length", prepositions=("to", "up to", "by", "")),),
+    )
 
     def run(self, ctx: SkillContext, *, width: Annotated[float, Field(ge=0.0)] | None = None) -> SkillResult:
         """Open the gripper where the arm is; what is held has to be put down by a skill.
@@ -55,6 +66,10 @@ class CloseGripper(Skill):
     """Close the gripper."""
 
     name = "close_gripper"
+    words = Words(
+        verbs=(*_of_fingers("close"), "squeeze", "grip", "grip it"),
+        slots=(Slot(argument="force", kind="force", prepositions=("with", "to", "at", "")),),
+    )
 
     def run(self, ctx: SkillContext, *, force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None) -> SkillResult:
         """Close the gripper where the arm is, until its fingers stop.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated
 
 import numpy as np
@@ -10,17 +11,90 @@ from pydantic import Field
 from robosandbox.driver import require
 from robosandbox.errors import Phase
 from robosandbox.skills.primitives.guarded import follow_until, touching_line
-from robosandbox.skills.primitives.hand_move import HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Array, Pose, SkillResult
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
+# Words for the way along an axis, with its sign.
+_FORWARD = {
+    "forward": 1.0,
+    "forwards": 1.0,
+    "ahead": 1.0,
+    "away": 1.0,
+    "back": -1.0,
+    "backward": -1.0,
+    "backwards": -1.0,
+}
+_LEFT = {"left": 1.0, "to the left": 1.0, "right": -1.0, "to the right": -1.0}
+_UP = {
+    "up": 1.0,
+    "upward": 1.0,
+    "upwards": 1.0,
+    "higher": 1.0,
+    "down": -1.0,
+    "downward": -1.0,
+    "downwards": -1.0,
+    "lower": -1.0,
+}
+# N; what a hand that comes slowly feels before it presses hard.
+_LIGHT = 2.0
+
+
+def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
+    """Return how a way along an axis is said: "up 5 cm", "5 cm to the left"."""
+    way = tuple(words.items())
+    return Slot(
+        argument=argument,
+        kind="length",
+        prepositions=("", "by"),
+        beginnings=(*way, *((f"{word} by", sign) for word, sign in way)),
+        endings=way,
+        bare=False,
+    )
+
+
+def _far(argument: str, sign: float) -> Slot:
+    """Return how a way is said of which the verb tells the direction: "by 5 cm"."""
+    return Slot(argument=argument, kind="length", beginnings=(("by", sign), ("", sign)), bare=False)
+
+
+def _of_the_hand(*verbs: str) -> tuple[str, ...]:
+    return tuple(f"{verb} {hand}" for verb in verbs for hand in HANDS)
+
+
+_UNTIL_TOUCH = Slot(
+    argument="until_force",
+    kind="phrase",
+    phrases=tuple(
+        (f"until {what}", _LIGHT)
+        for what in (
+            "it touches",
+            "you touch",
+            "contact",
+            "touch",
+            "it touches something",
+            "you touch something",
+            "you feel something",
+        )
+    ),
+)
 
 
 class MoveBy(HandMove):
     """Move the hand some way in a straight line."""
 
     name = "move_by"
+    words = (
+        Words(
+            verbs=HAND_GOES,
+            slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
+            required=("dx", "dy", "dz"),
+        ),
+        Words(verbs=_of_the_hand("raise", "lift"), slots=(_far("dz", 1.0), _UNTIL_TOUCH), required=("dz",)),
+        Words(verbs=_of_the_hand("lower"), slots=(_far("dz", -1.0), _UNTIL_TOUCH), required=("dz",)),
+    )
 
     def run(
         self,

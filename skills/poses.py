@@ -8,8 +8,9 @@ import numpy as np
 from pydantic import Field
 
 from robosandbox.errors import InvalidArgumentError, Phase
-from robosandbox.skills.primitives.hand_move import HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import SkillResult
 
@@ -21,6 +22,22 @@ class SavePose(HandMove):
     """Remember how the arm stands under a name."""
 
     name = "save_pose"
+    words = tuple(
+        Words(verbs=verbs, slots=(Slot(argument="pose", kind="name", prepositions=between),), required=("pose",))
+        for verbs, between in (
+            (
+                (
+                    "save this pose",
+                    "save this position",
+                    "remember this pose",
+                    "remember this position",
+                    "save the pose",
+                ),
+                ("as", "under"),
+            ),
+            (("call this pose", "call this position", "name this pose"), ("",)),
+        )
+    )
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
         """Move nothing; the name counts for this arm until the workcell is closed.
@@ -43,6 +60,17 @@ class MoveToPose(HandMove):
     """Move the arm to a pose with a name."""
 
     name = "move_to_pose"
+    words = Words(
+        verbs=HAND_GOES,
+        slots=(
+            Slot(
+                argument="pose",
+                kind="name",
+                prepositions=("to pose", "to the pose", "back to pose", "to position", "to the pose called"),
+            ),
+        ),
+        required=("pose",),
+    )
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
         """Move the arm to how it stood when the pose was saved, on a free way; what it holds stays held.

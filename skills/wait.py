@@ -9,6 +9,7 @@ from pydantic import Field
 from robosandbox.errors import Phase
 from robosandbox.skills.primitives.hand_move import HandMove
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 
 
@@ -16,6 +17,21 @@ class Wait(HandMove):
     """Let time pass."""
 
     name = "wait"
+    words = Words(
+        verbs=(
+            "wait",
+            "pause",
+            "stay still",
+            "hold still",
+            "stand still",
+            "do nothing",
+            "stay there",
+            "stay where you are",
+            "hold it there",
+        ),
+        slots=(Slot(argument="seconds", kind="duration", prepositions=("", "for", "another", "for another")),),
+        required=("seconds",),
+    )
 
     def run(self, ctx: SkillContext, *, seconds: Annotated[float, Field(gt=0.0, le=3600.0)]) -> SkillResult:
         """Stand still for some time; what is held stays held.

@@ -567,7 +567,7 @@ def _unable(tokens: Sequence[Token], skills: Sequence[str]) -> Refusal | None:
 
 def known_verbs(skills: Sequence[str]) -> frozenset[str]:
     """Return the verbs of skills that say themselves how they are asked for."""
-    return frozenset(verb for name, words in known().items() if name in skills for verb in words.verbs)
+    return frozenset(verb for name, words in known() if name in skills for verb in words.verbs)
 
 
 def _unmovable(tokens: Sequence[Token], known: SceneWords) -> Refusal | None:
