@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -27,6 +28,24 @@ def _of_fingers(verb: str) -> tuple[str, ...]:
     )
 
 
+_GERMAN_OPEN = """
+order : Command
+  = verb=worded skill=open_gripper simple(OPEN_VERB opened_hand)
+opened_hand
+  = DETERMINER.acc ARM.acc slots+:opened_by?
+opened_by : slot
+  = width:opened_width
+opened_width : product
+  = ("auf" | "um") of+:length
+"""
+_GERMAN_CLOSE = """
+order : Command
+  = verb=worded skill=close_gripper simple(SHUT_VERB closed_hand)
+closed_hand
+  = DETERMINER.acc ARM.acc
+"""
+
+
 class OpenGripper(Skill):
     """Open the gripper."""
 
@@ -35,6 +54,8 @@ class OpenGripper(Skill):
         verbs=_of_fingers("open"),
         slots=(Slot(argument="width", kind="length", prepositions=("to", "up to", "by", "")),),
     )
+
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_OPEN}
 
     def run(self, ctx: SkillContext, *, width: Annotated[float, Field(ge=0.0)] | None = None) -> SkillResult:
         """Open the gripper where the arm is; what is held has to be put down by a skill.
@@ -70,6 +91,8 @@ class CloseGripper(Skill):
         verbs=(*_of_fingers("close"), "squeeze", "grip", "grip it"),
         slots=(Slot(argument="force", kind="force", prepositions=("with", "to", "at", "")),),
     )
+
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_CLOSE}
 
     def run(self, ctx: SkillContext, *, force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None) -> SkillResult:
         """Close the gripper where the arm is, until its fingers stop.

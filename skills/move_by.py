@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -81,6 +81,35 @@ _UNTIL_TOUCH = Slot(
     ),
 )
 
+_GERMAN = """
+ALONG_X
+  1.0 = nach vorn, nach vorne, vorwärts
+  -1.0 = zurück, nach hinten, rückwärts
+ALONG_Y
+  1.0 = nach links
+  -1.0 = nach rechts
+ALONG_Z
+  1.0 = hoch, nach oben, aufwärts, höher
+  -1.0 = runter, herunter, hinunter, nach unten, abwärts, tiefer
+order : Command
+  = verb=worded skill=move_by simple(GO gone)
+gone
+  = (DETERMINER.acc ARM.acc)? slots+:going ("und" slots+:going)?
+going : slot
+  = dx:along_x
+  = dy:along_y
+  = dz:along_z
+along_x : product
+  = "um"? of+:length of+:ALONG_X
+  = of+:ALONG_X "um"? of+:length
+along_y : product
+  = "um"? of+:length of+:ALONG_Y
+  = of+:ALONG_Y "um"? of+:length
+along_z : product
+  = "um"? of+:length of+:ALONG_Z
+  = of+:ALONG_Z "um"? of+:length
+"""
+
 
 class MoveBy(HandMove):
     """Move the hand some way in a straight line."""
@@ -95,6 +124,7 @@ class MoveBy(HandMove):
         Words(verbs=_of_the_hand("raise", "lift"), slots=(_far("dz", 1.0), _UNTIL_TOUCH), required=("dz",)),
         Words(verbs=_of_the_hand("lower"), slots=(_far("dz", -1.0), _UNTIL_TOUCH), required=("dz",)),
     )
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
 
     def run(
         self,

@@ -36,7 +36,7 @@ from robosandbox.agent.language.readings import check_sides, fused, is_tower, sw
 from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
-from robosandbox.agent.language.worded import resolved
+from robosandbox.agent.language.worded import resolved, words_of
 from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
 from robosandbox.world.parts import is_part
 
@@ -396,8 +396,7 @@ class _Builder(Deciding):
 
     def _worded(self, command: Command) -> None:
         self._check_skill(command.skill)
-        words = command.words
-        assert words is not None
+        words = command.words or words_of(command.skill, with_object=bool(command.objects))
         is_of_parts = words.object == "part"
         names: tuple[str, ...] = ()
         if words.object:

@@ -205,6 +205,8 @@ class Ruleset:
         full = f"{name}({' '.join(args)})" if args else name
         if full not in self.rules and places is not None:
             written = self.written[name]
+            if len(args) != len(written.takes):
+                raise LexiconError(f"{full} gives {len(args)} phrases to {name}, which takes {len(written.takes)}")
             rule = self.rules[full] = Rule(full, written.form)
             given = dict(zip(written.takes, args, strict=True))
             for k, source in enumerate(written.source):

@@ -78,6 +78,11 @@ def known() -> Iterator[tuple[str, Words]]:
     return ((name, words) for name, ways in _KNOWN.items() for words in ways)
 
 
+def words_of(skill: str, *, with_object: bool) -> Words:
+    """Return what a skill says of its verbs that have an object, or have none; of rules for it nothing else is known."""
+    return next((words for words in _KNOWN.get(skill, ()) if bool(words.object) is with_object), Words(verbs=(skill,)))
+
+
 def worded(chart: Conditions, i: int) -> Found[Command]:
     """Return the commands for such skills that begin at a token."""
     found: Found[Command] = []
