@@ -261,7 +261,8 @@ class _Push:
         room = 0.5 * limits * window**2 - np.sign(step) * now
         share = float(np.clip(np.min(room / np.maximum(np.abs(step), 1e-12)), 0.0, 1.0))
         place, lift = last + share * (goal - last)
-        self.arm.trim(self.way.at(place, lift))
+        # The tangent of a rise may lead past a joint's limit where the way itself does not.
+        self.arm.trim(np.clip(self.way.at(place, lift), self.arm.spec.lower, self.arm.spec.upper))
         self._sent.append((float(place), float(lift)))
 
     def _reached(self) -> float:
