@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -15,11 +15,15 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 
 # Share by which a grip's force may differ from the one asked for.
 _CLOSE_ENOUGH = 0.05
 # Times that the motors' force is set anew by what is felt: friction in the fingers' joints takes an unknown part of it.
 _CORRECTIONS = 6
+
+_FORCE = Slot(argument="force", kind="force", prepositions=("with", "to", "at", ""))
 
 
 def _of_fingers(verb: str) -> tuple[str, ...]:
@@ -51,7 +55,7 @@ class OpenGripper(Skill):
 
     name = "open_gripper"
     words = Words(
-        verbs=_of_fingers("open"),
+        verbs=(*_of_fingers("open"), *(f"{verb} wide" for verb in _of_fingers("open"))),
         slots=(Slot(argument="width", kind="length", prepositions=("to", "up to", "by", "")),),
     )
 
@@ -87,17 +91,29 @@ class CloseGripper(Skill):
     """Close the gripper."""
 
     name = "close_gripper"
-    words = Words(
-        verbs=(*_of_fingers("close"), "squeeze", "grip", "grip it"),
-        slots=(Slot(argument="force", kind="force", prepositions=("with", "to", "at", "")),),
+    words = (
+        Words(verbs=(*_of_fingers("close"), "squeeze", "grip"), slots=(_FORCE,)),
+        Words(verbs=("squeeze",), object="held", slots=(_FORCE,), in_hand=True),
     )
 
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_CLOSE}
 
-    def run(self, ctx: SkillContext, *, force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None) -> SkillResult:
+    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
+        """Return that what is to be squeezed is held, and stays so."""
+        del others
+        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=held is not None)
+
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None,
+        held: str | None = None,
+    ) -> SkillResult:
         """Close the gripper where the arm is, until its fingers stop.
 
         Args:
+            held: Id of what is held and squeezed; whatever is between the fingers when left out.
             force: With which each side is to press on what is between them, N; as hard as the motors do when left out.
 
         Raises:

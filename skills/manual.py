@@ -7,21 +7,29 @@ from __future__ import annotations
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
+from robosandbox.skills.lift import Lift
 from robosandbox.skills.move_by import MoveBy
+from robosandbox.skills.move_joint import MoveJoint
 from robosandbox.skills.move_joints import MoveJoints
 from robosandbox.skills.move_over import MoveOver
 from robosandbox.skills.move_through import MoveThrough
 from robosandbox.skills.move_to import MoveTo
+from robosandbox.skills.move_towards import MoveTowards
 from robosandbox.skills.point_at import PointAt
 from robosandbox.skills.poses import MoveToPose, SavePose
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
+from robosandbox.skills.turn_hand import TurnHand
 from robosandbox.skills.wait import Wait
 from robosandbox.skills.weigh import Weigh
 
 MANUAL: tuple[Skill, ...] = (
     MoveTo(),
     MoveOver(),
+    MoveTowards(),
+    MoveJoint(),
+    TurnHand(),
+    Lift(),
     MoveBy(),
     MoveThrough(),
     MoveJoints(),

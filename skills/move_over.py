@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -19,6 +19,7 @@ def _over(*prepositions: str) -> tuple[Slot, ...]:
     return (
         Slot(argument="object", kind="object", prepositions=prepositions),
         Slot(argument="height", kind="length", prepositions=("", "by", "at")),
+        Slot(argument="seconds", kind="duration", prepositions=("for",)),
     )
 
 
@@ -35,9 +36,9 @@ class MoveOver(HandMove):
         Words(verbs=("hold", "keep"), object="held", slots=_over("over", "above"), required=("object",), in_hand=True),
     )
 
-    def contract(self, *, object: str, height: float = 0.1, held: str | None = None) -> Contract:
+    def contract(self, *, object: str, held: str | None = None, **others: Any) -> Contract:
         """Return that what is to be held there is held, and stays so."""
-        del object, height
+        del object, others
         return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
 
     def run(
@@ -47,6 +48,7 @@ class MoveOver(HandMove):
         object: str,
         height: Annotated[float, Field(ge=0.0, le=2.0)] = 0.1,
         held: str | None = None,
+        seconds: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0,
     ) -> SkillResult:
         """Bring the hand over the middle of a thing on a free way, pointing down; what it holds stays held.
 
@@ -54,6 +56,7 @@ class MoveOver(HandMove):
             object: Id of the thing.
             height: From the thing's top to the tool centre point, or to the underside of what is held, metres.
             held: Id of what is to be held there; nothing, or whatever is held, when left out.
+            seconds: How long it stays there.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -68,4 +71,7 @@ class MoveOver(HandMove):
         name = arm.start.held
         hangs = arm.state.tcp_pose.xyz[2] - bottom(arm.find(name)) if name is not None and name != object else 0.0
         x, y, _ = centre(below)
-        return SkillResult(skill=self.name, detail=arm.bring((float(x), float(y), top(below) + height + hangs)))
+        detail = arm.bring((float(x), float(y), top(below) + height + hangs))
+        if seconds > 0.0:
+            arm.driver.wait(seconds)
+        return SkillResult(skill=self.name, detail=detail)

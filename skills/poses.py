@@ -16,27 +16,32 @@ from robosandbox.types import SkillResult
 
 _Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
 _HOME = "home"
+# Name of a pose to which nobody gives one.
+_HERE = "here"
 
 
 class SavePose(HandMove):
     """Remember how the arm stands under a name."""
 
     name = "save_pose"
-    words = tuple(
-        Words(verbs=verbs, slots=(Slot(argument="pose", kind="name", prepositions=between),), required=("pose",))
-        for verbs, between in (
-            (
-                (
-                    "save this pose",
-                    "save this position",
-                    "remember this pose",
-                    "remember this position",
-                    "save the pose",
-                ),
-                ("as", "under"),
+    words = (
+        Words(
+            verbs=(
+                "save this pose",
+                "save this position",
+                "save the pose",
+                "remember this pose",
+                "remember this position",
             ),
-            (("call this pose", "call this position", "name this pose"), ("",)),
-        )
+            slots=(Slot(argument="pose", kind="name", prepositions=("as", "under")),),
+            required=("pose",),
+        ),
+        Words(
+            verbs=("call this pose", "call this position", "name this pose"),
+            slots=(Slot(argument="pose", kind="name"),),
+            required=("pose",),
+        ),
+        Words(verbs=("remember where you are", "remember this place"), means=(("pose", _HERE),)),
     )
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
@@ -60,16 +65,19 @@ class MoveToPose(HandMove):
     """Move the arm to a pose with a name."""
 
     name = "move_to_pose"
-    words = Words(
-        verbs=HAND_GOES,
-        slots=(
-            Slot(
-                argument="pose",
-                kind="name",
-                prepositions=("to pose", "to the pose", "back to pose", "to position", "to the pose called"),
+    words = (
+        Words(
+            verbs=HAND_GOES,
+            slots=(
+                Slot(
+                    argument="pose",
+                    kind="name",
+                    prepositions=("to pose", "to the pose", "back to pose", "to position", "to the pose called"),
+                ),
             ),
+            required=("pose",),
         ),
-        required=("pose",),
+        Words(verbs=("go back to where you were", "return to where you were"), means=(("pose", _HERE),)),
     )
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:

@@ -17,9 +17,21 @@ class SetTempo(Skill):
     words = tuple(
         Words(verbs=verbs, means=(("tempo", tempo),))
         for tempo, verbs in (
-            ("careful", ("go slower", "slow down", "move slower", "go slowly", "be careful", "be gentle")),
+            (
+                "careful",
+                (
+                    "go slower",
+                    "slow down",
+                    "move slower",
+                    "go slowly",
+                    "be careful",
+                    "be gentle",
+                    "slower",
+                    "go half as fast",
+                ),
+            ),
             ("brisk", ("go at normal speed", "move at normal speed")),
-            ("fast", ("go faster", "move faster", "speed up", "hurry up")),
+            ("fast", ("go faster", "move faster", "speed up", "hurry up", "faster")),
         )
     )
 

@@ -42,7 +42,7 @@ class Words:
         slots: What may follow, each at most once, in any order.
         required: Arguments of which at least one has to be said; none asks for nothing.
         in_hand: Whether the object is picked up first where the hand does not hold it.
-        means: Arguments with the values that the verb itself stands for, as ("tempo", "careful").
+        means: Arguments with the values that the verb itself stands for, as ("tempo", "careful"), unless others are said.
     """
 
     verbs: tuple[str, ...]

@@ -65,7 +65,7 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
     [
         ("raise your hand", RefusalCode.AMBIGUOUS, "how far"),
         ("move over", RefusalCode.UNRECOGNIZED, ""),
-        ("tilt the hand by 30 degrees", RefusalCode.UNSUPPORTED, "tilt"),
+        ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),
         ("hover over the moon", RefusalCode.OBJECT_NOT_FOUND, "moon"),
         ("don't move up 5 cm", RefusalCode.UNSUPPORTED, ""),
     ],
@@ -117,6 +117,35 @@ def test_what_is_held_is_held_over_a_thing_shaken_and_weighed(cell: EmbeddedWork
     assert weighed.success and weighed.steps[-1].result.detail["mass_kg"] == pytest.approx(mass, rel=0.05)
     assert cell.run("shake it twice").success and cell.observe().held == "red_cube"
     assert not cell.run("open the gripper").success, "it would fall"
+
+
+def test_the_hand_feels_its_way_down_turns_and_lifts_by_so_much(cell: EmbeddedWorkcell) -> None:
+    felt = cell.run("move over the green cube and go down until you touch it")
+    assert not felt.success, "it is what is spoken of, and no place to go down to"
+    felt = cell.run("hover over the green cube, then go down until you touch something")
+    assert felt.success and felt.steps[-1].result.detail["touched"]
+    assert felt.steps[-1].result.detail["force_n"] < 40.0
+    assert cell.run("raise your hand 10 cm").success
+    before = cell.state().tcp_pose
+    assert cell.run("rotate the gripper by 90 degrees clockwise, then tilt it").success is False
+    assert cell.run("rotate the gripper by 90 degrees clockwise").success
+    after = cell.state().tcp_pose
+    turned = before.rotation[:, 1] @ after.rotation[:, 1]
+    assert abs(turned) < np.sin(np.radians(1.0)) and np.allclose(after.position, before.position, atol=0.002)
+    assert cell.run("tilt your hand 20 degrees").success
+    tilted = cell.state().tcp_pose.rotation[:, 2]
+    assert np.degrees(np.arccos(-tilted[2])) == pytest.approx(20.0, abs=0.5)
+    assert tilted[:2] @ (after.position[:2] - np.array(cell.observe().base_xy)) > 0.0, "the tips go away from the base"
+    joint = cell.state().q[0]
+    assert cell.run("move joint 1 by 10 degrees").success
+    assert cell.state().q[0] - joint == pytest.approx(np.radians(10.0), abs=0.003)
+    stood = cell.truth().objects["red_cube"].pose.xyz[2]
+    assert cell.run("lift the red cube by 5 cm").success
+    assert cell.truth().objects["red_cube"].pose.xyz[2] - stood == pytest.approx(0.05, abs=0.001)
+    assert cell.run("lower it 3 cm").success
+    assert cell.truth().objects["red_cube"].pose.xyz[2] - stood == pytest.approx(0.02, abs=0.001)
+    squeezed = cell.run("squeeze it with 10 N")
+    assert squeezed.success and squeezed.steps[-1].result.detail["force_n"] == pytest.approx(10.0, rel=0.1)
 
 
 def test_a_client_says_the_same_over_the_network() -> None:

@@ -30,7 +30,13 @@ _UNITS: dict[str, dict[str, float]] = {
     "share": {**dict.fromkeys(("percent", "%", "per cent"), 0.01)},
 }
 # What is asked for where it was not said.
-_QUESTIONS = {"length": "how far", "duration": "how long", "point": "where to", "force": "how hard"}
+_QUESTIONS = {
+    "object": "which thing",
+    "length": "how far",
+    "duration": "how long",
+    "point": "where to",
+    "force": "how hard",
+}
 # What a bare number counts: degrees.
 _BARE = {"angle": math.pi / 180.0}
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
@@ -104,7 +110,7 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         RefusedError: One argument is said twice, or what has to be said is not.
     """
     told = {argument for argument, _ in filled}
-    filled = (*words.means, *filled)
+    filled = (*((name, value) for name, value in words.means if name not in told), *filled)
     if words.required and not told & {*words.required}:
         asked = dict.fromkeys(_asked(slot) for slot in words.slots if slot.argument in words.required)
         raise RefusedError(RefusalCode.AMBIGUOUS, f"Tell me {' or '.join(asked)} as well.", words.required)
@@ -176,7 +182,8 @@ def _said(chart: Conditions, i: int, slot: Slot) -> Iterator[tuple[int, Any]]:
                 begun = [(middle, factor, True) for middle, factor in _multiplied(chart, start, slot.beginnings)]
                 for middle, factor, marked in ((start, 1.0, slot.bare), *begun):
                     for end, value in _number(chart, middle, slot.kind):
-                        yield from _ended(chart, end, slot, factor * value, marked=marked)
+                        told = value if factor == 1.0 else factor * value
+                        yield from _ended(chart, end, slot, told, marked=marked)
 
 
 def _number(chart: Conditions, i: int, kind: str) -> Iterator[tuple[int, float]]:
@@ -187,7 +194,7 @@ def _number(chart: Conditions, i: int, kind: str) -> Iterator[tuple[int, float]]
         if kind == "length":
             yield from ((stop, number * unit) for stop, unit in chart.tag(end, "UNIT"))
         elif kind == "number":
-            yield end, number
+            yield end, int(number) if number == int(number) else number
         elif (unit := _UNITS[kind].get(chart.text(end))) is not None:
             yield end + 1, number * unit
         elif kind in _BARE and not chart.tag(end, "UNIT"):
@@ -226,5 +233,6 @@ def _multiplied(chart: Conditions, i: int, phrases: Iterable[tuple[str, float]])
 def _ended(chart: Conditions, i: int, slot: Slot, value: Any, *, marked: bool) -> Iterator[tuple[int, Any]]:
     if marked:
         yield i, value
-    if isinstance(value, float):
-        yield from ((end, value * factor) for end, factor in _multiplied(chart, i, slot.endings))
+    if not isinstance(value, str | tuple):
+        ends = _multiplied(chart, i, slot.endings)
+        yield from ((end, value if factor == 1.0 else factor * value) for end, factor in ends)
