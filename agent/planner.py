@@ -35,10 +35,11 @@ class StubPlanner:
             dialogue: Let a prompt refer to the ones before: "it", answers to questions, "no, the green one".
             moves: What moves the hand by itself: called where a sentence says so, and nothing is brought about by them.
         """
-        self._known = (*skills, *moves)
-        self._skills = tuple(skill.name for skill in self._known)
-        learn_translations(self._known)
-        if learn(self._known):
+        self._planned = tuple(skills)
+        known = (*skills, *moves)
+        self._skills = tuple(skill.name for skill in known)
+        learn_translations(known)
+        if learn(known):
             forget_readings()
         self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None
@@ -82,7 +83,7 @@ class StubPlanner:
             return reply
         if history:
             before = self._last[1] if self._last and self._last[0] == prompt else None
-            draft = replan(prompt, scene, self._known, history, before)
+            draft = replan(prompt, scene, self._planned, history, before)
         elif self._dialogue:
             draft = self._dialogue.interpret(prompt, scene)
         else:

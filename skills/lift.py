@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -37,10 +37,10 @@ class Lift(Skill):
         ),
     )
 
-    def contract(self, *, object: str, height: float) -> Contract:
-        """Return what lifting needs and brings about; what is lowered is held already."""
-        needs = Pick().contract(object=object).needs if height >= 0.0 else (fact("holding", object),)
-        return Contract(needs=needs, gives=(fact("holding", object),))
+    def contract(self, *, object: str, **others: Any) -> Contract:
+        """Return what lifting needs and brings about."""
+        del others
+        return Contract(needs=Pick().contract(object=object).needs, gives=(fact("holding", object),))
 
     def run(self, ctx: SkillContext, *, object: str, height: Annotated[float, Field(ge=-1.0, le=1.0)]) -> SkillResult:
         """Raise a thing straight by so much, picked up where it stands if it is not held; it stays in the hand.

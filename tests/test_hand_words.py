@@ -15,7 +15,7 @@ from robosandbox.apps.conformance.conformance import check_words
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manual import MANUAL
 from robosandbox.skills.words import Slot, Words
-from robosandbox.types import Plan, Refusal, RefusalCode, SkillResult
+from robosandbox.types import Plan, Pose, Refusal, RefusalCode, Scene, SceneObject, SkillResult
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
 from robosandbox.workcell.zenoh.client import connect
@@ -146,6 +146,14 @@ def test_the_hand_feels_its_way_down_turns_and_lifts_by_so_much(cell: EmbeddedWo
     assert cell.truth().objects["red_cube"].pose.xyz[2] - stood == pytest.approx(0.02, abs=0.001)
     squeezed = cell.run("squeeze it with 10 N")
     assert squeezed.success and squeezed.steps[-1].result.detail["force_n"] == pytest.approx(10.0, rel=0.1)
+
+
+def test_a_failure_before_a_move_of_the_hand_is_told_by_its_cause() -> None:
+    heavy = SceneObject(id="block", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.0, 0.06)), mass=12.0)
+    with open_session(Scene(objects=(heavy,)), what_if=False) as session:
+        episode = session.run("pick up the block, then move up 5 cm")
+        assert not episode.success and "heavier than" in episode.final_detail
+        assert [attempt.failed.skill for attempt in episode.attempts][0] == "pick"
 
 
 def test_a_client_says_the_same_over_the_network() -> None:
