@@ -153,7 +153,7 @@ def test_a_failure_before_a_move_of_the_hand_is_told_by_its_cause() -> None:
     with open_session(Scene(objects=(heavy,)), what_if=False) as session:
         episode = session.run("pick up the block, then move up 5 cm")
         assert not episode.success and "heavier than" in episode.final_detail
-        assert [attempt.failed.skill for attempt in episode.attempts][0] == "pick"
+        assert episode.attempts[0].failed.skill == "pick"
 
 
 def test_a_client_says_the_same_over_the_network() -> None:
