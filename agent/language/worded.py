@@ -55,6 +55,8 @@ class Worded(Protocol):
 
 
 _KNOWN: dict[str, tuple[Words, ...]] = {}
+# What begins a verb, by its first word: the skill, its words, the phrase, and what follows the verb's object.
+_BY_WORD: dict[str, list[tuple[str, Words, list[str], list[str]]]] = {}
 
 
 def learn(skills: Iterable[object]) -> bool:
@@ -69,14 +71,22 @@ def learn(skills: Iterable[object]) -> bool:
         if isinstance(s, Worded) and s.words
     }
     new = {name: words for name, words in told.items() if _KNOWN.get(name) != words}
-    _KNOWN.update(new)
-    phrases = (
-        tuple(verb.split()) for ways in new.values() for words in ways for verb in words.verbs if "{}" not in verb
-    )
-    for phrase in phrases:
-        if len(phrase) > 1:
-            ASKED_FOR.setdefault(phrase[0], set()).add(phrase)
+    if new:
+        _KNOWN.update(new)
+        _index()
     return bool(new)
+
+
+def _index() -> None:
+    """Sort what begins each verb by its first word, and take note of which words of a verb are no fillers."""
+    _BY_WORD.clear()
+    for name, words in known():
+        for verb in words.verbs:
+            for phrase in map(_texts, _begun(verb)):
+                _BY_WORD.setdefault(phrase[0], []).append((name, words, phrase, _texts(verb.partition("{}")[2])))
+            phrase = _texts(verb)
+            if len(phrase) > 1 and "{}" not in phrase:
+                ASKED_FOR.setdefault(phrase[0], set()).add(tuple(phrase))
 
 
 def known() -> Iterator[tuple[str, Words]]:
@@ -92,14 +102,12 @@ def words_of(skill: str, *, with_object: bool) -> Words:
 def worded(chart: Conditions, i: int) -> Found[Command]:
     """Return the commands for such skills that begin at a token."""
     found: Found[Command] = []
-    for name, words in known():
-        for verb in words.verbs:
-            behind = _texts(verb.partition("{}")[2])
-            for start in _after(chart, i, _begun(verb)):
-                for middle, refs in chart.np_list(start) if words.object else [(start, ())]:
-                    for end in _follows(chart, middle, behind):
-                        for stop, filled in _filled(chart, end, words.slots, _MOST_SLOTS):
-                            found.append((stop, Command("worded", refs, skill=name, slots=filled, words=words)))
+    for name, words, phrase, behind in _BY_WORD.get(chart.text(i), ()):
+        for start in _follows(chart, i, phrase):
+            for middle, refs in chart.np_list(start) if words.object else [(start, ())]:
+                for end in _follows(chart, middle, behind):
+                    for stop, filled in _filled(chart, end, words.slots, _MOST_SLOTS):
+                        found.append((stop, Command("worded", refs, skill=name, slots=filled, words=words)))
     return found
 
 
