@@ -35,6 +35,7 @@ from robosandbox.agent.language.logic import (
     Is,
     More,
     Not,
+    Question,
     Several,
     There,
     UntilLeft,
@@ -1003,5 +1004,5 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
     "Table": _plain(Table), "Matching": _plain(Matching), "Bound": _bound, "If": _if, "While": _while, "UntilLeft": _until, "ForEach": _each,
     "Is": _is, "Not": _plain(Not), "There": _there, "More": _more, "Alike": _plain(Alike, said=True),
-    "Several": _plain(Several, said=True),
+    "Several": _plain(Several, said=True), "Question": _plain(Question, said=True),
 }  # fmt: skip

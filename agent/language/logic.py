@@ -151,6 +151,33 @@ class ForEach:
     body: Steps
 
 
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A question, by what it asks.
+
+    Attributes:
+        about: What is asked: the answer of that name in `answers.py`.
+        text: As said.
+        things: What it is asked of.
+        others: With what they are compared.
+        what: What is counted or looked for; None for anything.
+        so: The description that is to be true of them.
+        bound: How many there are to be; None for any number.
+        by: In what they are compared.
+        denied: Whether it is asked if that is not so.
+    """
+
+    about: str
+    text: str
+    things: tuple[Ref, ...] = ()
+    others: tuple[Ref, ...] = ()
+    what: Ref | None = None
+    so: Ref | None = None
+    bound: Bound | None = None
+    by: str = ""
+    denied: bool = False
+
+
 Control = If | While | UntilLeft | ForEach
 
 

@@ -380,8 +380,8 @@ def bring(name: str, translations: Mapping[str, str]) -> None:
 
 @lru_cache(maxsize=8)
 def ruleset(language: str) -> Ruleset:
-    """Return a language by the name of its files, as "german", with what shapes and skills bring for it."""
-    files = (GRAMMARS / f"{language}.lexicon", GRAMMARS / f"{language}.rules")
+    """Return a language by the name of its files, as "german" or "german_questions", with what shapes and skills bring for it."""
+    files = [path for kind in ("lexicon", "rules") for path in sorted(GRAMMARS.glob(f"{language}*.{kind}"))]
     texts = {path.name: path.read_text(encoding="utf-8") for path in files}
     shaped = {kind: shape.translations.get(language, "") for kind, shape in shapes().items()}
     return Ruleset(texts | shaped | _BROUGHT.get(language, {}))
@@ -389,4 +389,4 @@ def ruleset(language: str) -> Ruleset:
 
 def languages() -> tuple[str, ...]:
     """Return the names of the languages that are data."""
-    return tuple(sorted(path.stem for path in GRAMMARS.glob("*.rules")))
+    return tuple(sorted({path.stem.partition("_")[0] for path in GRAMMARS.glob("*.rules")}))
