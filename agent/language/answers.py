@@ -439,8 +439,8 @@ class _Answers:
         return Answer(" ".join(whereabouts(self._scene, item) for item in found), _ids(found))
 
     def _say_what(self, asked: Question) -> Answer:
-        found = self._meant(asked.things) if len(asked.things) > 1 else self._ranked(asked.things[0])
-        one = asked.things[0]
+        one, *more = asked.things
+        found = self._meant(asked.things) if more else self._ranked(one)
         if len(found) > 1 and one.ranks and not one.plural and one.determiner == "the":
             return Answer(f"{listed(_ids(found))} are alike in that.", _ids(found))
         return Answer(self._described(found), _ids(found))

@@ -13,9 +13,9 @@ from robosandbox.agent.language.binding import Binder
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.chat import add_chat
 from robosandbox.agent.language.discourse import RefusedError, listed
-from robosandbox.agent.language.intent import Ref, Sentence
+from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import WORDS
-from robosandbox.agent.language.logic import Question
+from robosandbox.agent.language.logic import Question, Reply
 from robosandbox.agent.language.parser import Parser
 from robosandbox.agent.language.ruleset import COSTS, GRAMMARS, Ruleset, bring, languages, ruleset
 from robosandbox.agent.language.text import ENDS, MAX_CHARACTERS, Said, TooLongError, classes_of, said
@@ -207,16 +207,15 @@ def _read(
     return parser, readings
 
 
-def thing_in(language: str, prompt: str, ids: tuple[str, ...]) -> Ref | None:
-    """Return the description that a whole prompt is, if it is one: an answer to a question."""
+def reply_in(language: str, prompt: str, ids: tuple[str, ...]) -> Reply | None:
+    """Return what a prompt says that is no sentence of its own; None where it is one."""
     book, words = ruleset(language), scene_words(ids)
     try:
         told = said(prompt[:MAX_CHARACTERS], words, book)
-        parser = Parser(told.tokens, book, classes_of(told.tokens, words, book))
-        found = parser.readings("thing")
+        found = Parser(told.tokens, book, classes_of(told.tokens, words, book)).readings("reply")
     except (TooLongError, TooComplicatedError):
         return None
-    return found[0][1] if found and found[0][1].determiner != "it" else None
+    return found[0][1] if found and not told.manners else None
 
 
 def says_in_turn(language: str, prompt: str) -> bool:

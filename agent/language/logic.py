@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace as changed
-from typing import Literal
+from typing import Any, Literal
 
 from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 
@@ -176,6 +176,21 @@ class Question:
     bound: Bound | None = None
     by: str = ""
     denied: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Words that are no sentence of their own: an answer to a question, or what follows an order.
+
+    Attributes:
+        better: What is changed in the order before, by the field that it is of; nothing where it is done again as it was.
+        times: How often it is done again; 0 where something is changed.
+        cancelled: What was asked or begun is left.
+    """
+
+    better: tuple[tuple[str, Any], ...] = ()
+    times: int = 0
+    cancelled: bool = False
 
 
 Control = If | While | UntilLeft | ForEach
