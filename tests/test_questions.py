@@ -112,7 +112,10 @@ ASKED = [(task, question) for task, questions in QUESTIONS.items() for question 
 
 
 def test_every_question_of_the_rules_has_its_answer() -> None:
-    asked = {about for way in ruleset("english").written["asked"].source for about in re.findall(r"about=(\w+)", way)}
+    book = ruleset("english").written
+    asked = {
+        about for way in (*book["asked"].source, *book["stated"].source) for about in re.findall(r"about=(\w+)", way)
+    }
     assert asked and not [about for about in asked if not hasattr(_Answers, f"_say_{about}")]
 
 

@@ -25,7 +25,7 @@ from robosandbox.agent.language.front import ENGLISH, questions_in
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Ref, Relation, replace, unseen
 from robosandbox.agent.language.logic import Question
-from robosandbox.agent.language.match import NAMED, NOUN_CLASS, SHAPE_KINDS, THING_KINDS, noun_fit
+from robosandbox.agent.language.match import NAMED, NOUN_CLASS, SHAPE_KINDS, THING_KINDS, colour_of, noun_fit
 from robosandbox.agent.language.things import KINDS_OF
 from robosandbox.agent.language.world import World
 from robosandbox.shapes import shapes
@@ -189,8 +189,8 @@ class _Answers:
         bare = replace(plain, text="", nouns=(), colours=(), one=False, not_colours=()) == Ref("", "all", plural=True)
         if bare and {*ref.nouns} <= _THINGS:
             colours, other = ref.colours, ref.not_colours
-            items = [item for item in self._scene.objects if not colours or item.colour in colours]
-            found = [item for item in items if item.colour not in other]
+            items = [item for item in self._scene.objects if not colours or colour_of(item) in colours]
+            found = [item for item in items if colour_of(item) not in other]
         else:
             found = [self._view.get(name) for name in self._ground.fitting(plain)]
         for relation in ref.relations:
@@ -228,7 +228,8 @@ class _Answers:
             return item in alike
         if so.nouns or so.names or so.shapes or so.measures:
             return item in self._such(so)
-        right = (not so.colours or item.colour in so.colours) and item.colour not in so.not_colours
+        colour = colour_of(item)
+        right = (not so.colours or colour in so.colours) and colour not in so.not_colours
         return right and all(self._holds(item, relation) for relation in so.relations)
 
     def _holds(self, item: DetectedObject, relation: Relation) -> bool:

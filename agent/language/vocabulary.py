@@ -138,7 +138,7 @@ class Vocabulary:
 
     def folded(self, text: str) -> str:
         """Return text in lower case with one spelling for letters that have two."""
-        return replaced(unicodedata.normalize("NFKC", text).lower(), self.spelling)
+        return text.lower() if text.isascii() else replaced(unicodedata.normalize("NFKC", text).lower(), self.spelling)
 
     def mask(self, specification: str) -> int:
         """Return the ways of agreeing that a specification such as "acc.m dat.p" has in common with the language's.
