@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosandbox.agent.episode import Episode
+from robosandbox.agent.language.answers import Answer, answered
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.discourse import Discourse
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.front import ENGLISH, language_of, learn_translations
 from robosandbox.agent.language.interpret import forget_readings, interpret, resumed
-from robosandbox.agent.language.questions import Answer, answered
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.worded import learn
 from robosandbox.agent.protocols import Attempt
