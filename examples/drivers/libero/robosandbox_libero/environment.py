@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Collection
 from pathlib import Path
 from typing import Self
 
@@ -66,6 +67,16 @@ class LiberoEnvironment:
         holds = bool(self.env.check_success())
         self.judged_once = self.judged_once or holds
         return holds
+
+    @property
+    def regions(self) -> Collection[str]:
+        """Names of the regions that goals speak of, which are sites."""
+        return self.env.env.object_sites_dict
+
+    def joints_of(self, name: str) -> tuple[str, ...]:
+        """Return the joints of a thing, or of what a region is in."""
+        inner = self.env.env
+        return tuple((inner.object_sites_dict.get(name) or inner.get_object(name)).joints)
 
     def close(self) -> None:
         """Free it."""
