@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -133,6 +134,26 @@ class HeightGrid:
         self._low: Array = np.array([low for low, _ in spans])
         self._high: Array = np.array([high for _, high in spans])
         self._pieces = pieces
+
+    @cached_property
+    def underside(self) -> tuple[Array, Array]:
+        """Middles of the columns, shape (n, 2), and the lowest point over each, shape (n,), metres."""
+        heights = np.fmin.reduce(self._low, axis=0)
+        there = np.isfinite(heights)
+        return frozen_array(self.points.reshape(-1, 2)[there]), frozen_array(heights[there])
+
+    def rest(self, points: Array, heights: Array) -> float:
+        """Return how high something comes to rest on it that is let down, metres; below all of it where it falls past.
+
+        Args:
+            points: Middles of columns of what is let down, shape (n, 2), metres, where it is.
+            heights: Of its underside over each, shape (n,), metres.
+        """
+        high = np.fmax.reduce(self._high, axis=0).reshape(self._shape)
+        cells = np.rint((points - self.points[0, 0]) / self.cell).astype(int)
+        over = ((cells >= 0) & (cells < self._shape)).all(axis=1)
+        met = high[cells[over, 0], cells[over, 1]] - heights[over]
+        return float(np.fmax.reduce(met, initial=-np.inf))
 
     def surfaces(self) -> tuple[LevelSurface, ...]:
         """Return the level faces wide enough to stand on, the highest first."""

@@ -35,6 +35,8 @@ _ANGLES = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
 _COMPASS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros_like(_ANGLES)])
 # By how much a corner may reach farther than the nearest direction of the compass tells, as a ratio.
 _BETWEEN = 1.0 / math.cos(math.pi / len(_ANGLES))
+# Cosine to the vertical from which on a thing stands upright.
+_STANDS = 0.995
 _DOWN = np.array([0.0, 0.0, -1.0])
 _BOTH_WAYS = np.vstack([np.eye(3), -np.eye(3)])
 
@@ -175,6 +177,9 @@ def _stand(obj: DetectedObject, target: DetectedObject) -> tuple[float, float]:
     surface = target.shape.surface(target, 0.0, place)
     if surface is None:
         return footprint_margin(target, place), rest_height(obj, target)
+    let_down = None if target.is_fixed else _let_down(obj, target, (float(place[0]), float(place[1])))
+    if let_down is not None:
+        return footprint_margin(target, place), let_down
     local = target.pose.rotation.T @ (place - target.pose.position)
     return surface.margin(local[:2]), float(target.pose.xyz[2] + surface.height)
 
@@ -253,8 +258,28 @@ def mouth_of(container: DetectedObject) -> Room:
 
 def rest_height(obj: DetectedObject, target: DetectedObject) -> float:
     """Return the height at which `obj` stands that is set on `target`, metres."""
+    x, y, _ = centre(target)
+    let_down = _let_down(obj, target, (float(x), float(y)))
+    if let_down is not None:
+        return let_down
     low, high = bounds(obj)
     return target.shape.rest_height(target, float(np.min((high - low)[:2])) / 2.0)
+
+
+@cached_for_episode(_KEPT)
+def _let_down(obj: DetectedObject, target: DetectedObject, place: tuple[float, float]) -> float | None:
+    """Return the height of an object's lowest point where it comes to rest on another, its middle over a place (2,).
+
+    None where one of the two is no solid of pieces, or does not stand upright.
+    """
+    if obj.geometry is None or target.geometry is None or min(obj.pose.rotation[2, 2], target.pose.rotation[2, 2]) < _STANDS:
+        return None
+    points, heights = obj.geometry.grid.underside
+    turn = (target.pose.rotation.T @ obj.pose.rotation)[:2, :2]
+    middle = (target.pose.rotation.T @ (np.array([*place, 0.0]) - target.pose.position))[:2]
+    there = middle + (points - obj.geometry.box[0][:2]) @ turn.T
+    height = target.geometry.grid.rest(there, heights - heights.min())
+    return None if height == -math.inf else float(target.pose.xyz[2] + height)
 
 
 def loose(obj: DetectedObject) -> list[DetectedObject]:
