@@ -8,7 +8,7 @@ its shape and nobody looks geometry up by kind.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -254,6 +254,25 @@ class Part(Compound):
     nouns = ("part",)
     stays_put = True
     flat_top = False
+
+    def __init__(self, geometry: Geometry | None = None) -> None:
+        super().__init__(geometry)
+        # What slides and has a hollow is a drawer.
+        joint = None if geometry is None else geometry.joint
+        self.holds_things = joint is not None and joint.kind == "slide" and self._told().hollow is not None
+
+    def mouth(self, solid: Solid) -> Room | None:
+        """Return the part of its hollow that has come out along its slide, where one can reach in from above."""
+        room, joint = self.room(solid.size), self.joint(solid)
+        if room is None or joint is None:
+            return None
+        out = ((joint.shut if solid.opening is None else solid.opening) - joint.shut) * np.array(joint.axis)
+        local = (solid.pose.rotation.T @ out)[:2]
+        along = int(np.abs(local).argmax())
+        half, middle = room.half.copy(), room.middle.copy()
+        half[along] = min(half[along], abs(float(local[along])) / 2.0)
+        middle[along] += np.sign(local[along]) * (room.half[along] - half[along])
+        return replace(room, half=half, middle=middle)
 
     def joint(self, solid: Solid) -> PartJoint | None:
         """Return the joint that its file gives it."""

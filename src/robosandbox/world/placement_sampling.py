@@ -241,7 +241,7 @@ def placements_in(
         held: What goes in, as it is held.
         contents: What lies in it already.
     """
-    if vessel.is_fixed and vessel.geometry is not None and vessel.geometry.cavity is not None:
+    if vessel.geometry is not None and vessel.geometry.kind == "cupboard" and vessel.geometry.cavity is not None:
         yield from _on_face(held, vessel, vessel.geometry.cavity, contents)[0]
         return
     edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]

@@ -252,7 +252,7 @@ def mouth_of(container: DetectedObject) -> Room:
     Raises:
         ValueError: Nothing can be put into it.
     """
-    mouth = container.shape.mouth(container.size, container.opening)
+    mouth = container.shape.mouth(container)
     return room_of(container) if mouth is None else mouth
 
 
@@ -295,7 +295,8 @@ def _bead(obj: DetectedObject, grain: Vec3) -> DetectedObject:
 
 def contents(objects: Iterable[DetectedObject], container: DetectedObject) -> list[tuple[str, int]]:
     """Return what lies in a container: the objects' ids, each with the number of its bead, 0 where it is none."""
-    return [(item.id, k) for item in objects if item.id != container.id for k in parts_in(item, container)]
+    loose_ones = (item for item in objects if item.id != container.id and not item.is_fixed)
+    return [(item.id, k) for item in loose_ones for k in parts_in(item, container)]
 
 
 def parts_in(item: DetectedObject, container: DetectedObject) -> list[int]:
