@@ -180,6 +180,7 @@ def world_around(
         if item.body is None:
             _check_mass(model, parts[item.id], item)
         mass_share[parts[item.id]] = model.body_mass[parts[item.id]] / item.mass
+    whole = [item for item in scene.objects if item.geometry is None or item.geometry.compartment is None]
     arm_of_geom = np.full(model.ngeom, -1, dtype=np.int8)
     for number, arm in enumerate(robots.values()):
         # The robot never sleeps: guards read it at every tick.
@@ -192,9 +193,9 @@ def world_around(
         robots=robots,
         sidecars=sidecars,
         names=_names(model, file),
-        object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if not item.shape.is_granular},
+        object_bodies={item.id: int(parts[item.id][0]) for item in whole if not item.shape.is_granular},
         parts=parts,
-        owners={int(body): name for name, bodies in parts.items() for body in bodies},
+        owners={int(body): item.id for item in whole for body in parts[item.id]},
         arm_of_geom=arm_of_geom,
         mass_share=frozen_array(mass_share),
         inertia_per_mass=frozen_array(model.body_inertia / np.maximum(model.body_mass, 1e-12)[:, None]),
@@ -257,7 +258,8 @@ def _names(model: mujoco.MjModel, file: SceneFile | None) -> tuple[str, ...]:
     raw = [str(model.body(b).name) for b in range(model.nbody)]
     if file is None:
         return tuple(_spoken_name(name) for name in raw)
-    said = {name: item for item, names in file.bodies.items() for name in names}
+    whole = [item.id for item in file.objects if item.geometry is None or item.geometry.compartment is None]
+    said = {name: item for item in whole for name in file.bodies[item]}
     if file.floor is not None:
         said.setdefault(file.floor, FLOOR)
     said[file.table.body] = TABLE

@@ -114,15 +114,14 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     failures: list[SkillError] = []
     # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
     turns = _TURNS if joint_of(part).kind == "hinge" and not _is_knob(arm, part) else _TURNS[:1]
-    free: dict[int, bool] = {}
+    free: dict[int, Array | None] = {}
     for goal, share, (number, grasp) in product(goals, turns, enumerate(grasps)):
         try:
             if number not in free:
-                free[number] = False
-                _check_free(arm, grasp)
-                free[number] = True
-            if free[number]:
-                return _led(arm, part, grasp, goal, share)
+                free[number] = None
+                free[number] = _free(arm, grasp)
+            if (near := free[number]) is not None:
+                return _led(arm, part, grasp, goal, share, near)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
     # What stands in the way tells more than that there is no room for fingers at the part itself.
@@ -145,7 +144,9 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
         CollisionError: Something is in the way.
     """
     motion, failures, q_now = arm.motion, list[SkillError](), arm.q
-    for tcp, direction in _faces(arm, part, goal):
+    faces = [*_faces(arm, part, goal)]
+    # A hand that presses on what the part is on does not shut it: only where nothing else is left.
+    for allowed, (tcp, direction) in product(dict.fromkeys((touched(part), around(part))), faces):
         start = moved(tcp, -STAND_OFF * direction)
         values = _values(part, tcp, goal)
         beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp)]
@@ -155,7 +156,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
                 motion.allow()
                 descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
                 approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
-                motion.allow(*around(part))
+                motion.allow(*allowed)
                 steps = _steps(arm, descent.q[-1], poses)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
@@ -289,26 +290,24 @@ def opened_for(arm: Manipulator, grasp: Grasp) -> float:
     return min(arm.geometry.max_aperture, grasp.width + 2.0 * PRESHAPE)
 
 
-def _check_free(arm: Manipulator, grasp: Grasp) -> None:
-    """Check that the hand gets to a grip, open, without touching anything.
+def _free(arm: Manipulator, grasp: Grasp) -> Array:
+    """Return a configuration (n,) in which the hand is at a grip, open, and nothing is touched.
 
     Raises:
         UnreachableError: It is out of reach.
         CollisionError: It touches something there.
     """
-    motion = arm.motion
-    motion.open_to(opened_for(arm, grasp))
-    motion.allow()
-    try:
-        q = motion.ik(grasp.tcp_pose, arm.q, restarts=_RESTARTS)
-    except UnreachableError:
-        q = motion.ik(grasp.tcp_pose, arm.spec.home_q, restarts=_RESTARTS)
-    if (met := motion.touch(q)) is not None:
-        raise met
+    arm.motion.open_to(opened_for(arm, grasp))
+    arm.motion.allow()
+    return arm.free_posture(grasp.tcp_pose, restarts=_RESTARTS)
 
 
-def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float) -> PartWay:
+def _led(
+    arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float, near: Array
+) -> PartWay:
     """Return the way to a grip and along the part's joint to a value, the hand turned by a share of its turn.
+
+    The arm comes to it in a posture near to `near` (n,).
 
     Raises:
         UnreachableError: Part of it is out of reach.
@@ -321,7 +320,7 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
     for height in HOVERS:
         try:
             motion.allow(*touched(part))
-            descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near)
+            descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near, near=near)
             motion.allow(*around(part))
             steps = _steps(arm, descent.q[-1], poses)
             motion.plan_line(steps[-1].q[-1], withdrawn(poses[-1], HOVERS[-1]), speed=SPEED)

@@ -42,11 +42,13 @@ class Geometry:
         pieces: What collides.
         kind: Which of the kinds of files it is.
         joint: How a part moves; None for what is no part.
+        compartment: Number of the hollow that is told of, of a fixture with several; None for all that there is.
     """
 
     pieces: tuple[Piece, ...]
     kind: FileKind = "solid"
     joint: PartJoint | None = None
+    compartment: int | None = None
 
     @cached_property
     def shape(self) -> Compound:
@@ -59,7 +61,7 @@ class Geometry:
 
     @cached_property
     def _hash(self) -> int:
-        return hash((self.kind, self.pieces))
+        return hash((self.kind, self.pieces, self.compartment))
 
     @cached_property
     def corners(self) -> tuple[Array, ...]:
@@ -91,9 +93,14 @@ class Geometry:
         return self.grid.surfaces()
 
     @cached_property
+    def hollows(self) -> tuple[Room, ...]:
+        """Hollows that are open to above, the largest first."""
+        return self.grid.hollows()
+
+    @property
     def hollow(self) -> Room | None:
-        """Hollow that is open to above; None without one."""
-        return self.grid.hollow()
+        """The largest hollow that is open to above, or that of the compartment; None without one."""
+        return self.hollows[self.compartment or 0] if self.hollows else None
 
     @cached_property
     def cavity(self) -> LevelSurface | None:
@@ -225,7 +232,7 @@ class Fixture(Compound):
 
 
 class Cupboard(Fixture):
-    """A fixture with a cavity that is covered and open to the side: things go in from there."""
+    """A fixture with a cavity that is covered and open to the side, from which things go in, or with a hollow."""
 
     kind = "cupboard"
     nouns = ("cupboard",)
@@ -237,11 +244,10 @@ class Cupboard(Fixture):
         return f"a {Fixture.kind}"
 
     def room(self, size: Size, opening: float | None = None) -> Room | None:
-        """Return its cavity, the ceiling for a rim."""
-        del size, opening
+        """Return its cavity, the ceiling for a rim; else its hollow."""
         cavity = None if self.geometry is None else self.geometry.cavity
         if cavity is None:
-            return None
+            return super().room(size, opening)
         low, high = (edge(cavity.points, axis=0) for edge in (np.min, np.max))
         half = (high - low + cavity.cell) / 2.0
         return Room(middle=(low + high) / 2.0, half=half, floor=cavity.height, rim=cavity.height + cavity.headroom)

@@ -17,6 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from robosandbox.shapes import Room, kinds_that_hold
+from robosandbox.shapes.body import Piece
+from robosandbox.shapes.compound import Geometry
+from robosandbox.shapes.shape import Primitive
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Pose, Side, Vec3
 from robosandbox.world.episode_cache import cached_for_episode
 
@@ -177,9 +180,9 @@ def _stand(obj: DetectedObject, target: DetectedObject) -> tuple[float, float]:
     surface = target.shape.surface(target, 0.0, place)
     if surface is None:
         return footprint_margin(target, place), rest_height(obj, target)
-    let_down = None if target.is_fixed else _let_down(obj, target, (float(place[0]), float(place[1])))
-    if let_down is not None:
-        return footprint_margin(target, place), let_down
+    met = None if target.is_fixed else let_down(obj, target, (float(place[0]), float(place[1])))
+    if met is not None:
+        return footprint_margin(target, place), met
     local = target.pose.rotation.T @ (place - target.pose.position)
     return surface.margin(local[:2]), float(target.pose.xyz[2] + surface.height)
 
@@ -259,27 +262,37 @@ def mouth_of(container: DetectedObject) -> Room:
 def rest_height(obj: DetectedObject, target: DetectedObject) -> float:
     """Return the height at which `obj` stands that is set on `target`, metres."""
     x, y, _ = centre(target)
-    let_down = _let_down(obj, target, (float(x), float(y)))
-    if let_down is not None:
-        return let_down
+    met = let_down(obj, target, (float(x), float(y)))
+    if met is not None:
+        return met
     low, high = bounds(obj)
     return target.shape.rest_height(target, float(np.min((high - low)[:2])) / 2.0)
 
 
 @cached_for_episode(_KEPT)
-def _let_down(obj: DetectedObject, target: DetectedObject, place: tuple[float, float]) -> float | None:
-    """Return the height of an object's lowest point where it comes to rest on another, its middle over a place (2,).
+def let_down(obj: DetectedObject, target: DetectedObject, place: tuple[float, float]) -> float | None:
+    """Return the height of an object's lowest point where it comes to rest on another, its middle over a place, x and y.
 
-    None where one of the two is no solid of pieces, or does not stand upright.
+    None where the target is no solid of pieces, the object neither that nor one convex piece, or one of them does not stand upright.
     """
-    if obj.geometry is None or target.geometry is None or min(obj.pose.rotation[2, 2], target.pose.rotation[2, 2]) < _STANDS:
+    geometry = obj.geometry or _of_one_piece(obj)
+    if geometry is None or target.geometry is None:
         return None
-    points, heights = obj.geometry.grid.underside
+    if min(obj.pose.rotation[2, 2], target.pose.rotation[2, 2]) < _STANDS:
+        return None
+    points, heights = geometry.grid.underside
     turn = (target.pose.rotation.T @ obj.pose.rotation)[:2, :2]
     middle = (target.pose.rotation.T @ (np.array([*place, 0.0]) - target.pose.position))[:2]
-    there = middle + (points - obj.geometry.box[0][:2]) @ turn.T
+    there = middle + (points - geometry.box[0][:2]) @ turn.T
     height = target.geometry.grid.rest(there, heights - heights.min())
     return None if height == -math.inf else float(target.pose.xyz[2] + height)
+
+
+def _of_one_piece(obj: DetectedObject) -> Geometry | None:
+    """Return a box, cylinder, ball or capsule as a solid of pieces; None of other kinds."""
+    if not isinstance(obj.shape, Primitive):
+        return None
+    return Geometry((Piece(hull=obj.shape.hull(obj.size)),))
 
 
 def loose(obj: DetectedObject) -> list[DetectedObject]:

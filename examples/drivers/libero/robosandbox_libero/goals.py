@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from robosandbox.errors import InputError
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
+from robosandbox.types import Array
 from robosandbox.world.facts import Fact, fact
 from robosandbox_libero.environment import LiberoEnvironment
 
@@ -28,9 +29,13 @@ def _relation(predicate: tuple[str, ...], environment: LiberoEnvironment, file: 
             if place is None:
                 # A region of the table, or of the room.
                 return fact("at", a, round(float(site.xpos[0]), 4), round(float(site.xpos[1]), 4))
-            return fact("on" if relation == "on" else "inside", a, place)
+            if relation == "on":
+                return fact("on", a, place)
+            return fact("inside", a, _compartment_at(site.xpos, place, file) or place)
         case ("on", a, b):
-            return fact("on", a, b)
+            # Nothing stands on what is open above: it lies in it.
+            base = next(item.shape for item in file.objects if item.id == b)
+            return fact("inside" if base.holds_things and not base.flat_top else "on", a, b)
         case ("in", a, b):
             return fact("inside", a, b)
         case ("open", part):
@@ -43,6 +48,16 @@ def _relation(predicate: tuple[str, ...], environment: LiberoEnvironment, file: 
             return fact("turned_to", _part_of(part, environment, file), 0.0)
         case _:
             raise InputError(f"{' '.join(predicate)}: no relation says that")
+
+
+def _compartment_at(point: Array, name: str, file: SceneFile) -> str | None:
+    """Return the id of the compartment of a fixture in which a point (3,) is; None where it has none there."""
+    for item in file.objects:
+        if item.id.startswith(f"{name}.") and item.geometry is not None and item.geometry.compartment is not None:
+            room = item.geometry.hollow
+            if room is not None and room.margin(item.pose.rotation.T @ (point - item.pose.position)) > 0.0:
+                return item.id
+    return None
 
 
 def _part_of(name: str, environment: LiberoEnvironment, file: SceneFile) -> str:
