@@ -234,7 +234,11 @@ class HeightGrid:
         ground = np.isfinite(top)
         bottom = float(top[ground].min()) if ground.any() else 0.0
         top = np.where(ground, top, bottom - 1.0)
-        level = _filled(grey_closing(top, size=(3, 3)))
+        closed = grey_closing(top, size=(3, 3))
+        level = _filled(closed)
+        # A seam between two pieces of a floor is no hole in it.
+        seam = ~ground & (closed > bottom - 0.5)
+        top, ground = np.where(seam, closed, top), ground | seam
         basin, count = _islands((level - top > _LEAST_DEPTH) & ground)
         found: list[Room] = []
         for number in range(1, count + 1):
