@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, permutations, product
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from robosandbox.skills.primitives.strokes import flange_depth
 from robosandbox.spatial import matrix_about_axis, matrix_from_quat_xyzw
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, Trajectory
 from robosandbox.world.parts import joint_of, lever, part_value
+
+T = TypeVar("T")
 
 # Share of the joints' speed limits at which a part is led at most: what servos trail by leads the hand off its line, and it holds the part
 # (halved, drawer tasks take 21 % longer, doubled 11 % less; all succeed).
@@ -228,14 +230,7 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
                     sunk = float(part.shape.support(part, -approach[None])[0] + at @ approach)
                     cost = (-_sure(grasp, joint) - straight, round(sunk, 2), abs(lean), back, abs(along), turn)
                     found.append((cost, grasp))
-    # The best of each direction of the hand first: where one has no room, its neighbours have none either.
-    turns: dict[tuple[float, ...], int] = {}
-    ranked = []
-    for cost, grasp in sorted(found, key=lambda one: one[0]):
-        way = tuple(grasp.tcp_pose.rotation[:, 1:].round(1).ravel() + 0.0)
-        turns[way] = turns.get(way, -1) + 1
-        ranked.append(((turns[way], *cost), grasp))
-    return [grasp for _, grasp in sorted(ranked, key=lambda one: one[0])[:_MOST_GRIPS]]
+    return _by_direction([(cost, grasp.tcp_pose, grasp) for cost, grasp in found])[:_MOST_GRIPS]
 
 
 def _grip(
@@ -419,8 +414,23 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tupl
                         on_edge = float(0.0 < lean < np.pi / 2.0)
                         cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2))
                         found.setdefault(key, (cost, pose, way))
-    best = sorted(found.values(), key=lambda one: one[0])
-    yield from ((pose, way) for _, pose, way in best[:_MOST_FACES])
+    best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
+    yield from best[:_MOST_FACES]
+
+
+def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]]) -> list[T]:
+    """Return candidates by cost, the best of each direction of the hand first: where one has no room, its neighbours have none either.
+
+    Args:
+        candidates: Each with its cost and the TCP's pose.
+    """
+    turns: dict[tuple[float, ...], int] = {}
+    ranked = []
+    for cost, pose, candidate in sorted(candidates, key=lambda one: one[0]):
+        direction = tuple(pose.rotation[:, 1:].round(1).ravel() + 0.0)
+        turns[direction] = turns.get(direction, -1) + 1
+        ranked.append(((turns[direction], *cost), candidate))
+    return [candidate for _, candidate in sorted(ranked, key=lambda one: one[0])]
 
 
 def _foremost(arm: Manipulator, rotation: Array, way: Array) -> Array | None:

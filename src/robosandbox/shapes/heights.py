@@ -234,11 +234,12 @@ class HeightGrid:
         ground = np.isfinite(top)
         bottom = float(top[ground].min()) if ground.any() else 0.0
         top = np.where(ground, top, bottom - 1.0)
-        closed = grey_closing(top, size=(3, 3))
-        level = _filled(closed)
-        # A seam between two pieces of a floor is no hole in it.
-        seam = ~ground & (closed > bottom - 0.5)
-        top, ground = np.where(seam, closed, top), ground | seam
+        # Nothing falls through gaps between the boards of a floor that are narrower than what it would stand on.
+        window = 2 * round(_LEAST_WIDTH / self.cell / 2.0) + 1
+        closed = grey_closing(top, size=(window, window))
+        gap = ~ground & (closed > bottom - 0.5)
+        top, ground = np.where(gap, closed, top), ground | gap
+        level = _filled(grey_closing(top, size=(3, 3)))
         basin, count = _islands((level - top > _LEAST_DEPTH) & ground)
         found: list[Room] = []
         for number in range(1, count + 1):

@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from robosandbox.errors import InputError
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
-from robosandbox.types import Array
+from robosandbox.types import Array, ObservedScene
 from robosandbox.world.facts import Fact, fact
+from robosandbox.world.placement_sampling import table_placements
 from robosandbox_libero.environment import LiberoEnvironment
 
+# Share of a region in which a place is looked for, and number of places along each of its sides.
+_WITHIN, _PLACES = 0.7, 9
 
-def relations_of(environment: LiberoEnvironment) -> tuple[Fact, ...]:
+
+def relations_of(environment: LiberoEnvironment, seen: ObservedScene) -> tuple[Fact, ...]:
     """Return the goal of an environment's task as relations.
+
+    Args:
+        environment: The world at its start.
+        seen: What is seen there: of a region of the table a free place is asked for.
 
     Raises:
         InputError: A predicate or its argument has no like here.
     """
     world = environment.scene.world
     assert world is not None
-    return tuple(_relation(predicate, environment, read_scene_file(world)) for predicate in environment.task.goal)
+    file = read_scene_file(world)
+    return tuple(_relation(predicate, environment, file, seen) for predicate in environment.task.goal)
 
 
-def _relation(predicate: tuple[str, ...], environment: LiberoEnvironment, file: SceneFile) -> Fact:
+def _relation(
+    predicate: tuple[str, ...], environment: LiberoEnvironment, file: SceneFile, seen: ObservedScene
+) -> Fact:
     match predicate:
         case ("on" | "in" as relation, a, where) if where in environment.regions:
             site = environment.data.site(where)
-            body = int(environment.model.site(where).bodyid[0])
-            place = _object_of(body, environment, file)
+            place = _object_of(int(environment.model.site(where).bodyid[0]), environment, file)
             if place is None:
                 # A region of the table, or of the room.
-                return fact("at", a, round(float(site.xpos[0]), 4), round(float(site.xpos[1]), 4))
+                return fact("at", a, *_free_point(a, site.xpos, environment.model.site(where).size, seen))
             if relation == "on":
                 return fact("on", a, place)
             return fact("inside", a, _compartment_at(site.xpos, place, file) or place)
@@ -48,6 +60,17 @@ def _relation(predicate: tuple[str, ...], environment: LiberoEnvironment, file: 
             return fact("turned_to", _part_of(part, environment, file), 0.0)
         case _:
             raise InputError(f"{' '.join(predicate)}: no relation says that")
+
+
+def _free_point(name: str, middle: Array, half: Array, seen: ObservedScene) -> tuple[float, float]:
+    """Return the point of a region (3,) of these half-extents (3,) nearest to its middle at which a thing has room, x and y."""
+    shares = np.linspace(-_WITHIN, _WITHIN, _PLACES)
+    offsets = sorted(((u, v) for u in shares for v in shares), key=lambda one: (round(np.hypot(*one), 6), one))
+    points = [middle[:2] + np.array(offset) * half[:2] for offset in offsets]
+    item = seen.find(name)
+    free = [] if item is None else table_placements(seen, item, points)[0]
+    x, y = free[0].xy if free else points[0]
+    return round(float(x), 4), round(float(y), 4)
 
 
 def _compartment_at(point: Array, name: str, file: SceneFile) -> str | None:

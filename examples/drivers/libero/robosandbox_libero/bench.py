@@ -65,11 +65,11 @@ def play(suite: str, number: int, state: int, by: str) -> Row:
     begun, simulated, goal, claimed, judged, ever = time.monotonic(), 0.0, "", False, False, False
     with LiberoEnvironment(task, state) as environment:
         try:
-            if by == "relations":
-                goal = ", ".join(map(str, relations_of(environment)))
             with open_session(
                 environment.scene, driver="libero", driver_options={"environment": environment}, dialogue=False
             ) as cell:
+                if by == "relations":
+                    goal = ", ".join(map(str, relations_of(environment, cell.observe())))
                 looks = round(LOOK / cell.driver.control_timestep)
                 ticks = 0
 
@@ -107,7 +107,6 @@ def scene_of(suite: str, number: int) -> dict[str, object]:
     from robosandbox.errors import RoboSandboxError
     from robosandbox.sim.scene_file import read_scene_file
     from robosandbox_libero.environment import LiberoEnvironment
-    from robosandbox_libero.goals import relations_of
     from robosandbox_libero.tasks import tasks_of
 
     task = tasks_of(suite)[number]
@@ -118,7 +117,7 @@ def scene_of(suite: str, number: int) -> dict[str, object]:
             file = read_scene_file(environment.scene.world)
             row["objects"] = {item.id: item.kind for item in file.objects}
             row["table"] = f"{file.table.body} at {file.table.height:.3f} m"
-            row["goal"] = ", ".join(map(str, relations_of(environment)))
+            row["goal"] = " ".join(" ".join(predicate) for predicate in task.goal)
         except RoboSandboxError as error:
             row["error"] = f"{type(error).__name__}: {error}"
     return row
@@ -190,6 +189,3 @@ def _write(path: Path | None, rows: list[dict[str, object]]) -> None:
     if path is not None:
         path.write_text(json.dumps(rows, indent=1) + "\n")
 
-
-if __name__ == "__main__":
-    main()
