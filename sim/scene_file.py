@@ -277,14 +277,15 @@ class _Reader:
             if pieces:
                 mass = max(float(self._model.body_mass[bodies].sum()), 1.0)
                 whole = Geometry(pieces)
-                holds = whole.cavity is not None or len(whole.hollows) == 1
-                made = self._made(body, bodies, pieces, "cupboard" if holds else "fixture", mass, name=called)
+                hollows = whole.hollows if whole.cavity is None else ()
+                kind = "cupboard" if whole.cavity is not None else "compartment" if len(hollows) == 1 else "fixture"
+                made = self._made(body, bodies, pieces, kind, mass, name=called)
                 prefix = made.id
                 yield made
-                for number, room in enumerate(whole.hollows if not holds else ()):
+                for number, room in enumerate(hollows if len(hollows) > 1 else ()):
                     region = self._region_in(room, body, bodies, prefix) or f"compartment_{number + 1}"
                     yield self._made(
-                        body, bodies, pieces, "cupboard", mass, name=f"{prefix}.{region}", compartment=number
+                        body, bodies, pieces, "compartment", mass, name=f"{prefix}.{region}", compartment=number
                     )
         for at in bodies:
             for child in self._children.get(at, ()):

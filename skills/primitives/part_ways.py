@@ -297,9 +297,7 @@ def _free(arm: Manipulator, grasp: Grasp) -> Array:
     return arm.free_posture(grasp.tcp_pose, restarts=_RESTARTS)
 
 
-def _led(
-    arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float, near: Array
-) -> PartWay:
+def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float, near: Array) -> PartWay:
     """Return the way to a grip and along the part's joint to a value, the hand turned by a share of its turn.
 
     The arm comes to it in a posture near to `near` (n,).

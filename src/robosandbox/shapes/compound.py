@@ -1,7 +1,8 @@
 """Solids of convex pieces: what a scene's file is made of, measured and not named.
 
 A thing of a file is one of four kinds by its geometry alone: `solid`, `dish` (a shallow hollow), `vessel` (a deep one), and
-`fixture`, which stays where it is; `cupboard`, a fixture with a cavity that is open to one side or two; `part` turns or slides on one. The instance carries its pieces, so that an object is asked for
+`fixture`, which stays where it is; `cupboard`, a fixture with a cavity that is open to one side or two; `compartment`, a hollow of one;
+`part` turns or slides on one. The instance carries its pieces, so that an object is asked for
 its shape and nobody looks geometry up by kind.
 """
 
@@ -22,7 +23,7 @@ from robosandbox.shapes.room import Room
 from robosandbox.shapes.shape import Shape, Size, Solid, Written
 from robosandbox.spatial import Array, Vec3, frozen_array, matrix_from_quat_xyzw
 
-FileKind = Literal["solid", "dish", "vessel", "fixture", "cupboard", "part"]
+FileKind = Literal["solid", "dish", "vessel", "fixture", "cupboard", "compartment", "part"]
 # Sides to which a cavity is open at the most: what is open to three is a space under a board.
 _MOST_WAYS = 2
 # Ratio of a hollow's depth to its half width up to which it is a dish: plates have 0.15 to 0.25, bowls 0.6 up.
@@ -232,7 +233,7 @@ class Fixture(Compound):
 
 
 class Cupboard(Fixture):
-    """A fixture with a cavity that is covered and open to the side, from which things go in, or with a hollow."""
+    """A fixture with a cavity that is covered and open to the side: things go in from there."""
 
     kind = "cupboard"
     nouns = ("cupboard",)
@@ -244,13 +245,22 @@ class Cupboard(Fixture):
         return f"a {Fixture.kind}"
 
     def room(self, size: Size, opening: float | None = None) -> Room | None:
-        """Return its cavity, the ceiling for a rim; else its hollow."""
+        """Return its cavity, the ceiling for a rim."""
+        del size, opening
         cavity = None if self.geometry is None else self.geometry.cavity
         if cavity is None:
-            return super().room(size, opening)
+            return None
         low, high = (edge(cavity.points, axis=0) for edge in (np.min, np.max))
         half = (high - low + cavity.cell) / 2.0
         return Room(middle=(low + high) / 2.0, half=half, floor=cavity.height, rim=cavity.height + cavity.headroom)
+
+
+class Compartment(Fixture):
+    """A hollow of a fixture, or a fixture with one."""
+
+    kind = "compartment"
+    nouns = ("compartment",)
+    holds_things = True
 
 
 class Part(Compound):
@@ -298,6 +308,7 @@ _KINDS: dict[FileKind, type[Compound]] = {
     "vessel": Vessel,
     "fixture": Fixture,
     "cupboard": Cupboard,
+    "compartment": Compartment,
     "part": Part,
 }
 # Kinds of what comes from files, by name; nobody writes an object of one.

@@ -153,7 +153,9 @@ class HeightGrid:
 
         sides = ConvexHull(outline).equations
         low, high = outline.min(axis=0), outline.max(axis=0)
-        first, last = np.clip(((np.array([low, high]) - self.points[0, 0]) / self.cell).round().astype(int), 0, np.array(self._shape) - 1)
+        first, last = np.clip(
+            ((np.array([low, high]) - self.points[0, 0]) / self.cell).round().astype(int), 0, np.array(self._shape) - 1
+        )
         part = np.s_[first[0] : last[0] + 1, first[1] : last[1] + 1]
         within = (self.points[part] @ sides[:, :2].T + sides[:, 2] <= 0.0).all(axis=-1)
         return float(np.fmax.reduce(self._upside[part][within], initial=-np.inf))

@@ -188,4 +188,3 @@ def main() -> None:
 def _write(path: Path | None, rows: list[dict[str, object]]) -> None:
     if path is not None:
         path.write_text(json.dumps(rows, indent=1) + "\n")
-

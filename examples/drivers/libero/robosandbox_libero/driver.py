@@ -68,7 +68,9 @@ class LiberoDriver(MuJoCoBackend):
             InputError: Another scene or configuration is asked for.
         """
         if (scene is not None and populated(scene) != self.scene) or q is not None:
-            raise InputError("a LIBERO environment starts over as its initial state has it; open another for another state")
+            raise InputError(
+                "a LIBERO environment starts over as its initial state has it; open another for another state"
+            )
         self.restore(self._start)
         self.physics_steps = 0
 

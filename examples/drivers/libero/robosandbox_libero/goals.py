@@ -11,6 +11,8 @@ from robosandbox.world.facts import Fact, fact
 from robosandbox.world.placement_sampling import table_placements
 from robosandbox_libero.environment import LiberoEnvironment
 
+# Metres by which a region's middle may lie over or under what it is in.
+_BESIDE = 0.03
 # Share of a region in which a place is looked for, and number of places along each of its sides.
 _WITHIN, _PLACES = 0.7, 9
 
@@ -31,19 +33,18 @@ def relations_of(environment: LiberoEnvironment, seen: ObservedScene) -> tuple[F
     return tuple(_relation(predicate, environment, file, seen) for predicate in environment.task.goal)
 
 
-def _relation(
-    predicate: tuple[str, ...], environment: LiberoEnvironment, file: SceneFile, seen: ObservedScene
-) -> Fact:
+def _relation(predicate: tuple[str, ...], environment: LiberoEnvironment, file: SceneFile, seen: ObservedScene) -> Fact:
     match predicate:
         case ("on" | "in" as relation, a, where) if where in environment.regions:
             site = environment.data.site(where)
             place = _object_of(int(environment.model.site(where).bodyid[0]), environment, file)
-            if place is None:
-                # A region of the table, or of the room.
-                return fact("at", a, *_free_point(a, site.xpos, environment.model.site(where).size, seen))
-            if relation == "on":
+            if place is not None and relation == "on":
                 return fact("on", a, place)
-            return fact("inside", a, _compartment_at(site.xpos, place, file) or place)
+            holder = None if place is None else _holder_at(site.xpos, place, file)
+            if holder is not None:
+                return fact("inside", a, holder)
+            # A region of the table, of the room, or under a board.
+            return fact("at", a, *_free_point(a, site.xpos, environment.model.site(where).size, seen))
         case ("on", a, b):
             # Nothing stands on what is open above: it lies in it.
             base = next(item.shape for item in file.objects if item.id == b)
@@ -73,13 +74,15 @@ def _free_point(name: str, middle: Array, half: Array, seen: ObservedScene) -> t
     return round(float(x), 4), round(float(y), 4)
 
 
-def _compartment_at(point: Array, name: str, file: SceneFile) -> str | None:
-    """Return the id of the compartment of a fixture in which a point (3,) is; None where it has none there."""
-    for item in file.objects:
-        if item.id.startswith(f"{name}.") and item.geometry is not None and item.geometry.compartment is not None:
-            room = item.geometry.hollow
-            if room is not None and room.margin(item.pose.rotation.T @ (point - item.pose.position)) > 0.0:
-                return item.id
+def _holder_at(point: Array, name: str, file: SceneFile) -> str | None:
+    """Return the id of what holds things where a point (3,) is: an object, or a compartment of it; None where nothing does."""
+    for item in sorted(file.objects, key=lambda one: one.id == name):
+        room = item.shape.room(item.size) if item.id == name or item.id.startswith(f"{name}.") else None
+        if room is None:
+            continue
+        local = item.pose.rotation.T @ (point - item.pose.position)
+        if room.margin(local) > 0.0 and room.floor - _BESIDE < local[2] < room.rim + _BESIDE:
+            return item.id
     return None
 
 
