@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +55,7 @@ def _task(suite: str, number: int) -> LiberoTask:
     return LiberoTask(suite, number, bddl, " ".join(problem["language_instruction"]), goal)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _suite(name: str) -> benchmark.Benchmark:
     # It prints the order of its tasks.
     with contextlib.redirect_stdout(io.StringIO()):
