@@ -359,9 +359,8 @@ class _Answers:
         assert asked.what is not None
         what, than = with_nouns((asked.what, *asked.others)[::-1])[::-1]
         ours, theirs = self._such(what), self._such(than)
-        holds = {"more": len(ours) > len(theirs), "fewer": len(ours) < len(theirs)}.get(
-            asked.by, len(ours) == len(theirs)
-        )
+        more = (len(ours) > len(theirs)) - (len(ours) < len(theirs))
+        holds = more == {"more": 1, "fewer": -1, "as many": 0}[asked.by]
         told = f"{len(ours)} {_bare(what.text)}, {len(theirs)} {_bare(than.text)}"
         return Answer(f"{'Yes' if holds else 'No'}: {told}.", _ids((*ours, *theirs)))
 
@@ -389,26 +388,27 @@ class _Answers:
         if so.ranks:
             one = replace(both, determiner="the", plural=both.plural and so.plural)
             return self._say_what(changed(asked, things=(one,)))
-        relation = so.relations[0] if so.relations else None
-        if relation is not None and relation.kind == "held" and what is None:
+        relation = (*so.relations, Relation(""))[0]
+        kind = relation.kind
+        if kind == "held" and what is None:
             return Answer(self._held(), (self._scene.held,) if self._scene.held else ())
-        vessels = self._meant(relation.refs) if relation is not None and relation.kind == "in" else []
+        vessels = self._meant(relation.refs) if kind == "in" else []
         if what is None and len(vessels) == 1:
             return Answer(*self._contents(vessels[0]))
         near = Ref(text=so.text, relations=so.relations)
-        among = self._looked_for(_with(what or _ANYTHING, near if relation is not None else None))
+        among = self._looked_for(_with(what or _ANYTHING, near if kind else None))
         found = [item for item in among if self._is(item, replace(so, relations=()))]
-        if not found and (what is None or {*what.nouns} <= _THINGS) and relation is not None:
-            return Answer(f"Nothing is {self._where(relation, so.text)}.")
+        there = self._where(relation, so.text)
+        if not found and kind and (what is None or {*what.nouns} <= _THINGS):
+            return Answer(f"Nothing is {there}.")
         if not found:
-            there = f" {self._where(relation, so.text)}" if relation is not None and what is not None else ""
-            return Answer(f"None: I see {_none(what.text) + there if what and there else _none(both.text)}.")
-        if relation is None:
+            return Answer(f"None: I see {_none(f'{what.text} {there}' if what and kind else both.text)}.")
+        if not kind:
             return Answer(self._described(found), _ids(found))
-        if relation.kind in (*SIDE_AXES, "beside"):
+        if kind in (*SIDE_AXES, "beside"):
             (other, *_) = self._meant(relation.refs)
             found.sort(key=lambda item: gap(other, item))
-        return Answer(f"{listed(_ids(found))} {be(_ids(found))} {self._where(relation, so.text)}.", _ids(found))
+        return Answer(f"{listed(_ids(found))} {be(_ids(found))} {there}.", _ids(found))
 
     def _held(self) -> str:
         return f"I hold {self._scene.held or 'nothing: the gripper is empty'}."
@@ -456,7 +456,7 @@ class _Answers:
         strange = [n for n in so.nouns if NOUN_CLASS.get(n, n) not in {"thing", *SHAPE_KINDS, *THING_KINDS}]
         if strange and not self._such(so):
             raise cannot_see(strange)
-        holds = all([self._is(item, so) for item in items]) != asked.denied
+        holds = all([self._is(item, so) != asked.denied for item in items])
         return Answer(f"{'Yes' if holds else 'No'}: {self._evidence(items, so)}", _ids(items))
 
     def _evidence(self, items: Sequence[DetectedObject], so: Ref) -> str:

@@ -33,6 +33,8 @@ _NEAR, _SHORT = 0.8, 3
 _LEAST_KNOWN = 1.0 / 3.0
 # Words; ids, which have underscores, are of no language.
 _WORD = re.compile(r"(?<![\w_])[^\W\d_]+(?![\w_])")
+# Number of words among which a question without its mark has one of a question: "could you please tell me where it is".
+_OPENING = 4
 _SLOT = re.escape("{}")
 Readings = tuple[tuple[float, Sentence], ...]
 
@@ -88,9 +90,9 @@ def language_of(prompt: str) -> str:
 
 
 def _may_ask(language: str, prompt: str) -> bool:
-    """Say whether a sentence has a word or a mark that questions have; most orders have none."""
-    words = _WORD.findall(prompt[:MAX_CHARACTERS].lower())
-    return "?" in prompt or not _signs("asks")[language].isdisjoint(words)
+    """Say whether a sentence ends or begins as questions do; most orders do not."""
+    first = _WORD.findall(prompt[:MAX_CHARACTERS].lower())[:_OPENING]
+    return "?" in prompt or not _signs("asks")[language].isdisjoint(first)
 
 
 @lru_cache(maxsize=32)

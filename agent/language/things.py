@@ -126,16 +126,6 @@ KINDS_OF["food"] = (
     )
 ) - {"pepper", "nut", "fish"}
 """Words for many kinds of things, by what an id may call them; never by shape."""
-SORTS: dict[str, frozenset[str]] = {
-    "wheel": word_set("gear cog sprocket pulley castor caster ratchet"),
-    "flower": word_set("rose tulip daisy lily sunflower orchid poppy daffodil carnation iris pansy lavender"),
-    "fish": word_set("tuna salmon cod trout herring carp haddock mackerel goldfish"),
-    "bird": word_set("robin sparrow parrot owl eagle swan penguin flamingo budgie"),
-    "dog": word_set("poodle terrier bulldog labrador collie beagle dachshund"),
-    "nut": word_set("almond hazelnut walnut cashew pistachio pecan"),
-    "stone": KINDS_OF["gem"] - {"pearl"} | {"pebble"},
-}
-"""Words for a sort of thing that may follow its name: gear wheels, tuna fish."""
 COMPOUND_HEADS = word_set(
     """
     brush spoon book driver knife pot board bottle cloth bag lamp light cake berry bread melon fish lid pan paper plate

@@ -8,7 +8,7 @@ As in:
     fuse ([^aeiou])y\+ed = \1ied              how an ending, behind its "+", is spelled where a stem ends so
     contract zum=zu dem, gonna=going to       words that are several
     write can't = can not                     a pattern of written text, and what it stands for
-    asks where how                            words that questions have; a sentence without any is not looked at as one
+    asks where how                            words that questions begin with; a sentence without any is none
     list bearing: not only again              words that the reading of chat looks at, by what for
     NOUN / NOUNS plural                       a class, the one of what stands behind a slash, and the endings of each
       cube = der Würfel / Würfel              a meaning, and its forms, each with a table of endings before it
