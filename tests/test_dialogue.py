@@ -33,6 +33,7 @@ AFTER_AN_ORDER = {
     ("Tipp den roten Würfel an.", "Noch einmal."): ["tap(object=red_cube)"],
     ("Tipp den roten Würfel an.", "Dreimal."): ["tap(object=red_cube)"] * 3,
     ("Tipp den roten Würfel an.", "Nein, den blauen."): ["tap(object=blue_cube)"],
+    ("tap the red cube", "take the yellow ball"): ["pick(object=yellow_ball)"],
     ("put the ball", "in the bin"): ["pick(object=yellow_ball)", "place_in(container=grey_bin)"],
 }
 
