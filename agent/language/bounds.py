@@ -161,12 +161,9 @@ class _Reader:
             return False
         if end >= len(texts) or self._parser.tokens[end].kind == "mark":
             return True
-        # "keep the ball and the cup together"
-        return (
-            texts[end] in _JOINTS
-            and texts[end] not in ("or", "only")
-            and not (name == "leaving" and self._names(end + 1))
-        )
+        # "keep the ball and the cup together", "leave the ball for last"
+        elsewhere = name == "leaving" and (texts[end] == "for" or self._names(end + 1))
+        return texts[end] in _JOINTS and texts[end] not in ("or", "only") and not elsewhere
 
     def _things(self, i: int) -> list[tuple[int, tuple[Ref, ...]]]:
         """Return where descriptions end that begin at a token, and what they are."""

@@ -164,7 +164,9 @@ def questions_in(language: str, prompt: str, ids: tuple[str, ...]) -> tuple[Ques
         if not readings or readings[0][0] >= COSTS[-1]:
             mended = said(prompt, words, book, mend=True)
             again = Parser(mended.tokens, book, classes_of(mended.tokens, words, book))
-            readings = sorted([*again.readings("question"), *readings], key=lambda reading: reading[0])
+            # "how many friends do you see": what is set right to a greeting was none.
+            better = again.readings("question") if len(mended.tokens) >= len(told.tokens) else []
+            readings = sorted([*better, *readings], key=lambda reading: reading[0])
     except (TooLongError, TooComplicatedError):
         return ()
     if readings and told.manners:
