@@ -19,6 +19,8 @@ MOST_REPEATED = 8
 OUT_OF_ORDER = COSTS[2]
 # How much reading one sentence may take, a number of parts tried: some 40 ms.
 MOST_STEPS = 40_000
+# Number of words up to which a reading of a phrase counts as no more than one step.
+_SHORT_PHRASE = 10
 
 
 class Reading(NamedTuple):
@@ -89,6 +91,8 @@ class Parser:
             if rule.form:
                 read = [made for reading in read if (made := self._formed(rule, i, reading)) is not None]
             found = self._memo[key] = plainest(read)
+            # What is nested deep is long to compare.
+            self._count(sum((reading.end - i) ** 2 for reading in found) // _SHORT_PHRASE**2)
         return found
 
     def _formed(self, rule: Rule, i: int, reading: Reading) -> Reading | None:
@@ -112,9 +116,7 @@ class Parser:
 
     def _after(self, states: list[Reading], item: Item) -> list[Reading]:
         """Return what some readings become with one part more."""
-        self._steps += len(states)
-        if self._steps > MOST_STEPS:
-            raise TooComplicatedError
+        self._count(len(states))
         if item.no:
             return [state for state in states if not self._once(item, state.end)]
         agreeing = bool(item.agree) or not item.name
@@ -139,6 +141,11 @@ class Parser:
                 made.append(Reading(stop, cost + more, agreed, fields + filled if filled else fields))
         return made if len(made) < 2 * MOST_READINGS else plainest(made)
 
+    def _count(self, steps: int) -> None:
+        self._steps += steps
+        if self._steps > MOST_STEPS:
+            raise TooComplicatedError
+
     def _repeated(self, item: Item, i: int) -> list[Reading]:
         """Return what a part that may stand several times finds, once at least."""
         if item.repeat == "?":
@@ -152,6 +159,8 @@ class Parser:
                 for stop, more, own, filled in (self._once(item, end) if item.first & self._starts[end] else ())
                 if stop > end and (mask & own or not item.agree)
             ]
+            latest = latest if len(latest) < 2 * MOST_READINGS else plainest(latest)
+            self._count(len(latest))
             if not latest:
                 break
             made += latest
