@@ -92,7 +92,7 @@ class Parser:
                 read = [made for reading in read if (made := self._formed(rule, i, reading)) is not None]
             found = self._memo[key] = plainest(read)
             # What is nested deep is long to compare.
-            self._count(sum((reading.end - i) ** 2 for reading in found) // _SHORT_PHRASE**2)
+            self._spend(sum((reading.end - i) ** 2 for reading in found) // _SHORT_PHRASE**2)
         return found
 
     def _formed(self, rule: Rule, i: int, reading: Reading) -> Reading | None:
@@ -116,7 +116,7 @@ class Parser:
 
     def _after(self, states: list[Reading], item: Item) -> list[Reading]:
         """Return what some readings become with one part more."""
-        self._count(len(states))
+        self._spend(len(states))
         if item.no:
             return [state for state in states if not self._once(item, state.end)]
         agreeing = bool(item.agree) or not item.name
@@ -141,7 +141,7 @@ class Parser:
                 made.append(Reading(stop, cost + more, agreed, fields + filled if filled else fields))
         return made if len(made) < 2 * MOST_READINGS else plainest(made)
 
-    def _count(self, steps: int) -> None:
+    def _spend(self, steps: int) -> None:
         self._steps += steps
         if self._steps > MOST_STEPS:
             raise TooComplicatedError
@@ -153,16 +153,16 @@ class Parser:
         made: list[Reading] = []
         latest = [Reading(i, 0.0, EVERYTHING, ())]
         for _ in range(MOST_REPEATED):
-            latest = [
+            later = [
                 Reading(stop, cost + more, mask & own, (*fields, *filled))
                 for end, cost, mask, fields in latest
                 for stop, more, own, filled in (self._once(item, end) if item.first & self._starts[end] else ())
                 if stop > end and (mask & own or not item.agree)
             ]
-            latest = latest if len(latest) < 2 * MOST_READINGS else plainest(latest)
-            self._count(len(latest))
-            if not latest:
+            if not later:
                 break
+            self._spend(len(later))
+            latest = later if len(later) < 2 * MOST_READINGS else plainest(later)
             made += latest
         return made
 
