@@ -12,7 +12,9 @@ BENCH = Path(__file__).parents[1] / "examples" / "drivers" / "libero" / ".venv" 
 @pytest.mark.slow
 @pytest.mark.skipif(not BENCH.exists(), reason="the environment of examples/drivers/libero is not there")
 @pytest.mark.parametrize(
-    ("by", "goal"), [("relations", "inside(alphabet_soup_1, basket_1)"), ("sentence", "")], ids=["relations", "sentence"]
+    ("by", "goal"),
+    [("relations", "inside(alphabet_soup_1, basket_1)"), ("sentence", "")],
+    ids=["relations", "sentence"],
 )
 def test_what_is_claimed_of_a_libero_task_its_own_judge_says_too(tmp_path: Path, by: str, goal: str) -> None:
     rows = tmp_path / "rows.json"
