@@ -203,9 +203,9 @@ class _Reader:
             fixed = [unit for unit in units if not self._moves(unit)]
             owner = ""
             for body in (*fixed, *(unit for unit in units if self._moves(unit))):
-                made = list(self._fixture(body, table, called.get(body), owner if len(fixed) == 1 else ""))
-                owner = owner or next((item.id for item in made if item.kind != "part"), "")
-                objects += made
+                found = list(self._fixture(body, table, called.get(body), owner if len(fixed) == 1 else ""))
+                owner = owner or next((item.id for item in found if item.kind != "part"), "")
+                objects += found
         return SceneFile(
             path=self._path,
             sidecar=self._said,
