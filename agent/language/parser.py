@@ -112,9 +112,7 @@ class Parser:
 
     def _after(self, states: list[Reading], item: Item) -> list[Reading]:
         """Return what some readings become with one part more."""
-        self._steps += len(states)
-        if self._steps > MOST_STEPS:
-            raise TooComplicatedError
+        self._spend(len(states))
         if item.no:
             return [state for state in states if not self._once(item, state.end)]
         agreeing = bool(item.agree) or not item.name
@@ -139,6 +137,11 @@ class Parser:
                 made.append(Reading(stop, cost + more, agreed, fields + filled if filled else fields))
         return made if len(made) < 2 * MOST_READINGS else plainest(made)
 
+    def _spend(self, steps: int) -> None:
+        self._steps += steps
+        if self._steps > MOST_STEPS:
+            raise TooComplicatedError
+
     def _repeated(self, item: Item, i: int) -> list[Reading]:
         """Return what a part that may stand several times finds, once at least."""
         if item.repeat == "?":
@@ -146,14 +149,16 @@ class Parser:
         made: list[Reading] = []
         latest = [Reading(i, 0.0, EVERYTHING, ())]
         for _ in range(MOST_REPEATED):
-            latest = [
+            later = [
                 Reading(stop, cost + more, mask & own, (*fields, *filled))
                 for end, cost, mask, fields in latest
                 for stop, more, own, filled in (self._once(item, end) if item.first & self._starts[end] else ())
                 if stop > end and (mask & own or not item.agree)
             ]
-            if not latest:
+            if not later:
                 break
+            self._spend(len(later))
+            latest = later if len(later) < 2 * MOST_READINGS else plainest(later)
             made += latest
         return made
 
