@@ -198,8 +198,14 @@ class _Reader:
         }
         table = self._table(roots, things)
         objects = list(things)
-        for body in roots:
-            objects += self._fixture(body, table, called.get(body))
+        for units in groups.values():
+            # What moves beside the one fixture of a group is a part of it: a knob of a stove.
+            fixed = [unit for unit in units if not self._moves(unit)]
+            owner = ""
+            for body in (*fixed, *(unit for unit in units if self._moves(unit))):
+                found = list(self._fixture(body, table, called.get(body), owner if len(fixed) == 1 else ""))
+                owner = owner or next((item.id for item in found if item.kind != "part"), "")
+                objects += found
         return SceneFile(
             path=self._path,
             sidecar=self._said,
@@ -264,11 +270,11 @@ class _Reader:
             return self._made(body, bodies, pieces, kind_of(pieces), mass)
         return self._made(body, bodies, None, kind, mass, size)
 
-    def _fixture(self, body: int, table: Table, called: str | None) -> Iterator[SceneObject]:
-        """Yield a fixture and its parts."""
+    def _fixture(self, body: int, table: Table, called: str | None, owner: str) -> Iterator[SceneObject]:
+        """Yield a fixture and its parts, or a part of the fixture whose id is `owner`."""
         name = str(self._model.body(body).name)
         if self._moves(body):
-            yield from self._parts(body, "")
+            yield from self._parts(body, owner)
             return
         bodies = self._welded(body)
         prefix = ""

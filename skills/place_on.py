@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.placing import place, taken_anew
+from robosandbox.skills.primitives.placing import occupied, place, taken_anew
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
@@ -49,10 +49,13 @@ class PlaceOn(Skill):
         arm = Manipulator(ctx)
         held = arm.held
         base = arm.find(target)
+        spots, blocking = placements_on(held, base, arm.start.objects)
+        if not spots:
+            raise occupied(held.id, target, blocking)
         return place(
             arm,
             held,
-            placements_on(held, base, arm.start.objects)[0],
+            spots,
             skill=self.name,
             target=target,
             allowed=(target,),

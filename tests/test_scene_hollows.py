@@ -200,3 +200,15 @@ def test_compartments_of_a_caddy_are_places_of_their_own(tmp_path: Path) -> None
         assert episode.success, episode.final_detail
         x, y, z = cell.simulation.truth().objects["block"].pose.xyz
         assert abs(x - 0.55) < 0.056 and 0.022 < y < 0.116 and z < 0.45
+
+
+def test_what_moves_beside_the_one_fixture_of_a_group_is_its_part(tmp_path: Path) -> None:
+    stove = """
+    <body name="stove" pos="0.55 0.0 0.40"><body name="base">
+      <body name="burner"><geom type="box" pos="0 0 0.02" size="0.1 0.1 0.02"/></body>
+      <body name="knob" pos="-0.15 0 0.02"><joint type="hinge" axis="0 0 1" range="0 2.1"/><geom type="box" size="0.02 0.005 0.02"/></body>
+    </body></body>
+    <body name="block" """
+    scene = tmp_path / "stove.xml"
+    scene.write_text(CADDY.replace('<body name="block" ', stove.lstrip()).replace("GEOM", BLOCK))
+    assert {"stove", "stove.knob"} < {item.id for item in read_scene_file(scene).objects}

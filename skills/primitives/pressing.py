@@ -154,7 +154,8 @@ class _Push:
         force: The most that it has felt, N.
         _place: Where it is to be along the way, metres.
         _lift: By how much it is to be raised there, metres.
-        _sent: Places and lifts of the commands.
+        _sent: Place and lift of the last command.
+        _rows: Configurations that were commanded, each of shape (n,).
     """
 
     arm: Manipulator
@@ -166,7 +167,8 @@ class _Push:
     _felt: float = 0.0
     _place: float = 0.0
     _lift: float = 0.0
-    _sent: list[tuple[float, float]] = field(default_factory=lambda: [(0.0, 0.0)])
+    _sent: tuple[float, float] = (0.0, 0.0)
+    _rows: list[Array] = field(default_factory=list)
     _speed: float = 0.0
     _was: float = math.inf
     _ran: float = 0.0
@@ -249,29 +251,30 @@ class _Push:
     def _send(self) -> None:
         """Let a tick pass with the hand sent to its place, or as near to it as its joints may be sent at once.
 
-        A joint that is sent no further in a window of the clamps than half of what its acceleration takes it there may stop or
-        turn round in the next one.
+        Joints that are sent no further apart in a window of the clamps than half of what their acceleration takes them there may
+        stop or turn round in the next one.
         """
         window, limits = TOLERANCES.window, self.arm.spec.acceleration_limits
         ticks = round(window / self.arm.driver.control_timestep)
-        begin, last = self.way.at(*self._sent[-ticks:][0]), np.array(self._sent[-1])
-        goal = np.array([self._place, self._lift])
-        now = self.way.at(*last) - begin
-        step = self.way.at(*goal) - begin - now
-        room = 0.5 * limits * window**2 - np.sign(step) * now
+        last, goal = np.array(self._sent), np.array([self._place, self._lift])
+        rows = np.array(self._rows[-ticks:] or [self.way.at(*last)])
+        step = self.way.at(*goal) - rows[-1]
+        room = np.where(step > 0.0, rows.min(axis=0) - rows[-1], rows[-1] - rows.max(axis=0)) + 0.5 * limits * window**2
         share = float(np.clip(np.min(room / np.maximum(np.abs(step), 1e-12)), 0.0, 1.0))
         place, lift = last + share * (goal - last)
         # The tangent of a rise may lead past a joint's limit where the way itself does not.
-        self.arm.trim(np.clip(self.way.at(place, lift), self.arm.spec.lower, self.arm.spec.upper))
-        self._sent.append((float(place), float(lift)))
+        row = np.clip(self.way.at(place, lift), self.arm.spec.lower, self.arm.spec.upper)
+        self.arm.trim(row)
+        self._sent = float(place), float(lift)
+        self._rows.append(row)
 
     def _reached(self) -> float:
         """Return the place along the way at which the command has the hand where it is, metres.
 
         A hand that has risen far is not above its place on the way: the joints rise along a tangent.
         """
-        commanded, _ = self.arm.planning.kinematics().forward(self.way.at(*self._sent[-1]))
-        return self._sent[-1][0] + self._here() - self.way.place(commanded)
+        commanded, _ = self.arm.planning.kinematics().forward(self.way.at(*self._sent))
+        return self._sent[0] + self._here() - self.way.place(commanded)
 
     def _here(self) -> float:
         return self.way.place(self.arm.state.tcp_pose.position)

@@ -12,10 +12,13 @@ import json
 import multiprocessing
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 # Simulated seconds after which an episode ends, and of a look of the judge.
 TIMEOUT, LOOK = 180.0, 0.05
@@ -161,28 +164,35 @@ def main() -> None:
     known = {"standard": STANDARD, "pro": PRO}
     suites = [suite for name in options.suites for suite in known.get(name, (name,))]
     tasks = [(s, k) for s in suites for k in (options.tasks or range(len(tasks_of(s)))) if k < len(tasks_of(s))]
-    # One process an episode at a time; each lives on for the next.
-    with ProcessPoolExecutor(options.jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        if options.scenes:
-            told = []
-            for scene in pool.map(scene_of, *zip(*tasks, strict=True)):
-                told.append(scene)
-                print(json.dumps(scene), flush=True)
-                _write(options.json, told)
-            return
-        episodes = [(suite, number, state, options.by) for suite, number in tasks for state in options.states]
-        rows: list[Row] = []
-        for row in pool.map(play, *zip(*episodes, strict=True)):
-            rows.append(row)
-            verdict = "judged" if row.judged else "was judged" if row.judged_ever else "not judged"
-            claim = "claimed" if row.claimed else "not claimed"
-            print(
-                f"{row.suite} {row.task} state {row.state}: {claim}, {verdict}, {row.simulated_s:.1f} s, "
-                f"{row.wall_s:.1f} s wall; {row.goal or row.sentence}: {row.reason}",
-                flush=True,
-            )
-            _write(options.json, [asdict(one) for one in rows])
+    if options.scenes:
+        told: list[dict[str, object]] = []
+        for scene in _spread(scene_of, tasks, options.jobs):
+            told.append(scene)
+            print(json.dumps(scene), flush=True)
+            _write(options.json, told)
+        return
+    episodes = [(suite, number, state, options.by) for suite, number in tasks for state in options.states]
+    rows: list[Row] = []
+    for row in _spread(play, episodes, options.jobs):
+        rows.append(row)
+        verdict = "judged" if row.judged else "was judged" if row.judged_ever else "not judged"
+        claim = "claimed" if row.claimed else "not claimed"
+        print(
+            f"{row.suite} {row.task} state {row.state}: {claim}, {verdict}, {row.simulated_s:.1f} s, "
+            f"{row.wall_s:.1f} s wall; {row.goal or row.sentence}: {row.reason}",
+            flush=True,
+        )
+        _write(options.json, [asdict(one) for one in rows])
     print("\n".join(_summary(rows)))
+
+
+def _spread(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], jobs: int) -> Iterator[T]:
+    """Yield what a function answers to each tuple of arguments, in order, from so many processes; one is this one."""
+    if jobs == 1:
+        yield from (function(*one) for one in arguments)
+        return
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        yield from pool.map(function, *zip(*arguments, strict=True))
 
 
 def _write(path: Path | None, rows: list[dict[str, object]]) -> None:

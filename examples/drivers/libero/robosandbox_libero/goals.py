@@ -14,7 +14,7 @@ from robosandbox_libero.environment import LiberoEnvironment
 # Metres by which a region's middle may lie over or under what it is in.
 _BESIDE = 0.03
 # Share of a region in which a place is looked for, and number of places along each of its sides.
-_WITHIN, _PLACES = 0.7, 9
+_WITHIN, _PLACES = 0.9, 11
 
 
 def relations_of(environment: LiberoEnvironment, seen: ObservedScene) -> tuple[Fact, ...]:
