@@ -479,6 +479,9 @@ class Grounder(Truth):
                 RefusalCode.AMBIGUOUS, f"“{ref.text}”: how many, and which? I see {listed(names)}.", names
             )
         if ref.determiner == "a":
+            if len(names) > 1 and ref == Ref(text=ref.text, determiner="a", one=True, number=ref.number):
+                # "put one in the bin": of what?
+                raise self._ambiguous(ref, names)
             chosen = sorted(names, key=self._handiness)
             return Meaning((chosen[0],), tuple(chosen[1:]))
         if len(names) > 1:
