@@ -59,6 +59,9 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     ):
         # "tap the can, just one"
         return None
+    if last.direction and any(rank.key in _SIDEWAYS for ref in objects for rank in ref.ranks):
+        # "push the can to the left and the ball to the right, not the cup"
+        return None
     if objects and step == Command(UNSAID, objects, times=step.times):
         if last.times > 1 and not step.times:
             # "tap the can twice and the ball": how often?

@@ -523,7 +523,7 @@ def _amended(values: dict[str, Any], text: str) -> Any:
     steps: tuple[Command, ...] = told if type(told) is tuple else (told,)
     for fix in values["fix"]:
         made = amended(steps[-1], dict(fix))
-        if made is None:
+        if made is None or made == steps[-1]:
             raise Misfit
         steps = (*steps[:-1], made)
     return steps
@@ -576,9 +576,7 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
     Of "all but the can, no, the ball" they take the place of the can; of "the can and the ball, no, the ball" the ball alone is meant.
     """
     *others, last = old
-    if any(ref.unknown for ref in old) or any(
-        _is_any(ref) or any(map(_is_it, refs_of(near))) for ref in new for near in (*ref.relations, None)
-    ):
+    if any(ref.unknown for ref in old) or any(map(_is_open, new)):
         raise Misfit
     again = [ref for ref in old if len(new) == 1 and _may_be(new[0], ref)]
     if others:
@@ -599,6 +597,14 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
     if new[0].without and not (new[0].nouns or new[0].names):
         return (replace(whole, text=new[0].text, without=new[0].without),)
     return tuple(_filled_in(ref, last) for ref in new)
+
+
+def _is_open(ref: Ref) -> bool:
+    """Say whether better words tell too little to stand for others: "all of them", "three", "the one next to it"."""
+    whole = ref.determiner == "all" and not (ref.nouns or ref.names or ref.colours or ref.without)
+    counted = not (ref.nouns or ref.colours) and bool(ref.names) and all(name.isdigit() for name in ref.names)
+    near = any(map(_is_it, (each for relation in ref.relations for each in relation.refs)))
+    return _is_any(ref) or _is_it(ref) or whole or counted or near
 
 
 def _is_it(ref: Ref) -> bool:

@@ -284,6 +284,9 @@ class Grounder(Truth):
         every = names
         for excluded in ref.without:
             gone = set(self._loosely(excluded, names))
+            if excluded.one and excluded.colours and not gone and not self.fitting(excluded):
+                # "everything but the yellow one", where nothing is yellow.
+                raise self._not_found(excluded, None, set())
             counted = excluded.number or (
                 1 if excluded.text.split(" ")[0] in ("one", "some", "any", "either") else None
             )
@@ -445,6 +448,11 @@ class Grounder(Truth):
     def _counted(self, ref: Ref, names: list[str]) -> Meaning:
         if ref.total is not None and len(names) != ref.total:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see {listed(names)}.", names)
+        told = replace(ref, text="", number=None, plural=False)
+        open_ended = told == Ref(text="", determiner="a", one=True) and not self.discourse.mentioned
+        if open_ended and len(names) > (ref.number or 1):
+            # "put one in the bin", "tap two of them": of what?
+            raise self._ambiguous(ref, names)
         if ref.share is not None:
             if all(self.world.objects[name].shape.is_granular for name in names):
                 raise RefusedError(
@@ -479,9 +487,6 @@ class Grounder(Truth):
                 RefusalCode.AMBIGUOUS, f"“{ref.text}”: how many, and which? I see {listed(names)}.", names
             )
         if ref.determiner == "a":
-            if len(names) > 1 and ref == Ref(text=ref.text, determiner="a", one=True, number=ref.number):
-                # "put one in the bin": of what?
-                raise self._ambiguous(ref, names)
             chosen = sorted(names, key=self._handiness)
             return Meaning((chosen[0],), tuple(chosen[1:]))
         if len(names) > 1:
