@@ -162,6 +162,9 @@ def _thing(values: dict[str, Any], text: str) -> Any:
 
 def _list(values: dict[str, Any], text: str) -> Any:
     items = tuple(values["item"])
+    if any(ref.instead and (len(items) > 2 or not ref.text.endswith(",")) for ref in items[:-1]):
+        # "the can, but not the ball and the cube": neither of the two?
+        raise Misfit
     # "everything but the can and the ball" leaves out both.
     return Costly((items, 0.7)) if any(ref.without for ref in items[:-1]) else items
 
@@ -342,6 +345,10 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
             # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
             raise Misfit
+        counted = (ref for ref in (*step.objects, *refs_of(place)) if ref.one and [rank.key for rank in ref.ranks] == [""])
+        if before is not None and len(before.objects) > 1 and any(counted):
+            # "tap the can and the ball and put the first one in the bin": the first that was named?
+            raise Misfit
         named = bool(step.objects) and step.objects[0].determiner != "it"
         if (
             before is None
@@ -432,7 +439,7 @@ def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
             return ref
         if (
             not theme
-            or theme[0].determiner == "it"
+            or theme[0].determiner in ("it", "a")
             or len(last) > 1
             or ref.plural != (theme[0].plural or theme[0].determiner == "all")
         ):
@@ -458,7 +465,11 @@ def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
             place = place._replace(refs=tuple(map(named, refs)))
         return replace(step, objects=tuple(map(named, step.objects)), place=place)
 
-    return (*map(done, first), *last)
+    done_first = tuple(map(done, first))
+    if any(step.objects == last[0].objects and step.place == there is not None for step in done_first):
+        # "put a battery in the box, once it is there"
+        raise Misfit
+    return (*done_first, *last)
 
 
 def _tower(values: dict[str, Any], text: str) -> Command:

@@ -284,8 +284,8 @@ class Grounder(Truth):
         every = names
         for excluded in ref.without:
             gone = set(self._loosely(excluded, names))
-            if excluded.one and excluded.colours and not gone and not self.fitting(excluded):
-                # "everything but the yellow one", where nothing is yellow.
+            if excluded.determiner == "the" and not (excluded.plural or gone or self.fitting(excluded)):
+                # "everything but the yellow one", where nothing is yellow; "but not the first", counted from where?
                 raise self._not_found(excluded, None, set())
             counted = excluded.number or (
                 1 if excluded.text.split(" ")[0] in ("one", "some", "any", "either") else None
