@@ -946,6 +946,8 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     )
     if not not_so.objects or not first.objects or other or first.control or not_so.control:
         raise Misfit
+    if [ref.text for ref in refs_of(first.place)] == ["there"] and not_so.place is not None:
+        first = replace(first, place=not_so.place)
     spoken = () if first.objects[0].determiner != "it" else not_so.objects[:1]
     if spoken and first.verb == not_so.verb and first.place == not_so.place and first.direction == not_so.direction:
         raise Misfit
