@@ -11,8 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from robosandbox.agent.language.bounds import bounds_of
-from robosandbox.agent.language.interpret import is_corrected
+from robosandbox.agent.language.bounds import bounds_of, is_corrected
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.agent.protocols import Planner
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosandbox.agent.episode import Episode
+from robosandbox.agent.language.answers import Answer, answered
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.discourse import Discourse
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.front import ENGLISH, language_of, learn_translations
 from robosandbox.agent.language.interpret import forget_readings, interpret, resumed
-from robosandbox.agent.language.questions import Answer, answered
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.worded import learn
 from robosandbox.agent.protocols import Attempt
@@ -27,17 +27,19 @@ class StubPlanner:
 
     by_rules = False
 
-    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False) -> None:
+    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False, moves: Sequence[Operator] = ()) -> None:
         """Plan with these skills only.
 
         Args:
             skills: The skills at hand; their names are read, and the words of those that have some.
             dialogue: Let a prompt refer to the ones before: "it", answers to questions, "no, the green one".
+            moves: What moves the hand by itself: called where a sentence says so, and nothing is brought about by them.
         """
-        self._known = tuple(skills)
-        self._skills = tuple(skill.name for skill in skills)
-        learn_translations(skills)
-        if learn(skills):
+        self._planned = tuple(skills)
+        known = (*skills, *moves)
+        self._skills = tuple(skill.name for skill in known)
+        learn_translations(known)
+        if learn(known):
             forget_readings()
         self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None
@@ -81,7 +83,7 @@ class StubPlanner:
             return reply
         if history:
             before = self._last[1] if self._last and self._last[0] == prompt else None
-            draft = replan(prompt, scene, self._known, history, before)
+            draft = replan(prompt, scene, self._planned, history, before)
         elif self._dialogue:
             draft = self._dialogue.interpret(prompt, scene)
         else:

@@ -11,7 +11,12 @@ from robosandbox.world.operators import Operator
 
 
 def make_planner(
-    name: str, skills: Sequence[Operator], options: Mapping[str, Any] | None = None, *, dialogue: bool = False
+    name: str,
+    skills: Sequence[Operator],
+    options: Mapping[str, Any] | None = None,
+    *,
+    dialogue: bool = False,
+    moves: Sequence[Operator] = (),
 ) -> Planner:
     """Return an installed planner.
 
@@ -21,6 +26,7 @@ def make_planner(
         options: Keyword arguments of its own, such as `model`; those that are None count as not given.
         dialogue: Let each prompt refer to the ones before it, with a planner that takes `dialogue`; others plan each
             prompt by itself.
+        moves: What moves the hand by itself, for a planner that takes `moves`.
 
     Raises:
         InputError: There is no such planner, or it does not take such an option.
@@ -31,7 +37,7 @@ def make_planner(
         name,
         skills,
         options=options,
-        supplied={"dialogue": dialogue},
+        supplied={"dialogue": dialogue, "moves": moves},
         # Whoever opens the session makes a picture of a camera.
         flags={"picture": "camera"},
     )

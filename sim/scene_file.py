@@ -19,6 +19,7 @@ from robosandbox.shapes.body import PartJoint, Piece
 from robosandbox.shapes.compound import FileKind, Geometry, kind_of
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, SphereHull
 from robosandbox.shapes.polyhedron import PolyhedronHull
+from robosandbox.shapes.room import Room
 from robosandbox.sim.keyframes import Keyframe, keyframes_of
 from robosandbox.sim.scene_sidecar import ObjectNotes, SceneSidecar, scene_sidecar, sidecar_path
 from robosandbox.spatial import quat_xyzw_from_matrix
@@ -275,10 +276,17 @@ class _Reader:
             pieces = self._pieces(bodies, body)
             if pieces:
                 mass = max(float(self._model.body_mass[bodies].sum()), 1.0)
-                kind = "fixture" if Geometry(pieces).cavity is None else "cupboard"
+                whole = Geometry(pieces)
+                hollows = whole.hollows if whole.cavity is None else ()
+                kind = "cupboard" if whole.cavity is not None else "compartment" if len(hollows) == 1 else "fixture"
                 made = self._made(body, bodies, pieces, kind, mass, name=called)
                 prefix = made.id
                 yield made
+                for number, room in enumerate(hollows if len(hollows) > 1 else ()):
+                    region = self._region_in(room, body, bodies, prefix) or f"compartment_{number + 1}"
+                    yield self._made(
+                        body, bodies, pieces, "compartment", mass, name=f"{prefix}.{region}", compartment=number
+                    )
         for at in bodies:
             for child in self._children.get(at, ()):
                 if self._moves(child):
@@ -327,14 +335,15 @@ class _Reader:
         *,
         joint: PartJoint | None = None,
         name: str | None = None,
+        compartment: int | None = None,
     ) -> SceneObject:
         model, data = self._model, self._data
         stem = str(model.body(body).name)
-        notes = self._said.objects.get(stem, ObjectNotes())
+        notes = ObjectNotes() if compartment is not None else self._said.objects.get(stem, ObjectNotes())
         geometry = None
         if pieces is not None:
             told: FileKind = notes.kind or kind  # type: ignore[assignment]
-            geometry = Geometry(pieces, told, joint)
+            geometry = Geometry(pieces, told, joint, compartment)
             kind, size = told, _floats(geometry.box[1])
         made = SceneObject(
             id=self._unique(notes.id or name or stem),
@@ -350,6 +359,16 @@ class _Reader:
         made = made.model_copy(update={"mass": mass})
         self._bodies[made.id] = tuple(str(model.body(one).name) for one in bodies)
         return made
+
+    def _region_in(self, room: Room, body: int, bodies: list[int], prefix: str) -> str | None:
+        """Return the name of the site that marks a hollow of some bodies, in the frame of one of them; None without one."""
+        model, data = self._model, self._data
+        turn, origin = data.xmat[body].reshape(3, 3), data.xpos[body]
+        for site in np.flatnonzero(np.isin(model.site_bodyid, bodies)):
+            x, y, z = turn.T @ (data.site_xpos[site] - origin)
+            if room.margin(np.array([x, y])) > 0.0 and room.floor < z < room.rim:
+                return _without(str(model.site(int(site)).name), prefix)
+        return None
 
     def _unique(self, name: str) -> str:
         plain = _NO_ID.sub("_", name).strip("_.-").removesuffix("_main")[:60] or "thing"

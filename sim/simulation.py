@@ -268,13 +268,17 @@ class Simulation:
 
     def _tick(self, guards: Sequence[Guard] = ()) -> None:
         for steps in self._strides:
-            mujoco.mj_step(self._loaded.model, self._live, steps)
+            self._advance(steps)
             self._sleep_timer.stepped(steps)
         self._moment += 1
         self.physics_steps += self._substeps
         for name, most in self._felt.items():
             self._felt[name] = max(most, math.hypot(*self.force_on(name).tolist()))
         self._loop.ticked(self.stop, guards)
+
+    def _advance(self, steps: int) -> None:
+        """Let so many physics steps pass with the commands held."""
+        mujoco.mj_step(self._loaded.model, self._live, steps)
 
     def _jumped(self) -> None:
         self._moment += 1

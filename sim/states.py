@@ -47,10 +47,10 @@ def object_truth(
     else:
         rotation = data.xmat[parts[0]].reshape(3, 3)
         pose = Pose.from_matrix(data.xpos[parts[0]], rotation)
-        linear, angular = data.qvel[dofs[0] : dofs[0] + 3], rotation @ data.qvel[dofs[0] + 3 : dofs[0] + 6]
-    joint = None if item.geometry is None else item.geometry.joint
-    if item.is_fixed:
         linear = angular = np.zeros(3)
+        if not item.is_fixed:
+            linear, angular = data.qvel[dofs[0] : dofs[0] + 3], rotation @ data.qvel[dofs[0] + 3 : dofs[0] + 6]
+    joint = None if item.geometry is None else item.geometry.joint
     if joint is not None:
         opening, rate = float(data.qpos[model.jnt_qposadr[model.body_jntadr[parts[0]]]]), float(data.qvel[dofs[0]])
         axis = np.array(joint.axis)

@@ -149,15 +149,40 @@ def build_world(
         }
         put_keyframes(spec, file.keyframes, model, homes)
         model = _compiled(spec, models.values())
+    bound = {name: robot_model.bind(model, _prefix(name)) for name, robot_model in models.items()}
+    cameras = {
+        **_cameras(model, tuple(map(_prefix, models))),
+        **{"wrist" if name == ARM else f"{name}_wrist": _prefix(name) + WRIST_CAMERA for name in models},
+    }
+    return world_around(model, scene, bound, {name: one.sidecar for name, one in models.items()}, cameras)
+
+
+def world_around(
+    model: mujoco.MjModel,
+    scene: Scene,
+    robots: Mapping[str, Robot],
+    sidecars: Mapping[str, Sidecar],
+    cameras: dict[str, str],
+) -> World:
+    """Return a compiled model as the world of a scene.
+
+    Args:
+        model: With the bodies of the scene's objects, by the names that they have in its file or that `build_world` gives them.
+        scene: What is in it.
+        robots: Its robots by the name of their arm, bound to the model.
+        sidecars: Roles in each, likewise.
+        cameras: Camera names as people use them -> names in the model.
+    """
+    file = None if scene.world is None else read_scene_file(scene.world)
     parts = {item.id: _bodies_of(model, item, file) for item in scene.objects}
     mass_share = np.zeros(model.nbody)
     for item in scene.objects:
         if item.body is None:
             _check_mass(model, parts[item.id], item)
         mass_share[parts[item.id]] = model.body_mass[parts[item.id]] / item.mass
-    bound = {name: robot_model.bind(model, _prefix(name)) for name, robot_model in models.items()}
+    whole = [item for item in scene.objects if item.geometry is None or item.geometry.compartment is None]
     arm_of_geom = np.full(model.ngeom, -1, dtype=np.int8)
-    for number, arm in enumerate(bound.values()):
+    for number, arm in enumerate(robots.values()):
         # The robot never sleeps: guards read it at every tick.
         trees = model.body_treeid[sorted(arm.bodies)]
         model.tree_sleep_policy[trees[trees >= 0]] = mujoco.mjtSleepPolicy.mjSLEEP_NEVER.value
@@ -165,19 +190,16 @@ def build_world(
     return World(
         scene=scene,
         model=model,
-        robots=bound,
-        sidecars={name: robot_model.sidecar for name, robot_model in models.items()},
+        robots=robots,
+        sidecars=sidecars,
         names=_names(model, file),
-        object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if not item.shape.is_granular},
+        object_bodies={item.id: int(parts[item.id][0]) for item in whole if not item.shape.is_granular},
         parts=parts,
-        owners={int(body): name for name, bodies in parts.items() for body in bodies},
+        owners={int(body): item.id for item in whole for body in parts[item.id]},
         arm_of_geom=arm_of_geom,
         mass_share=frozen_array(mass_share),
         inertia_per_mass=frozen_array(model.body_inertia / np.maximum(model.body_mass, 1e-12)[:, None]),
-        cameras={
-            **_cameras(model, tuple(map(_prefix, models))),
-            **{"wrist" if name == ARM else f"{name}_wrist": _prefix(name) + WRIST_CAMERA for name in models},
-        },
+        cameras=cameras,
         fixed=frozenset(item.id for item in scene.objects if item.is_fixed),
     )
 
@@ -236,7 +258,8 @@ def _names(model: mujoco.MjModel, file: SceneFile | None) -> tuple[str, ...]:
     raw = [str(model.body(b).name) for b in range(model.nbody)]
     if file is None:
         return tuple(_spoken_name(name) for name in raw)
-    said = {name: item for item, names in file.bodies.items() for name in names}
+    whole = [item.id for item in file.objects if item.geometry is None or item.geometry.compartment is None]
+    said = {name: item for item in whole for name in file.bodies[item]}
     if file.floor is not None:
         said.setdefault(file.floor, FLOOR)
     said[file.table.body] = TABLE

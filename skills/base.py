@@ -31,13 +31,13 @@ class Skill:
 
     Attributes:
         name: As calls name it.
-        words: What makes it sayable; None for what the grammar knows by itself or programs alone call.
+        words: What makes it sayable, several where verbs differ in what may follow; None for what the grammar knows by itself or programs alone call.
         translations: The same in languages that are data: lines of a lexicon and of rules, by language.
     """
 
     name: str
     run: Any
-    words: ClassVar[Words | None] = None
+    words: ClassVar[Words | tuple[Words, ...] | None] = None
     translations: ClassVar[Mapping[str, str]] = {}
 
     @property

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -12,18 +13,53 @@ from robosandbox.errors import AlreadyHoldingError, GraspError, InvalidArgumentE
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 
 # Share by which a grip's force may differ from the one asked for.
 _CLOSE_ENOUGH = 0.05
 # Times that the motors' force is set anew by what is felt: friction in the fingers' joints takes an unknown part of it.
 _CORRECTIONS = 6
 
+_FORCE = Slot(argument="force", kind="force", prepositions=("with", "to", "at", ""))
+
+
+def _of_fingers(verb: str) -> tuple[str, ...]:
+    return tuple(
+        f"{verb} {whose} {what}" for whose in ("the", "your") for what in ("gripper", "hand", "fingers", "claw")
+    )
+
+
+_GERMAN_OPEN = """
+order : Command
+  = verb=worded skill=open_gripper simple(OPEN_VERB opened_hand)
+opened_hand
+  = DETERMINER.acc ARM.acc slots+:opened_by?
+opened_by : slot
+  = width:opened_width
+opened_width : product
+  = ("auf" | "um") of+:length
+"""
+_GERMAN_CLOSE = """
+order : Command
+  = verb=worded skill=close_gripper simple(SHUT_VERB closed_hand)
+closed_hand
+  = DETERMINER.acc ARM.acc
+"""
+
 
 class OpenGripper(Skill):
     """Open the gripper."""
 
     name = "open_gripper"
+    words = Words(
+        verbs=(*_of_fingers("open"), *(f"{verb} wide" for verb in _of_fingers("open"))),
+        slots=(Slot(argument="width", kind="length", prepositions=("to", "up to", "by", "")),),
+    )
+
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_OPEN}
 
     def run(self, ctx: SkillContext, *, width: Annotated[float, Field(ge=0.0)] | None = None) -> SkillResult:
         """Open the gripper where the arm is; what is held has to be put down by a skill.
@@ -55,11 +91,29 @@ class CloseGripper(Skill):
     """Close the gripper."""
 
     name = "close_gripper"
+    words = (
+        Words(verbs=(*_of_fingers("close"), "squeeze", "grip"), slots=(_FORCE,)),
+        Words(verbs=("squeeze",), object="held", slots=(_FORCE,), in_hand=True),
+    )
 
-    def run(self, ctx: SkillContext, *, force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None) -> SkillResult:
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_CLOSE}
+
+    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
+        """Return that what is to be squeezed is held, and stays so."""
+        del others
+        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=held is not None)
+
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None,
+        held: str | None = None,
+    ) -> SkillResult:
         """Close the gripper where the arm is, until its fingers stop.
 
         Args:
+            held: Id of what is held and squeezed; whatever is between the fingers when left out.
             force: With which each side is to press on what is between them, N; as hard as the motors do when left out.
 
         Raises:

@@ -1,22 +1,35 @@
 """Skills that move the hand by itself, for clients that do not go by the verbs.
 
-They are no part of the catalogue: no sentence and no plan means them. Limits, collisions and errors are those of every skill.
+They are no part of the catalogue: a sentence may say them, and no plan is made of them to bring something about. Limits, collisions and errors are those of every skill.
 """
 
 from __future__ import annotations
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
+from robosandbox.skills.lift import Lift
 from robosandbox.skills.move_by import MoveBy
+from robosandbox.skills.move_joint import MoveJoint
 from robosandbox.skills.move_joints import MoveJoints
+from robosandbox.skills.move_over import MoveOver
 from robosandbox.skills.move_through import MoveThrough
 from robosandbox.skills.move_to import MoveTo
+from robosandbox.skills.move_towards import MoveTowards
+from robosandbox.skills.point_at import PointAt
 from robosandbox.skills.poses import MoveToPose, SavePose
 from robosandbox.skills.set_tempo import SetTempo
+from robosandbox.skills.shake import Shake
+from robosandbox.skills.turn_hand import TurnHand
 from robosandbox.skills.wait import Wait
+from robosandbox.skills.weigh import Weigh
 
 MANUAL: tuple[Skill, ...] = (
     MoveTo(),
+    MoveOver(),
+    MoveTowards(),
+    MoveJoint(),
+    TurnHand(),
+    Lift(),
     MoveBy(),
     MoveThrough(),
     MoveJoints(),
@@ -26,5 +39,8 @@ MANUAL: tuple[Skill, ...] = (
     CloseGripper(),
     SetTempo(),
     Wait(),
+    PointAt(),
+    Shake(),
+    Weigh(),
 )
 """All of them, for `Agent`."""

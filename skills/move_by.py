@@ -2,25 +2,140 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from robosandbox.driver import require
-from robosandbox.errors import Phase
-from robosandbox.skills.primitives.guarded import follow_until, touching_line
-from robosandbox.skills.primitives.hand_move import HandMove, Mover
+from robosandbox.errors import CollisionError, Phase, UnreachableError
+from robosandbox.skills.primitives.guarded import follow_until, nowhere_faster, touching_line
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.types import Array, Pose, SkillResult
+from robosandbox.skills.words import Slot, Words
+from robosandbox.types import Array, Pose, SkillResult, Trajectory
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
+# Words for the way along an axis, with its sign.
+_FORWARD = {
+    "forward": 1.0,
+    "forwards": 1.0,
+    "ahead": 1.0,
+    "away": 1.0,
+    "back": -1.0,
+    "backward": -1.0,
+    "backwards": -1.0,
+}
+_LEFT = {"left": 1.0, "to the left": 1.0, "right": -1.0, "to the right": -1.0}
+_UP = {
+    "up": 1.0,
+    "upward": 1.0,
+    "upwards": 1.0,
+    "higher": 1.0,
+    "down": -1.0,
+    "downward": -1.0,
+    "downwards": -1.0,
+    "lower": -1.0,
+}
+# Metres; farther than any arm on a table reaches down.
+_FAR = 2.0
+# Of a way that ends where something is felt, and does not go as far as was asked: the shares of it that are tried.
+_SHARES = tuple(0.95**k for k in range(60))
+# m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
+# twice that at twice the speed.
+_FEELING = 0.005
+# N; what a hand that comes slowly feels before it presses hard.
+_LIGHT = 2.0
+
+
+def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
+    """Return how a way along an axis is said: "up 5 cm", "5 cm to the left"."""
+    way = tuple(words.items())
+    return Slot(
+        argument=argument,
+        kind="length",
+        prepositions=("", "by"),
+        beginnings=(*way, *((f"{word} by", sign) for word, sign in way)),
+        endings=way,
+        bare=False,
+    )
+
+
+def _far(argument: str, sign: float) -> Slot:
+    """Return how a way is said of which the verb tells the direction: "by 5 cm"."""
+    return Slot(argument=argument, kind="length", beginnings=(("by", sign), ("", sign)), bare=False)
+
+
+def _of_the_hand(*verbs: str) -> tuple[str, ...]:
+    return tuple(f"{verb} {hand}" for verb in verbs for hand in HANDS)
+
+
+_TOUCHES = (
+    "contact",
+    "touch",
+    *(
+        f"{who} {does}{what}"
+        for who, does in (("it", "touches"), ("you", "touch"), ("you", "feel"))
+        for what in ("", " something", " the table")
+    ),
+)
+_UNTIL_TOUCH = Slot(
+    argument="until_force",
+    kind="phrase",
+    phrases=tuple((f"until {what}", _LIGHT) for what in _TOUCHES),
+)
+
+_GERMAN = """
+ALONG_X
+  1.0 = nach vorn, nach vorne, vorwärts
+  -1.0 = zurück, nach hinten, rückwärts
+ALONG_Y
+  1.0 = nach links
+  -1.0 = nach rechts
+ALONG_Z
+  1.0 = hoch, nach oben, aufwärts, höher
+  -1.0 = runter, herunter, hinunter, nach unten, abwärts, tiefer
+order : Command
+  = verb=worded skill=move_by simple(GO gone)
+gone
+  = (DETERMINER.acc ARM.acc)? slots+:going ("und" slots+:going)?
+going : slot
+  = dx:along_x
+  = dy:along_y
+  = dz:along_z
+along_x : product
+  = "um"? of+:length of+:ALONG_X
+  = of+:ALONG_X "um"? of+:length
+along_y : product
+  = "um"? of+:length of+:ALONG_Y
+  = of+:ALONG_Y "um"? of+:length
+along_z : product
+  = "um"? of+:length of+:ALONG_Z
+  = of+:ALONG_Z "um"? of+:length
+"""
 
 
 class MoveBy(HandMove):
     """Move the hand some way in a straight line."""
 
     name = "move_by"
+    words = (
+        Words(
+            verbs=HAND_GOES,
+            slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
+            required=("dx", "dy", "dz"),
+        ),
+        Words(verbs=_of_the_hand("raise", "lift"), slots=(_far("dz", 1.0), _UNTIL_TOUCH), required=("dz",)),
+        Words(
+            verbs=(*(f"{goes} down" for goes in HAND_GOES), *_of_the_hand("lower")),
+            slots=(_UNTIL_TOUCH,),
+            required=("until_force",),
+            means=(("dz", -_FAR),),
+        ),
+        Words(verbs=_of_the_hand("lower"), slots=(_far("dz", -1.0), _UNTIL_TOUCH), required=("dz",)),
+    )
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
 
     def run(
         self,
@@ -37,7 +152,8 @@ class MoveBy(HandMove):
             dx: Forward, metres.
             dy: To the left, metres.
             dz: Up, metres.
-            until_force: Force on anything at which it stops, N; it then goes slowly, and may touch things. 0 touches nothing.
+            until_force: Force on anything at which it stops, N; it then goes slowly, may touch things, and goes no farther than it
+                reaches. 0 touches nothing.
 
         Raises:
             UnreachableError: The hand cannot go there in a straight line.
@@ -54,7 +170,7 @@ class MoveBy(HandMove):
             return SkillResult(skill=self.name, detail=arm.arrive(way, goal))
         require(ctx.driver, "wrist_wrench", "the way ends where something is felt")
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
-        trajectory = touching_line(arm, arm.q, goal)
+        trajectory = _as_far_as_it_goes(arm, start, goal)
         before, most = _pressed(arm), 0.0
 
         def felt() -> bool:
@@ -75,6 +191,25 @@ class MoveBy(HandMove):
                 "force_n": most,
             },
         )
+
+
+def _as_far_as_it_goes(arm: Mover, start: Pose, goal: Pose) -> Trajectory:
+    """Return the slow way to a goal, or as much of it as the arm reaches.
+
+    Raises:
+        UnreachableError: That is next to nothing.
+        CollisionError: The arm itself, or what is fixed, is in the way all along.
+    """
+    failure: UnreachableError | CollisionError | None = None
+    for share in _SHARES:
+        point = start.position + share * (goal.position - start.position)
+        try:
+            line = touching_line(arm, arm.q, Pose(xyz=tuple(point), quat_xyzw=start.quat_xyzw))
+            return nowhere_faster(arm, line, _FEELING)
+        except (UnreachableError, CollisionError) as error:
+            failure = failure or error
+    assert failure is not None
+    raise failure
 
 
 def _pressed(arm: Mover) -> Array:

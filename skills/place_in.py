@@ -69,9 +69,15 @@ class PlaceIn(Skill):
             spots,
             skill=self.name,
             target=container,
-            allowed=(container, *held_in),
+            allowed=(container, *_whole(vessel), *held_in),
             check=lambda placed, scene: _in(placed, arm.find(container, scene)),
         )
+
+
+def _whole(vessel: DetectedObject) -> tuple[str, ...]:
+    """Return the id of the fixture that a compartment is in."""
+    is_compartment = vessel.geometry is not None and vessel.geometry.compartment is not None
+    return (vessel.id.rpartition(".")[0],) if is_compartment else ()
 
 
 def _in(placed: DetectedObject, vessel: DetectedObject) -> MeasuredRelation:

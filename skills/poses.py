@@ -8,19 +8,41 @@ import numpy as np
 from pydantic import Field
 
 from robosandbox.errors import InvalidArgumentError, Phase
-from robosandbox.skills.primitives.hand_move import HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import SkillResult
 
 _Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
 _HOME = "home"
+# Name of a pose to which nobody gives one.
+_HERE = "here"
 
 
 class SavePose(HandMove):
     """Remember how the arm stands under a name."""
 
     name = "save_pose"
+    words = (
+        Words(
+            verbs=(
+                "save this pose",
+                "save this position",
+                "save the pose",
+                "remember this pose",
+                "remember this position",
+            ),
+            slots=(Slot(argument="pose", kind="name", prepositions=("as", "under")),),
+            required=("pose",),
+        ),
+        Words(
+            verbs=("call this pose", "call this position", "name this pose"),
+            slots=(Slot(argument="pose", kind="name"),),
+            required=("pose",),
+        ),
+        Words(verbs=("remember where you are", "remember this place"), means=(("pose", _HERE),)),
+    )
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
         """Move nothing; the name counts for this arm until the workcell is closed.
@@ -43,6 +65,20 @@ class MoveToPose(HandMove):
     """Move the arm to a pose with a name."""
 
     name = "move_to_pose"
+    words = (
+        Words(
+            verbs=HAND_GOES,
+            slots=(
+                Slot(
+                    argument="pose",
+                    kind="name",
+                    prepositions=("to pose", "to the pose", "back to pose", "to position", "to the pose called"),
+                ),
+            ),
+            required=("pose",),
+        ),
+        Words(verbs=("go back to where you were", "return to where you were"), means=(("pose", _HERE),)),
+    )
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
         """Move the arm to how it stood when the pose was saved, on a free way; what it holds stays held.

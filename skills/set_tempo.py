@@ -6,6 +6,7 @@ from typing import Literal
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Words
 from robosandbox.types import SkillResult, find_tempo
 
 
@@ -13,6 +14,26 @@ class SetTempo(Skill):
     """Choose how fast the arm goes from now on."""
 
     name = "set_tempo"
+    words = tuple(
+        Words(verbs=verbs, means=(("tempo", tempo),))
+        for tempo, verbs in (
+            (
+                "careful",
+                (
+                    "go slower",
+                    "slow down",
+                    "move slower",
+                    "go slowly",
+                    "be careful",
+                    "be gentle",
+                    "slower",
+                    "go half as fast",
+                ),
+            ),
+            ("brisk", ("go at normal speed", "move at normal speed")),
+            ("fast", ("go faster", "move faster", "speed up", "hurry up", "faster")),
+        )
+    )
 
     def run(self, ctx: SkillContext, *, tempo: Literal["careful", "brisk", "fast"]) -> SkillResult:
         """Move nothing; what each hand holds stays held.

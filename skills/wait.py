@@ -2,20 +2,54 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from robosandbox.errors import Phase
 from robosandbox.skills.primitives.hand_move import HandMove
 from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
+
+_GERMAN = """
+WAITING
+  wait = verb wart
+SECONDS
+  1.0 = sekunde, sekunden
+  60.0 = minute, minuten
+order : Command
+  = verb=worded skill=wait simple(WAITING for_some_time)
+for_some_time
+  = slots+:waiting
+waiting : slot
+  = seconds:waited
+waited : product
+  = "für"? of+:count of+:SECONDS
+"""
 
 
 class Wait(HandMove):
     """Let time pass."""
 
     name = "wait"
+    words = Words(
+        verbs=(
+            "wait",
+            "pause",
+            "stay still",
+            "hold still",
+            "stand still",
+            "do nothing",
+            "stay there",
+            "stay where you are",
+            "hold it there",
+        ),
+        slots=(Slot(argument="seconds", kind="duration", prepositions=("", "for", "another", "for another")),),
+        required=("seconds",),
+    )
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
 
     def run(self, ctx: SkillContext, *, seconds: Annotated[float, Field(gt=0.0, le=3600.0)]) -> SkillResult:
         """Stand still for some time; what is held stays held.

@@ -5,24 +5,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+SlotKind = Literal["object", "angle", "length", "duration", "force", "share", "number", "point", "name", "phrase"]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slot:
     """Words that may follow a verb and its object, and the argument that they fill.
 
     Attributes:
-        argument: Of the skill.
-        kind: What is said: an object, an angle or a length with its unit, a plain number, or nothing but one of `phrases`.
+        argument: Of the skill; of a point three of them, with spaces between, as "x y z".
+        kind: What is said: an object, a number with the unit of an angle, length, duration or force, a share ("half", "40 %"),
+            a plain number, the three numbers of a point, a name of one word, or nothing but one of `phrases`.
         prepositions: What comes before it, as "by" or "parallel to"; "" where nothing needs to.
         phrases: Whole phrases with the value that each stands for, SI units, as ("a quarter turn", 1.5708).
-        endings: Phrases behind a number with what they multiply it by, as ("clockwise", -1).
+        beginnings: Phrases before a number with what they multiply it by, as ("down", -1).
+        endings: The same behind a number, as ("clockwise", -1).
+        bare: Whether a number may do without any of `beginnings` and `endings`.
     """
 
     argument: str
-    kind: Literal["object", "angle", "length", "number", "phrase"]
+    kind: SlotKind
     prepositions: tuple[str, ...] = ("",)
     phrases: tuple[tuple[str, float | str], ...] = ()
+    beginnings: tuple[tuple[str, float], ...] = ()
     endings: tuple[tuple[str, float], ...] = ()
+    bare: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,12 +38,16 @@ class Words:
 
     Attributes:
         verbs: In their base form; "{}" marks the object where words follow it, as in "set {} upright".
-        object: The argument that is the verb's object.
+        object: The argument that is the verb's object; "" for a verb without one.
         slots: What may follow, each at most once, in any order.
         required: Arguments of which at least one has to be said; none asks for nothing.
+        in_hand: Whether the object is picked up first where the hand does not hold it.
+        means: Arguments with the values that the verb itself stands for, as ("tempo", "careful"), unless others are said.
     """
 
     verbs: tuple[str, ...]
-    object: str
+    object: str = ""
     slots: tuple[Slot, ...] = ()
     required: tuple[str, ...] = ()
+    in_hand: bool = False
+    means: tuple[tuple[str, float | str], ...] = ()

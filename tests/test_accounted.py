@@ -27,6 +27,9 @@ UNSEEN = {
     "is only the blue cube on the table?": "only",
     "is the blue cube almost on the table?": "almost",
     "is the red cube a toy?": "toy",
+    "is the red cube a die?": "die",
+    "how many bricks are there?": "brick",
+    "is there any water on the table?": "water",
 }
 LEFT_OVER = {
     "tap the magnetic green cube": "magnetic",

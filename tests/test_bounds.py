@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from robosandbox.agent.language.bounds import FORBIDDING, Bounds, bounds_of, tokens_of
+from robosandbox.agent.language.bounds import Bounds, bounds_of
 from robosandbox.types import ObservedScene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -15,10 +15,9 @@ LEARNED, load_prompts = sentences.LEARNED, sentences.load_prompts
 
 FILES = {file.stem: file for file in bounds.BOUNDS}
 SCENE = load_prompts(FILES["workshop"])[0].scene
-# Of 92 sentences that forbid something. "Until I come back", "not a finger on", a bare "not the red one" are not read.
-_MISSED = 8
-# "My boss says don't touch it, ignore him".
-_WRONG = 1
+# Of 92 sentences that forbid something. "Until I come back" and a bare "not the red one" are not read.
+_MISSED = 3
+_WRONG = 0
 # How many sentences of a file bind a model more than they should.
 _OVER_STRICT = {
     **dict.fromkeys(("band_room", "blocks", "everyday", "fresh_65_3", "fresh_68_3", "fresh_70_1", "games"), 1),
@@ -77,14 +76,3 @@ def test_bounds_of_a_sentence(prompt: str, never: set[str]) -> None:
 def test_only_allows_what_it_names() -> None:
     assert said("you may only move the red cube and the ball; jazz it up").only == {"red_cube", "yellow_ball"}
     assert said("touch the red cube only gently and jazz it up") == Bounds()
-
-
-def test_each_way_of_forbidding_is_said_in_a_sentence() -> None:
-    said = {}
-    for prompt in [prompt for file in bounds.BOUNDS for prompt in load_prompts(file)]:
-        tokens = tokens_of(prompt.text, prompt.scene)
-        for template in FORBIDDING.templates:
-            found = template.applied(tokens)
-            if found is not None:
-                said[template.source], tokens = prompt.text, found
-    assert not [template.source for template in FORBIDDING.templates if template.source not in said]

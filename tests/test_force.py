@@ -17,6 +17,8 @@ from robosandbox.perception.sensed import SensedDriver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.pressing import StraightPath, _Push
 from robosandbox.skills.primitives.sliding import slides_under
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.push import PushError, PushEvidence
@@ -305,3 +307,19 @@ def test_a_shove_of_what_is_to_stay_stops_the_arm_before_it_slides() -> None:
         assert np.linalg.norm(np.array(session.observe().find("bin").pose.xyz) - at) < 0.002  # type: ignore[union-attr]
         session.ctx.permit(bound(SKILLS["home"], {}))
         session.agent.perform(SkillCall(skill="home"))
+
+
+def test_a_pushing_hand_goes_to_another_place_within_the_joints_accelerations() -> None:
+    with open_session("push_left") as session:
+        arm = Manipulator(session.ctx)
+        arm.use(arm.look())
+        pose = arm.motion.forward(arm.q)
+        way = arm.motion.plan_line(arm.q, Pose.from_matrix(pose.position + [0.06, 0.0, 0.0], pose.rotation))
+        push = _Push(arm, StraightPath.of(arm, way), "red_cube", 60.0, 0.1)
+        for place in (push.way.length, 0.0):
+            push._place = place
+            with pytest.raises(LimitError, match="nothing has moved"):
+                arm.trim(push.way.at(place, 0.0))
+            for _ in range(200):
+                push._advance(0.0)
+            assert push._sent[-1][0] == pytest.approx(place, abs=1e-6)

@@ -144,6 +144,7 @@ def test_every_rule_and_class_is_used() -> None:
     book = ruleset("german")
     used = {
         "sentence",
+        "reply",
         "COURTESY",
         "IN_TURN",
         "AT_FIRST",

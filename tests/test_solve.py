@@ -10,6 +10,7 @@ from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import (
     CancelledError,
     CollisionError,
+    ConnectionLostError,
     GraspError,
     NotHoldingError,
     ObjectNotFoundError,
@@ -89,6 +90,14 @@ def test_what_holds_by_now_is_not_done_again() -> None:
     lost = failed(ObjectNotFoundError("cube is not seen", phase=Phase.VERIFY), PLACE, HOME, completed=(PICK,))
     assert told(solve((PLACE, HOME), scene, SKILLS, tried=[lost])) == [str(HOME)]
     assert told(solve((PLACE, HOME), SCENE, SKILLS, tried=[lost])) == [str(PICK), str(PLACE), str(HOME)]
+
+
+def test_what_the_hand_has_closed_on_and_not_lifted_is_picked_on_and_what_it_carries_is_not() -> None:
+    lost = failed(ConnectionLostError("the sim went away"), PICK, HOME)
+    assert told(solve((PICK, HOME), SCENE.holding("cube"), SKILLS, tried=[lost])) == [str(PICK), str(HOME)]
+    lifted = replace(CUBE, pose=Pose(xyz=(0.1, 0.1, 0.16)))
+    carried = replace(SCENE, objects=(lifted, CAN, BIN)).holding("cube")
+    assert told(solve((PICK, HOME), carried, SKILLS, tried=[lost])) == [str(HOME)]
 
 
 @pytest.mark.parametrize(

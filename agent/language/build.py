@@ -36,7 +36,7 @@ from robosandbox.agent.language.readings import check_sides, fused, is_tower, sw
 from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
-from robosandbox.agent.language.worded import known, resolved
+from robosandbox.agent.language.worded import resolved, words_of
 from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
 from robosandbox.world.parts import is_part
 
@@ -396,11 +396,19 @@ class _Builder(Deciding):
 
     def _worded(self, command: Command) -> None:
         self._check_skill(command.skill)
-        words = known()[command.skill]
+        words = command.words or words_of(command.skill, with_object=bool(command.objects))
         is_of_parts = words.object == "part"
-        names, _ = self._objects(command, fits=self._has_opening) if is_of_parts else self._objects(command)
+        names: tuple[str, ...] = ()
+        if words.object:
+            names, _ = self._objects(command, fits=self._has_opening) if is_of_parts else self._objects(command)
         others = resolved(words, command.slots, lambda ref: self.ground.one(ref, lambda other: True, names).ids[0])
+        if not words.object:
+            self._add(command.skill, **others)
         for name in names:
+            if words.in_hand:
+                self._take(name)
+                self._add(command.skill, **{words.object: name, **others})
+                continue
             self._need_empty(f"{command.skill.replace('_', ' ')} {name}")
             if is_of_parts:
                 self._add(command.skill, **{words.object: self._part_of(name) or name, **others})

@@ -66,15 +66,6 @@ class Deciding(Pushing):
         return _Judge(ground, frozenset(pushed), frozenset(opened), frozenset(self.poured)).finding(condition)
 
 
-def judged(condition: Condition, ground: Grounder) -> bool:
-    """Say whether a condition holds in a world in which nothing has been planned.
-
-    Raises:
-        RefusedError: As `Deciding.finding`.
-    """
-    return _Judge(ground, frozenset(), frozenset(), frozenset()).finding(condition).holds
-
-
 class _Judge:
     """Looks at the world for what conditions say of it.
 

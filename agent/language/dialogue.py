@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable
+from dataclasses import replace as replaced
+from typing import Any
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError
 from robosandbox.agent.language.draft import Draft, Step
-from robosandbox.agent.language.front import ENGLISH, language_of, thing_in
-from robosandbox.agent.language.grammar import Grammar
+from robosandbox.agent.language.forms import amended
+from robosandbox.agent.language.front import language_of, reply_in
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
 from robosandbox.agent.language.interpret import choose, interpret
-from robosandbox.agent.language.tokens import TooLongError, scene_words, tokenize
+from robosandbox.agent.language.logic import Reply
 from robosandbox.agent.language.world import World
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
 
@@ -35,10 +36,16 @@ class Dialogue:
     def interpret(self, prompt: str, scene: ObservedScene) -> Draft | Refusal:
         """Return the plan for a sentence in the light of what was said before.
 
-        "The left one" answers the question that the last refusal asked; "no, the green one" redoes the last command with
-        another object; everything else is a sentence of its own, whose "it" may refer back.
+        "The left one" answers the question that the last refusal asked; "no, the green one" and "once more" do the last
+        sentence again, with another object or as it was; everything else is a sentence of its own, whose "it" may refer back.
         """
-        result = self._answer(prompt, scene) or self._correction(prompt, scene)
+        ids = tuple(item.id for item in scene.objects)
+        began = self._open is not None or self._discourse.last is not None
+        reply = reply_in(language_of(prompt), prompt, ids) if began else None
+        if reply is not None and reply.cancelled:
+            self._open = None
+            return Draft((), nothing=Refusal(code=RefusalCode.IMPOSSIBLE, message="I do nothing more."))
+        result = self._answer(prompt, reply, scene) or (self._again(prompt, reply, scene) if reply else None)
         if result is None:
             result = interpret(prompt, scene, self._skills, self._discourse)
             self._ask(prompt, result, {})
@@ -50,11 +57,11 @@ class Dialogue:
 
     # Answers.
 
-    def _answer(self, prompt: str, scene: ObservedScene) -> Draft | Refusal | None:
+    def _answer(self, prompt: str, reply: Reply | None, scene: ObservedScene) -> Draft | Refusal | None:
         if self._open is None:
             return None
         question, refusal, chosen = self._open
-        ref = self._fragment(prompt, scene)
+        ref = dict(reply.better).get("ref") if reply else None
         if ref is not None and self._discourse.question:
             name = self._among(ref, refusal.candidates, scene)
             if name is None:
@@ -74,66 +81,47 @@ class Dialogue:
     def _among(self, ref: Ref, candidates: Iterable[str], scene: ObservedScene) -> str | None:
         """Return the one candidate that an answer describes."""
         left = {*candidates}
-        among = dataclasses.replace(scene, objects=tuple(item for item in scene.objects if item.id in left))
+        among = replaced(scene, objects=tuple(item for item in scene.objects if item.id in left))
         try:
             return Grounder(World(among), Discourse()).one(ref, lambda name: True).ids[0]
         except RefusedError:
             return None
 
-    def _fragment(self, prompt: str, scene: ObservedScene) -> Ref | None:
-        """Return the noun phrase that the whole prompt is, if it is one."""
-        ids = tuple(item.id for item in scene.objects)
-        language = language_of(prompt)
-        if language != ENGLISH:
-            return thing_in(language, prompt, ids)
-        known = scene_words(ids)
-        try:
-            tokens = tokenize(prompt, known)
-        except TooLongError:
-            return None
-        while tokens and tokens[-1].kind == "mark":
-            tokens = tokens[:-1]
-        grammar = Grammar(tokens, known)
-        for start in self._after_no(grammar):
-            for end, refs in grammar.np_list(start):
-                if end == len(tokens) and len(refs) == 1 and not refs[0].unknown:
-                    return refs[0]
-        return None
+    # What follows an order.
 
-    def _after_no(self, grammar: Grammar) -> list[int]:
-        """Return where the words begin after "no," and the like; 0 as well."""
-        starts = [0]
-        for end, _ in grammar.tag(0, "CORRECTION"):
-            starts.insert(0, end + 1 if grammar.text(end) == "," else end)
-        return [start for start in starts if start < len(grammar.tokens)]
-
-    # Corrections.
-
-    def _correction(self, prompt: str, scene: ObservedScene) -> Draft | Refusal | None:
+    def _again(self, prompt: str, reply: Reply, scene: ObservedScene) -> Draft | Refusal | None:
         last = self._discourse.last
         if last is None or not last.steps:
             return None
-        ref = self._fragment(prompt, scene)
-        if ref is None:
-            return None
-        corrected = self._replaced(last, ref, scene)
+        if reply.times:
+            draft = choose(
+                ((0.0, replaced(last, steps=last.steps * reply.times)),), scene, self._skills, self._discourse
+            )
+            self._ask(prompt, draft, {})
+            return draft
+        corrected = self._corrected(last, dict(reply.better), scene)
         if corrected is None:
             return None
-        draft = choose(((0.0, corrected),), self._without_held(scene, ref), self._skills, self._discourse)
+        # A correction undoes the grasp.
+        draft = choose(((0.0, corrected),), scene.holding(None), self._skills, self._discourse)
         self._ask(prompt, draft, {})
         return draft if isinstance(draft, Refusal) else self._put_down_first(draft, scene)
 
-    def _replaced(self, last: Sentence, ref: Ref, scene: ObservedScene) -> Sentence | None:
-        """Put another description in the place that it fits: the object's, or the container's."""
+    def _corrected(self, last: Sentence, better: dict[str, Any], scene: ObservedScene) -> Sentence | None:
+        """Put better words in the place that they fit: another description in that of the object, or of the container."""
         command = last.steps[-1] if len(last.steps) == 1 else _main(last)
-        place = command.place
-        if ref.one and not ref.nouns and command.objects:
-            ref = replace(ref, nouns=command.objects[0].nouns, one=False)
-        if isinstance(place, Relation) and place.kind == "in" and self._is_container(ref, scene):
+        place, ref = command.place, better.get("ref")
+        changed: Command | None
+        if ref is None:
+            changed = amended(command, better)
+        elif isinstance(place, Relation) and place.kind == "in" and self._is_container(ref, scene):
             changed = replace(command, place=replace(place, refs=(ref,)))
         elif command.objects:
-            changed = replace(command, objects=(ref,))
+            named = replace(ref, nouns=command.objects[0].nouns, one=False) if ref.one and not ref.nouns else ref
+            changed = replace(command, objects=(named,))
         else:
+            return None
+        if changed is None:
             return None
         kept = tuple(changed if step is command else step for step in last.steps)
         return Sentence(kept, last.avoid)
@@ -146,10 +134,6 @@ class Dialogue:
         except RefusedError:
             return False
         return all(World(scene).objects[name].kind in match.CONTAINERS for name in names)
-
-    def _without_held(self, scene: ObservedScene, ref: Ref) -> ObservedScene:
-        """Return the scene as if what is held were on the table again: a correction undoes the grasp."""
-        return scene.holding(None)
 
     def _put_down_first(self, draft: Draft, scene: ObservedScene) -> Draft:
         held = scene.held

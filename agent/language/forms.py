@@ -25,6 +25,7 @@ from robosandbox.agent.language.intent import (
     Spot,
     Table,
     replace,
+    unseen,
 )
 from robosandbox.agent.language.logic import (
     Alike,
@@ -35,6 +36,8 @@ from robosandbox.agent.language.logic import (
     Is,
     More,
     Not,
+    Question,
+    Reply,
     Several,
     There,
     UntilLeft,
@@ -645,6 +648,15 @@ def _fix(values: dict[str, Any], text: str) -> tuple[tuple[tuple[str, Any], ...]
     return (tuple(values.items()),)
 
 
+def _reply(values: dict[str, Any], text: str) -> Reply:
+    (better,) = values.pop("better", ((),))
+    if unseen(better):
+        raise Misfit
+    if "times" in values and (values["times"] < 1 or int(values["times"]) != values["times"]):
+        raise Misfit
+    return Reply(better, int(values.get("times", 0)), values.get("cancelled", False))
+
+
 def amended(step: Command, values: dict[str, Any]) -> Command | None:
     """Return a command with one of its arguments changed; None where it is not said which."""
     if "place" in values and step.place is not None:
@@ -1027,5 +1039,5 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
     "Table": _plain(Table), "Matching": _plain(Matching), "Bound": _bound, "If": _if, "While": _while, "UntilLeft": _until, "ForEach": _each,
     "Is": _is, "Not": _plain(Not), "There": _there, "More": _more, "Alike": _plain(Alike, said=True),
-    "Several": _plain(Several, said=True),
+    "Several": _plain(Several, said=True), "Question": _plain(Question, said=True), "Reply": _reply,
 }  # fmt: skip

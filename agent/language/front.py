@@ -13,8 +13,9 @@ from robosandbox.agent.language.binding import Binder
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.chat import add_chat
 from robosandbox.agent.language.discourse import RefusedError, listed
-from robosandbox.agent.language.intent import Ref, Sentence
+from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import WORDS
+from robosandbox.agent.language.logic import Question, Reply
 from robosandbox.agent.language.parser import Parser
 from robosandbox.agent.language.ruleset import COSTS, GRAMMARS, Ruleset, bring, languages, ruleset
 from robosandbox.agent.language.text import ENDS, MAX_CHARACTERS, Said, TooLongError, classes_of, said
@@ -51,9 +52,9 @@ def learn_translations(skills: Iterable[object]) -> None:
             bring(skill.name, skill.translations)
 
 
-@lru_cache(maxsize=1)
-def _signs() -> dict[str, frozenset[str]]:
-    """The words by which each language is known, from the first lines of its lexicon; no more of it is read for that."""
+@lru_cache(maxsize=2)
+def _signs(of: str = "signs") -> dict[str, frozenset[str]]:
+    """The words by which each language is known, or a question of it, from the first lines of its lexicon; no more of it is read."""
     found: dict[str, frozenset[str]] = {}
     for name in languages():
         spelling: dict[str, str] = {}
@@ -62,7 +63,7 @@ def _signs() -> dict[str, frozenset[str]]:
             kind, _, rest = line.partition(" ")
             if kind == "spelling":
                 spelling = {a.strip(): b.strip() for pair in rest.split(",") for a, b in [pair.split("=")]}
-            elif kind == "signs":
+            elif kind == of:
                 words.update(spelled(rest.split(), spelling))
             elif kind == "agree":
                 break
@@ -84,6 +85,12 @@ def language_of(prompt: str) -> str:
             if own >= _LEAST_KNOWN * len(words) and own > sum(word in WORDS for word in words):
                 return name
     return ENGLISH
+
+
+def _may_ask(language: str, prompt: str) -> bool:
+    """Say whether a sentence has a word or a mark that questions have; most orders have none."""
+    words = _WORD.findall(prompt[:MAX_CHARACTERS].lower())
+    return "?" in prompt or not _signs("asks")[language].isdisjoint(words)
 
 
 @lru_cache(maxsize=32)
@@ -134,6 +141,52 @@ def read_in(language: str, prompt: str, ids: tuple[str, ...]) -> Readings | Refu
     return refused or _not_understood(parser, book, words)
 
 
+@lru_cache(maxsize=32)
+def questions_in(language: str, prompt: str, ids: tuple[str, ...]) -> tuple[Question, ...] | Refusal:
+    """Return what a sentence may ask, the plainest first, or a refusal of a question that is not known; nothing for an order.
+
+    Args:
+        language: Its name.
+        prompt: What was said.
+        ids: Those of the scene.
+    """
+    if not _may_ask(language, prompt):
+        return ()
+    book, words = ruleset(language), scene_words(ids)
+    try:
+        told = said(prompt, words, book)
+        if not told.tokens:
+            return ()
+        parser = Parser(told.tokens, book, classes_of(told.tokens, words, book))
+        readings = parser.readings("question")
+        if not readings or readings[0][0] >= COSTS[-1]:
+            mended = said(prompt, words, book, mend=True)
+            again = Parser(mended.tokens, book, classes_of(mended.tokens, words, book))
+            readings = sorted([*again.readings("question"), *readings], key=lambda reading: reading[0])
+    except (TooLongError, TooComplicatedError):
+        return ()
+    if readings and told.manners:
+        return _unsupported(f"I do not know what {_quoted(told.manners)} asks here; say the question without it.")
+    if readings or told.tokens[-1].text != "?" or not parser.rule("no_order", 0):
+        return tuple(question for _, question in readings)
+    operators = book.vocabulary.lists.get("always", frozenset()) | book.vocabulary.lists.get("operators", frozenset())
+    bare = [token.raw for token in told.tokens if token.text in operators]
+    if bare:
+        return _unsupported(f"I do not know what {_quoted(bare)} asks here; say the question without it.")
+    strange = [
+        t.raw for t in told.tokens if t.kind == "word" and t.text not in book.known and t.text not in words.parts
+    ]
+    strange = strange or [token.raw for token in told.tokens[parser.reach :][:1] if token.kind == "word"]
+    return _unsupported(
+        "I say where things are, how many, how big, how far apart and what holds of them, and not "
+        f"{_quoted(strange) if strange else 'this'}."
+    )
+
+
+def _quoted(words: Sequence[str]) -> str:
+    return listed([f"“{word}”" for word in words], "or")
+
+
 def _without_hesitations(tokens: Sequence[Token]) -> Iterator[Token]:
     """Yield the tokens without "er" and the pauses around it: "put the cube, er, in the bin" takes nothing back."""
     texts = ["", *(token.text for token in tokens), ""]
@@ -154,16 +207,15 @@ def _read(
     return parser, readings
 
 
-def thing_in(language: str, prompt: str, ids: tuple[str, ...]) -> Ref | None:
-    """Return the description that a whole prompt is, if it is one: an answer to a question."""
+def reply_in(language: str, prompt: str, ids: tuple[str, ...]) -> Reply | None:
+    """Return what a prompt says that is no sentence of its own; None where it is one."""
     book, words = ruleset(language), scene_words(ids)
     try:
         told = said(prompt[:MAX_CHARACTERS], words, book)
-        parser = Parser(told.tokens, book, classes_of(told.tokens, words, book))
-        found = parser.readings("thing")
+        found = Parser(told.tokens, book, classes_of(told.tokens, words, book)).readings("reply")
     except (TooLongError, TooComplicatedError):
         return None
-    return found[0][1] if found and found[0][1].determiner != "it" else None
+    return found[0][1] if found and not told.manners else None
 
 
 def says_in_turn(language: str, prompt: str) -> bool:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
 
 if TYPE_CHECKING:
     from robosandbox.agent.language.logic import Control
+    from robosandbox.skills.words import Words
 
 N = TypeVar("N", bound=NamedTuple)
 Determiner = Literal["the", "a", "all", "it", "bare"]
@@ -232,6 +233,7 @@ class Command(NamedTuple):
         spoken: What a condition that was found to hold spoke of just before.
         skill: For worded: which skill says itself how it is asked for.
         slots: For worded: what else was said, by argument.
+        words: For worded: those that were said.
     """
 
     verb: Verb
@@ -248,6 +250,7 @@ class Command(NamedTuple):
     spoken: tuple[Ref, ...] = ()
     skill: str = ""
     slots: tuple[tuple[str, Any], ...] = ()
+    words: Words | None = None
 
 
 class Element(NamedTuple):

@@ -98,26 +98,21 @@ def interpret(
     """
     names = tuple(skills)
     language = language_of(prompt)
-    if by_rules and language == ENGLISH:
-        return _by_rules(prompt, scene, names, discourse, chosen)
     if language != ENGLISH:
         return _interpreted_in(language, prompt, scene, names, discourse, chosen)
     goes_on = discourse is not None and discourse.last is not None
-    made = _interpreted(prompt, scene, names, discourse, chosen)
+    understood = _by_rules if by_rules else _interpreted
+    made = understood(prompt, scene, names, discourse, chosen)
     if isinstance(made, Draft):
-        return _accounted(prompt, scene, made, goes_on=goes_on)
+        return made if by_rules else _accounted(prompt, scene, made, goes_on=goes_on)
     if len(prompt) > _MOST_REMEMBERED:
         return made
 
     def works(sentence: str) -> bool:
         context = deepcopy(discourse) if discourse else None
-        return isinstance(_interpreted(sentence, scene, names, context, chosen), Draft)
+        return isinstance(understood(sentence, scene, names, context, chosen), Draft)
 
-    try:
-        said = _said(prompt, tuple(item.id for item in scene.objects))
-        return with_offer(made, said.tokens, said.grammar, works)
-    except (TooLongError, TooComplicatedError):
-        return made
+    return with_offer(made, prompt, tuple(item.id for item in scene.objects), works)
 
 
 def _by_rules(
@@ -271,24 +266,6 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
         if call.skill != "place_at":
             places[held] = place
     return made
-
-
-def tokenized(prompt: str, scene: ObservedScene) -> Said:
-    """Return the tokens of a sentence, typing errors set right, with the phrases that the grammar reads in them.
-
-    Raises:
-        TooLongError: It is longer than anybody would say.
-    """
-    said = _said(prompt, tuple(item.id for item in scene.objects))
-    return said.now(_respelled(said.tokens, said.words))
-
-
-def is_corrected(prompt: str, scene: ObservedScene) -> bool:
-    """Say whether a sentence takes back a part of itself: "put the red cube in the bowl, I mean the blue one"."""
-    try:
-        return bool(set_right(tokenized(prompt, scene)))
-    except (TooLongError, TooComplicatedError):
-        return True
 
 
 # A chart is large: kept any longer, those of sentences past would have the garbage collector walk through them all.
@@ -567,7 +544,7 @@ def _unable(tokens: Sequence[Token], skills: Sequence[str]) -> Refusal | None:
 
 def known_verbs(skills: Sequence[str]) -> frozenset[str]:
     """Return the verbs of skills that say themselves how they are asked for."""
-    return frozenset(verb for name, words in known().items() if name in skills for verb in words.verbs)
+    return frozenset(verb for name, words in known() if name in skills for verb in words.verbs)
 
 
 def _unmovable(tokens: Sequence[Token], known: SceneWords) -> Refusal | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace as changed
-from typing import Literal
+from typing import Any, Literal
 
 from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 
@@ -149,6 +149,48 @@ class ForEach:
 
     what: Ref
     body: Steps
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A question, by what it asks.
+
+    Attributes:
+        about: What is asked: the answer of that name in `answers.py`.
+        text: As said.
+        things: What it is asked of.
+        others: With what they are compared.
+        what: What is counted or looked for; None for anything.
+        so: The description that is to be true of them.
+        bound: How many there are to be; None for any number.
+        by: In what they are compared.
+        denied: Whether it is asked if that is not so.
+    """
+
+    about: str
+    text: str
+    things: tuple[Ref, ...] = ()
+    others: tuple[Ref, ...] = ()
+    what: Ref | None = None
+    so: Ref | None = None
+    bound: Bound | None = None
+    by: str = ""
+    denied: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Words that are no sentence of their own: an answer to a question, or what follows an order.
+
+    Attributes:
+        better: What is changed in the order before, by the field that it is of; nothing where it is done again as it was.
+        times: How often it is done again; 0 where something is changed.
+        cancelled: What was asked or begun is left.
+    """
+
+    better: tuple[tuple[str, Any], ...] = ()
+    times: int = 0
+    cancelled: bool = False
 
 
 Control = If | While | UntilLeft | ForEach

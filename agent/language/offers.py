@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from robosandbox.agent.language.grammar import Grammar
-from robosandbox.agent.language.tokens import MARKS, Token
+from robosandbox.agent.language.chart import TooComplicatedError
+from robosandbox.agent.language.front import ENGLISH
+from robosandbox.agent.language.intent import unseen
+from robosandbox.agent.language.parser import Parser
+from robosandbox.agent.language.ruleset import ruleset
+from robosandbox.agent.language.text import ENDS, TooLongError, classes_of, said
+from robosandbox.agent.language.tokens import scene_words
+from robosandbox.agent.language.vocabulary import Token
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import Refusal, RefusalCode
 
-_JOINTS = MARKS | {"and", "then", "but", "otherwise", "else"}
+_JOINTS = ENDS | {"and", "then", "but", "otherwise", "else"}
 # What such words reach is not told without the rest of the sentence.
 _BINDING = word_set(
     "not no never without except only if unless until while when before after than or either neither once"
@@ -20,23 +26,31 @@ _MOST_PARTS = 4  # Number of parts of a sentence that are tried alone. Chosen: m
 _ORDERS = ("pick up {}", "open {}", "close {}", "tap {}")
 
 
-def with_offer(refusal: Refusal, tokens: Sequence[Token], grammar: Grammar, works: Callable[[str], bool]) -> Refusal:
+def with_offer(refusal: Refusal, prompt: str, ids: tuple[str, ...], works: Callable[[str], bool]) -> Refusal:
     """Return a refusal that says as well what was understood, or what could be said instead.
 
     Args:
         refusal: Why the sentence is not carried out.
-        tokens: The sentence.
-        grammar: Its phrases.
+        prompt: The sentence.
+        ids: Those of the scene.
         works: Tells whether a sentence would be carried out.
     """
-    words = {token.text for token in tokens}
-    if refusal.code not in (RefusalCode.UNSUPPORTED, RefusalCode.UNRECOGNIZED) or words & _NO_OFFER:
+    if refusal.code not in (RefusalCode.UNSUPPORTED, RefusalCode.UNRECOGNIZED):
         return refusal
-    parts = [part for part in _parts(tokens) if works(part)]
-    if parts:
-        told = " and ".join(f"“{part}”" for part in parts)
-        return _adding(refusal, f"I understood {told}: say that alone, or the rest in other words.")
-    near = next((order for order in _near(grammar) if works(order)), "")
+    words, book = scene_words(ids), ruleset(ENGLISH)
+    try:
+        tokens = said(prompt, words, book).tokens
+        if {token.text for token in tokens} & _NO_OFFER:
+            return refusal
+        parts = [part for part in _parts(tokens) if works(part)]
+        if parts:
+            told = " and ".join(f"“{part}”" for part in parts)
+            return _adding(refusal, f"I understood {told}: say that alone, or the rest in other words.")
+        near = next(
+            (order for order in _near(Parser(tokens, book, classes_of(tokens, words, book))) if works(order)), ""
+        )
+    except (TooLongError, TooComplicatedError):
+        return refusal
     return _adding(refusal, f"I could do this, for example: “{near}”.") if near else refusal
 
 
@@ -55,11 +69,14 @@ def _parts(tokens: Sequence[Token]) -> Iterator[str]:
             yield " ".join(token.raw for token in part)
 
 
-def _near(grammar: Grammar) -> Iterator[str]:
+def _near(parser: Parser) -> Iterator[str]:
     """Yield orders about the things that are named, the first of them first."""
-    for i in range(grammar.count):
-        ends = [end for end, ref in grammar.np(i) if ref.determiner == "the" and not ref.unknown and not ref.plural]
+    for i in range(parser.count):
+        found = [(reading.end, reading.fields[0].value) for reading in parser.rule("alone", i)]
+        ends = [
+            end for end, ref in found if ref.determiner == "the" and not (unseen(ref) or ref.plural or ref.relations)
+        ]
         if ends:
-            said = grammar.said(i, max(ends))
-            yield from (order.format(said) for order in _ORDERS)
+            thing = parser.said(i, max(ends))
+            yield from (order.format(thing) for order in _ORDERS)
             return

@@ -180,8 +180,9 @@ class Ruleset:
         """Take in a line below a head, and return the head that the next line stands below."""
         if line.startswith(" ") and (line.strip() + " ").startswith("= "):
             self.written[head].source.append(line.strip())
-            # What is malformed is told here, with its line.
-            self._way(line.strip()[1:], {}, None)
+            if self.written[head].takes:
+                # What is malformed is told here, with its line; of other rules, where they are expanded.
+                self._way(line.strip()[1:], {}, None)
             return head
         if line.startswith(" "):
             self.vocabulary.add_line(head, line.strip())
@@ -205,6 +206,8 @@ class Ruleset:
         full = f"{name}({' '.join(args)})" if args else name
         if full not in self.rules and places is not None:
             written = self.written[name]
+            if len(args) != len(written.takes):
+                raise LexiconError(f"{full} gives {len(args)} phrases to {name}, which takes {len(written.takes)}")
             rule = self.rules[full] = Rule(full, written.form)
             given = dict(zip(written.takes, args, strict=True))
             for k, source in enumerate(written.source):
@@ -280,16 +283,20 @@ class Ruleset:
         """Find out what each part may begin with and what it needs, and that none begins with itself."""
         for name in (*self.vocabulary.classes, *BUILT_IN):
             self.bits[name] = 1 << len(self.bits)
-        every = -1
+        naming: dict[str, set[str]] = {}
         for rule in self.rules.values():
-            rule.needs = every
-        changed = True
-        while changed:
-            changed = False
-            for rule in self.rules.values():
-                before = (rule.first, rule.empty, rule.needs)
-                rule.first, rule.empty, rule.needs = self._closed(rule.ways)
-                changed = changed or before != (rule.first, rule.empty, rule.needs)
+            rule.needs = -1
+            for name in _named(rule.ways):
+                naming.setdefault(name, set()).add(rule.name)
+        # What a rule may begin with depends on those that it names, which were expanded after it and come first here.
+        todo = dict.fromkeys(reversed(self.rules))
+        while todo:
+            rule = self.rules[next(iter(todo))]
+            del todo[rule.name]
+            before = (rule.first, rule.empty, rule.needs)
+            rule.first, rule.empty, rule.needs = self._closed(rule.ways)
+            if before != (rule.first, rule.empty, rule.needs):
+                todo.update(dict.fromkeys(naming.get(rule.name, ())))
         self._refuse_left_recursion()
 
     def _closed(self, ways: Sequence[Way]) -> tuple[int, bool, int]:
@@ -342,6 +349,12 @@ class Ruleset:
                 raise LexiconError(f"{name} may begin with itself")
 
 
+def _named(ways: Sequence[Way]) -> Iterator[str]:
+    """Yield the rules that some ways name."""
+    for item in (item for way in ways for item in way.items):
+        yield from [item.name] if item.kind == "rule" else _named(item.ways)
+
+
 def _corners(ways: Sequence[Way]) -> Iterator[str]:
     """Yield the rules that some ways may begin with."""
     for way in ways:
@@ -380,8 +393,8 @@ def bring(name: str, translations: Mapping[str, str]) -> None:
 
 @lru_cache(maxsize=8)
 def ruleset(language: str) -> Ruleset:
-    """Return a language by the name of its files, as "german", with what shapes and skills bring for it."""
-    files = (GRAMMARS / f"{language}.lexicon", GRAMMARS / f"{language}.rules")
+    """Return a language by the name of its files, as "german" or "german_questions", with what shapes and skills bring for it."""
+    files = [path for kind in ("lexicon", "rules") for path in sorted(GRAMMARS.glob(f"{language}*.{kind}"))]
     texts = {path.name: path.read_text(encoding="utf-8") for path in files}
     shaped = {kind: shape.translations.get(language, "") for kind, shape in shapes().items()}
     return Ruleset(texts | shaped | _BROUGHT.get(language, {}))
@@ -389,4 +402,4 @@ def ruleset(language: str) -> Ruleset:
 
 def languages() -> tuple[str, ...]:
     """Return the names of the languages that are data."""
-    return tuple(sorted(path.stem for path in GRAMMARS.glob("*.rules")))
+    return tuple(sorted({path.stem.partition("_")[0] for path in GRAMMARS.glob("*.rules")}))

@@ -146,6 +146,10 @@ _DESCRIBING = frozenset(
 _TELLING = _DESCRIBING | GRAMMAR_WORDS
 _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phrase_list(phrases))
 _ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
+ASKED_FOR: dict[str, set[tuple[str, ...]]] = {}
+"""Verbs of several words that skills say of themselves, by the first word: none of them is a filler."""
+_JOINTS = frozenset({"and", "then", "but"})
+WAITS = frozenset({"wait", "pause"})
 WAITED_FOR = frozenset({"for", "until", "till", "to"})
 _ONLY = frozenset({"just", "only", "simply", "merely", "really"})
 _HAVING = frozenset({"is", "are", "see", "find", "has", "have", "contains", "holds", "holding"})
@@ -362,10 +366,20 @@ def _counts(tokens: Sequence[Token], i: int, kept: Sequence[Token]) -> bool:
     """Say whether an "only" limits the number in a condition: "if there are only two cans"."""
     conditional = kept and kept[-1].text in _HAVING and any(token.text in CONDITIONS for token in kept)
     number = tokens[i + 1] if i + 1 < len(tokens) else None
-    counted = number is not None and (
-        number.kind == "number" or any(tag == "NUM" for _, tag, _ in LEXICON.at(tokens, i + 1)) or number.text == "one"
-    )
+    counted = number is not None and (_is_number(tokens, i + 1) or number.text == "one")
     return bool(conditional and counted)
+
+
+def _asked_for(tokens: Sequence[Token], i: int) -> int:
+    """Return how many words a verb of some skill has here, of which one alone might say nothing: "slow down", "be careful"."""
+    for phrase in ASKED_FOR.get(tokens[i].text, ()):
+        if tuple(token.text for token in tokens[i : i + len(phrase)]) == phrase:
+            return len(phrase)
+    return 0
+
+
+def _is_number(tokens: Sequence[Token], i: int) -> bool:
+    return i < len(tokens) and (tokens[i].kind == "number" or any(tag == "NUM" for _, tag, _ in LEXICON.at(tokens, i)))
 
 
 def _is_plural(word: str, parts: frozenset[str]) -> bool:
@@ -392,10 +406,16 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
         if tokens[i].text == "no" and i + 1 < len(tokens) and tokens[i + 1].text.endswith("ing"):
             # "no touching the can" forbids; elsewhere a "no" at the start says nothing.
             length = 0
-        if tokens[i].text == "wait" and i + 1 < len(tokens) and tokens[i + 1].text in WAITED_FOR:
-            # "wait for me, then ..." asks for something.
-            kept += tokens[i : i + 3]
-            i += 3
+        if (verb := _asked_for(tokens, i)) and (edge or kept[-1].text in _JOINTS):
+            kept += tokens[i : i + verb]
+            i += verb
+            continue
+        if tokens[i].text in WAITS and (
+            _is_number(tokens, i + 1) or not WAITED_FOR.isdisjoint(token.text for token in tokens[i + 1 : i + 2])
+        ):
+            # "wait for me, then ..." and "wait 5 seconds" ask for something.
+            kept += tokens[i : i + 5]
+            i += 5
             continue
         if tokens[i].text == "no" and not _says_nothing(tokens, i + 1):
             # "no pens in the box" forbids.

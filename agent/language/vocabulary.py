@@ -8,6 +8,7 @@ As in:
     fuse ([^aeiou])y\+ed = \1ied              how an ending, behind its "+", is spelled where a stem ends so
     contract zum=zu dem, gonna=going to       words that are several
     write can't = can not                     a pattern of written text, and what it stands for
+    asks where how                            words that questions have; a sentence without any is not looked at as one
     list bearing: not only again              words that the reading of chat looks at, by what for
     NOUN / NOUNS plural                       a class, the one of what stands behind a slash, and the endings of each
       cube = der Würfel / Würfel              a meaning, and its forms, each with a table of endings before it
@@ -29,6 +30,7 @@ _FORM = re.compile(r"(?:(?P<table>\w+) )?(?P<stem>[^()]+?)(?:\((?P<mask>[^)]*)\)
 DIRECTIVES = (
     "language",
     "signs",
+    "asks",
     "spelling",
     "typed",
     "agree",
@@ -136,7 +138,7 @@ class Vocabulary:
 
     def folded(self, text: str) -> str:
         """Return text in lower case with one spelling for letters that have two."""
-        return replaced(unicodedata.normalize("NFKC", text).lower(), self.spelling)
+        return text.lower() if text.isascii() else replaced(unicodedata.normalize("NFKC", text).lower(), self.spelling)
 
     def mask(self, specification: str) -> int:
         """Return the ways of agreeing that a specification such as "acc.m dat.p" has in common with the language's.
@@ -245,6 +247,8 @@ class Vocabulary:
                 self.signs |= frozenset(spelled(rest.split(), self.spelling))
             case "spelling":
                 self.spelling.update(_pairs(rest))
+            case "asks":
+                pass  # front.py reads it before anything else is read.
             case "typed":
                 self.typed.update(_pairs(rest))
             case "agree":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator
 from typing import Any, Protocol, runtime_checkable
 
@@ -10,20 +11,35 @@ from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.conditions import Conditions
 from robosandbox.agent.language.discourse import RefusedError
 from robosandbox.agent.language.intent import Command, Ref
+from robosandbox.agent.language.tokens import ASKED_FOR
 from robosandbox.agent.language.verbs import forms
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import RefusalCode
 
-# Radians of the units in which people say angles; a bare number counts degrees.
-_ANGLES = {
-    "degree": math.pi / 180.0,
-    "degrees": math.pi / 180.0,
-    "deg": math.pi / 180.0,
-    "radian": 1.0,
-    "radians": 1.0,
-    "rad": 1.0,
+# Units as people say them, by what is measured: radians, seconds, newtons; those of length are the grammar's.
+_UNITS: dict[str, dict[str, float]] = {
+    "angle": {
+        **dict.fromkeys(("degree", "degrees", "deg"), math.pi / 180.0),
+        **dict.fromkeys(("radian", "radians", "rad"), 1.0),
+    },
+    "duration": {
+        **dict.fromkeys(("second", "seconds", "sec", "secs", "s"), 1.0),
+        **dict.fromkeys(("minute", "minutes", "min", "mins"), 60.0),
+    },
+    "force": dict.fromkeys(("newton", "newtons", "n"), 1.0),
+    "share": {**dict.fromkeys(("percent", "%", "per cent"), 0.01)},
 }
-_DEGREE = _ANGLES["degree"]
+# What is asked for where it was not said.
+_QUESTIONS = {
+    "object": "which thing",
+    "length": "how far",
+    "duration": "how long",
+    "point": "where to",
+    "force": "how hard",
+}
+# What a bare number counts: degrees.
+_BARE = {"angle": math.pi / 180.0}
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
 _DIGITS = 6  # Number of digits behind the point of a number that is said: a millionth of a radian or a metre. Chosen.
 _MOST_SLOTS = 3  # Number of phrases that may follow one verb. Chosen.
 
@@ -35,10 +51,12 @@ class Worded(Protocol):
     """A skill that says how people ask for it."""
 
     name: str
-    words: Words | None
+    words: Words | tuple[Words, ...] | None
 
 
-_KNOWN: dict[str, Words] = {}
+_KNOWN: dict[str, tuple[Words, ...]] = {}
+# What begins a verb, by its first word: the skill, its words, the phrase, and what follows the verb's object.
+_BY_WORD: dict[str, list[tuple[str, Words, list[str], list[str]]]] = {}
 
 
 def learn(skills: Iterable[object]) -> bool:
@@ -47,27 +65,49 @@ def learn(skills: Iterable[object]) -> bool:
     Returns:
         Whether any of them is new, so that sentences read before may now have another reading.
     """
-    new = {s.name: s.words for s in skills if isinstance(s, Worded) and s.words and _KNOWN.get(s.name) != s.words}
-    _KNOWN.update(new)
+    told = {
+        s.name: s.words if isinstance(s.words, tuple) else (s.words,)
+        for s in skills
+        if isinstance(s, Worded) and s.words
+    }
+    new = {name: words for name, words in told.items() if _KNOWN.get(name) != words}
+    if new:
+        _KNOWN.update(new)
+        _index()
     return bool(new)
 
 
-def known() -> dict[str, Words]:
-    """Return the words of every skill that was learnt, by its name."""
-    return _KNOWN
+def _index() -> None:
+    """Sort what begins each verb by its first word, and take note of which words of a verb are no fillers."""
+    _BY_WORD.clear()
+    for name, words in known():
+        for verb in words.verbs:
+            for phrase in map(_texts, _begun(verb)):
+                _BY_WORD.setdefault(phrase[0], []).append((name, words, phrase, _texts(verb.partition("{}")[2])))
+            phrase = _texts(verb)
+            if len(phrase) > 1 and "{}" not in phrase:
+                ASKED_FOR.setdefault(phrase[0], set()).add(tuple(phrase))
+
+
+def known() -> Iterator[tuple[str, Words]]:
+    """Yield the words of every skill that was learnt, with its name."""
+    return ((name, words) for name, ways in _KNOWN.items() for words in ways)
+
+
+def words_of(skill: str, *, with_object: bool) -> Words:
+    """Return what a skill says of its verbs that have an object, or have none; of rules for it nothing else is known."""
+    return next((words for words in _KNOWN.get(skill, ()) if bool(words.object) is with_object), Words(verbs=(skill,)))
 
 
 def worded(chart: Conditions, i: int) -> Found[Command]:
     """Return the commands for such skills that begin at a token."""
     found: Found[Command] = []
-    for name, words in _KNOWN.items():
-        for verb in words.verbs:
-            behind = _texts(verb.partition("{}")[2])
-            for start in _after(chart, i, _begun(verb)):
-                for middle, refs in chart.np_list(start):
-                    for end in _follows(chart, middle, behind):
-                        for stop, filled in _filled(chart, end, words.slots, _MOST_SLOTS):
-                            found.append((stop, Command("worded", refs, skill=name, slots=filled)))
+    for name, words, phrase, behind in _BY_WORD.get(chart.text(i), ()):
+        for start in _follows(chart, i, phrase):
+            for middle, refs in chart.np_list(start) if words.object else [(start, ())]:
+                for end in _follows(chart, middle, behind):
+                    for stop, filled in _filled(chart, end, words.slots, _MOST_SLOTS):
+                        found.append((stop, Command("worded", refs, skill=name, slots=filled, words=words)))
     return found
 
 
@@ -78,15 +118,25 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         RefusedError: One argument is said twice, or what has to be said is not.
     """
     told = {argument for argument, _ in filled}
+    filled = (*((name, value) for name, value in words.means if name not in told), *filled)
     if words.required and not told & {*words.required}:
-        lacking = " or ".join(name.replace("_", " ") for name in words.required)
-        raise RefusedError(RefusalCode.AMBIGUOUS, f"Tell me the {lacking} as well.", words.required)
+        asked = dict.fromkeys(_asked(slot) for slot in words.slots if slot.argument in words.required)
+        raise RefusedError(RefusalCode.AMBIGUOUS, f"Tell me {' or '.join(asked)} as well.", words.required)
     arguments: dict[str, Any] = {}
     for argument, value in filled:
         if argument in arguments:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {argument.replace('_', ' ')}; which?")
-        arguments[argument] = one(value) if isinstance(value, Ref) else _rounded(value)
+        if isinstance(value, Ref):
+            arguments[argument] = one(value)
+        elif isinstance(value, tuple):
+            arguments.update(zip(argument.split(), map(_rounded, value), strict=True))
+        else:
+            arguments[argument] = _rounded(value)
     return arguments
+
+
+def _asked(slot: Slot) -> str:
+    return _QUESTIONS.get(slot.kind, f"the {slot.argument.replace('_', ' ')}")
 
 
 def _rounded(value: float | str) -> float | str:
@@ -117,35 +167,80 @@ def _filled(chart: Conditions, i: int, slots: tuple[Slot, ...], most: int) -> It
     for slot in slots:
         for end, value in _said(chart, i, slot):
             left = tuple(other for other in slots if other is not slot)
-            for stop, rest in _filled(chart, end, left, most - 1):
-                yield stop, ((slot.argument, value), *rest)
+            # "5 cm up and 3 cm to the left"
+            for begin in (end, *_after(chart, end, ("and", ",", ", and"))) if left else (end,):
+                for stop, rest in _filled(chart, begin, left, most - 1):
+                    if rest or begin == end:
+                        yield stop, ((slot.argument, value), *rest)
 
 
 def _said(chart: Conditions, i: int, slot: Slot) -> Iterator[tuple[int, Any]]:
     for phrase, value in slot.phrases:
         for end in _follows(chart, i, _texts(phrase)):
-            yield from _ended(chart, end, slot, value)
+            yield from _ended(chart, end, slot, value, marked=True)
     for preposition in slot.prepositions:
         for start in _follows(chart, i, _texts(preposition)):
             if slot.kind == "object":
                 yield from ((end, ref) for end, ref in chart.np(start) if not ref.plural)
-            elif slot.kind != "phrase" and start < chart.count and chart.tokens[start].kind == "number":
-                yield from (
-                    hit
-                    for end, unit in _units(chart, start + 1, slot.kind)
-                    for hit in _ended(chart, end, slot, chart.tokens[start].number * unit)
-                )
+            elif slot.kind == "name" and _NAME.fullmatch(chart.text(start)):
+                yield start + 1, chart.text(start)
+            elif slot.kind == "point":
+                yield from _point(chart, start)
+            elif slot.kind not in ("phrase", "name"):
+                begun = [(middle, factor, True) for middle, factor in _multiplied(chart, start, slot.beginnings)]
+                for middle, factor, marked in ((start, 1.0, slot.bare), *begun):
+                    for end, value in _number(chart, middle, slot.kind):
+                        told = value if factor == 1.0 else factor * value
+                        yield from _ended(chart, end, slot, told, marked=marked)
 
 
-def _units(chart: Conditions, i: int, kind: str) -> list[tuple[int, float]]:
-    if kind == "angle":
-        unit = _ANGLES.get(chart.text(i))
-        return [(i + 1, unit)] if unit is not None else [] if chart.tag(i, "UNIT") else [(i, _DEGREE)]
-    return chart.tag(i, "UNIT") if kind == "length" else [(i, 1.0)]
+def _number(chart: Conditions, i: int, kind: str) -> Iterator[tuple[int, float]]:
+    """Yield a number with its unit, in SI units."""
+    if kind == "share" and chart.text(i) in ("half", "halfway"):
+        yield i + 1, 0.5
+    for end, number in _amounts(chart, i):
+        if kind == "length":
+            yield from ((stop, number * unit) for stop, unit in chart.tag(end, "UNIT"))
+        elif kind == "number":
+            yield end, int(number) if number == int(number) else number
+        elif (unit := _UNITS[kind].get(chart.text(end))) is not None:
+            yield end + 1, number * unit
+        elif kind in _BARE and not chart.tag(end, "UNIT"):
+            yield end, number * _BARE[kind]
 
 
-def _ended(chart: Conditions, i: int, slot: Slot, value: float | str) -> Iterator[tuple[int, float | str]]:
-    yield i, value
-    for phrase, factor in slot.endings:
-        for end in _follows(chart, i, _texts(phrase)):
-            yield end, value * factor if isinstance(value, float) else value
+def _amounts(chart: Conditions, i: int) -> Iterator[tuple[int, float]]:
+    """Yield how much is said: "3", "three", "a", "half a"."""
+    if i < chart.count and chart.tokens[i].kind == "number":
+        yield i + 1, chart.tokens[i].number
+    yield from ((end, float(number)) for end, number in chart.tag(i, "NUM"))
+    halved = chart.text(i) == "half"
+    if chart.text(i + halved) in ("a", "an"):
+        yield i + halved + 1, 0.5 if halved else 1.0
+
+
+def _point(chart: Conditions, i: int) -> Iterator[tuple[int, tuple[float, ...]]]:
+    """Yield three numbers, as "0.4, 0.1, 0.3" or "x 0.4 y 0.1 z 0.3", metres where no unit is said."""
+    numbers: list[float] = []
+    for axis in "xyz":
+        i += chart.text(i) in (",", "(", "[")
+        i += chart.text(i) == axis
+        i += chart.text(i) in ("=", ":", "is")
+        if i >= chart.count or chart.tokens[i].kind != "number":
+            return
+        end, unit = next(iter(chart.tag(i + 1, "UNIT")), (i + 1, 1.0))
+        numbers.append(chart.tokens[i].number * unit)
+        i = end
+    yield i + (chart.text(i) in (")", "]")), tuple(numbers)
+
+
+def _multiplied(chart: Conditions, i: int, phrases: Iterable[tuple[str, float]]) -> list[tuple[int, float]]:
+    return [(end, factor) for phrase, factor in phrases for end in _follows(chart, i, _texts(phrase))]
+
+
+def _ended(chart: Conditions, i: int, slot: Slot, value: Any, *, marked: bool) -> Iterator[tuple[int, Any]]:
+    if marked:
+        yield i, value
+    if not isinstance(value, str | tuple):
+        ends = _multiplied(chart, i, slot.endings)
+        yield from ((end, value if factor == 1.0 else factor * value) for end, factor in ends)

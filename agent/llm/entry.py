@@ -120,6 +120,7 @@ def auto(
     mode: Mode = "plan",
     model_limits: Path | None = None,
     dialogue: bool = False,
+    moves: Sequence[Operator] = (),
     **limits: float | None,
 ) -> Planner:
     """Return a planner that asks a model only about what the grammar is not sure of; arguments as for `with_model`.
@@ -142,7 +143,7 @@ def auto(
         model_limits=model_limits,
         **limits,
     )
-    grammar, alone = StubPlanner(skills, dialogue=dialogue), StubPlanner(skills)
+    grammar, alone = StubPlanner(skills, dialogue=dialogue, moves=moves), StubPlanner(skills, moves=moves)
 
     def read(prompt: str, scene: ObservedScene) -> PartialReading:
         return partial_reading(alone, prompt, scene, skills)

@@ -59,6 +59,13 @@ def touching_line(arm: Manipulator, q: Array, target: Pose) -> Trajectory:
     return Trajectory(q=trajectory.q, dt=factor * trajectory.dt)
 
 
+def nowhere_faster(arm: Manipulator, trajectory: Trajectory, speed: float) -> Trajectory:
+    """Return a way of the TCP that is nowhere faster than so many m/s; a long one is uneven where joints are slow."""
+    points = np.array([arm.motion.forward(q).position for q in trajectory.q])
+    fastest = float(np.linalg.norm(np.diff(points, axis=0), axis=1).max(initial=0.0)) / trajectory.dt
+    return Trajectory(q=trajectory.q, dt=max(1.0, fastest / speed) * trajectory.dt)
+
+
 def follow_until(arm: Manipulator, trajectory: Trajectory, phase: str, felt: Callable[[], bool]) -> bool:
     """Follow a trajectory until something is felt; the arm then holds.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, UnreachableError, UnsupportedError
 from robosandbox.evidence import CollisionEvidence
+from robosandbox.grasp.hand import lean
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.carrying import MOST_TILT, carried_along, tilt, transfer
 from robosandbox.skills.primitives.manipulator import Manipulator
@@ -17,16 +18,23 @@ from robosandbox.world.contracts import Contract
 
 # Configurations at random from which others are looked for where those at hand touch something.
 _SEEDS = 12
+# What people call the hand, and how they say that it goes somewhere.
+HANDS = ("the hand", "your hand", "the gripper", "your gripper", "the arm", "your arm", "the tool", "the fingers")
+HAND_GOES = ("move", "go", *(f"{verb} {hand}" for verb in ("move", "bring", "drive") for hand in HANDS))
 # How near the hand comes to where its way ends, metres and rad, and the seconds of integral action that it may take.
 _NEAR, _TURNED, _SECONDS = 0.0005, 0.003, 1.5
+_DOWN = np.array([0.0, 0.0, -1.0])
+# Headings of the closing direction that are tried where none is asked for, rad from the present one: those of fingers are alike
+# after half a turn.
+_TURNS = (0.0, np.pi / 2.0)
 
 
 class HandMove(Skill):
     """A skill that moves the hand or its arm, and promises nothing but that what is held stays held."""
 
-    def contract(self, **arguments: Any) -> Contract:
+    def contract(self, *args: Any, **arguments: Any) -> Contract:
         """Return that what is held stays held."""
-        del arguments
+        del args, arguments
         return Contract(keeps_hold=True)
 
 
@@ -40,14 +48,15 @@ class Mover(Manipulator):
 
     Attributes:
         speed: How fast the hand goes with what it holds.
+        carries: What lies in what it holds.
     """
 
     def __init__(self, ctx: SkillContext) -> None:
         super().__init__(ctx)
         name = self.start.held
         self.use(self.start, held=name)
-        self._contents = carried_along(self.find(name), self.start) if name else ()
-        allowed: list[str] = [*self._contents]
+        self.carries = carried_along(self.find(name), self.start) if name else ()
+        allowed: list[str] = [*self.carries]
         self.motion.allow(*allowed)
         while (met := self.motion.touch(self.q)) is not None:
             evidence = met.evidence
@@ -66,7 +75,7 @@ class Mover(Manipulator):
             UnreachableError: There is none on which what is held stays level.
             UnsupportedError: What lies in what is held would fall out there.
         """
-        return self.kept_level(transfer(self, q, level=bool(self._contents), speed=self.speed))
+        return self.kept_level(transfer(self, q, level=bool(self.carries), speed=self.speed))
 
     def kept_level(self, trajectory: Trajectory) -> Trajectory:
         """Return a way, if nothing falls out of what is held on it.
@@ -74,9 +83,9 @@ class Mover(Manipulator):
         Raises:
             UnsupportedError: Something would.
         """
-        if self._contents and tilt(self, trajectory) > MOST_TILT:
+        if self.carries and tilt(self, trajectory) > MOST_TILT:
             raise UnsupportedError(
-                f"{self.start.held} holds {', '.join(self._contents)}, which would fall out on that way; pour it out, put "
+                f"{self.start.held} holds {', '.join(self.carries)}, which would fall out on that way; pour it out, put "
                 "it down, or keep the hand upright",
                 phase=Phase.PLAN,
             )
@@ -104,6 +113,57 @@ class Mover(Manipulator):
             failure = failure or met
         assert failure is not None
         raise failure
+
+    def bring(
+        self,
+        point: tuple[float, float, float],
+        *,
+        heading: float | None = None,
+        tilt: float = 0.0,
+        towards: float = 0.0,
+        straight: bool = False,
+    ) -> dict[str, float | str | bool]:
+        """Bring the tool centre point to a place, the hand pointing down or tilted; return as `arrive`.
+
+        Args:
+            point: The place, metres in the world.
+            heading: Direction in which the fingers close about the vertical, before the hand tilts, rad from x; None is as it is.
+            tilt: Angle between the hand's approach and straight down, rad.
+            towards: Direction into which the hand points when it is tilted, rad from x.
+            straight: Whether it goes in a straight line.
+
+        Raises:
+            UnreachableError: The hand cannot be there.
+            CollisionError: Something is in the way.
+            UnsupportedError: What lies in what is held would fall out.
+            TrackingError: The arm did not arrive.
+        """
+        failure: UnreachableError | CollisionError | None = None
+        for goal in self._poses(point, heading, tilt, towards):
+            try:
+                if straight:
+                    way = self.kept_level(self.motion.plan_line(self.q, goal, speed=self.speed))
+                else:
+                    way = self.way_to(self.standing_at(goal))
+            except (UnreachableError, CollisionError) as error:
+                failure = failure or error
+                continue
+            return self.arrive(way, goal)
+        assert failure is not None
+        raise failure
+
+    def _poses(
+        self, point: tuple[float, float, float], heading: float | None, tilt: float, towards: float
+    ) -> list[Pose]:
+        """Return the poses that were asked for, the one first for which the hand turns least."""
+        closing = self.state.tcp_pose.rotation[:, 1]
+        present = float(np.arctan2(closing[1], closing[0]))
+        leant = lean(np.array([np.cos(towards), np.sin(towards), 0.0]), tilt)
+        poses = []
+        for angle in [heading] if heading is not None else [present + turn for turn in _TURNS]:
+            y = np.array([np.cos(angle), np.sin(angle), 0.0])
+            poses.append(Pose.from_matrix(np.array(point), leant @ np.column_stack([np.cross(y, _DOWN), y, _DOWN])))
+        return poses
 
     def arrive(self, trajectory: Trajectory, asked: Pose) -> dict[str, float | str | bool]:
         """Follow a way and come to rest at its end; return where the hand is, metres, mm and degrees off what was asked for.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -15,7 +16,7 @@ from robosandbox.errors import (
     TrackingError,
     UnreachableError,
 )
-from robosandbox.evidence import ObjectNotFoundEvidence, TrackingEvidence
+from robosandbox.evidence import CollisionEvidence, ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.skills.primitives.fingers import Fingers
@@ -58,6 +59,8 @@ _RISES = (
     (0.5, 1.05),
     (0.25, 0.0),
 )
+# Angles of an arm's first joint from which other postures are looked for, a number, and the farthest either way, radians.
+_POSTURES, _HALF_TURN = 6, math.pi / 2.0
 # Share of its limit at which a servo counts as spent; chosen for what rounding and a joint's friction leave of it.
 _SPENT = 0.95
 # Seconds for which what stands askew or near an edge is watched; chosen as fourteen times the 0.07 s in which a can of
@@ -217,14 +220,54 @@ class Manipulator(Fingers):
             ),
         )
 
-    def line_to(self, target: Pose, hover: Pose, *, speed: Speed) -> Trajectory:
-        """Return a straight way of the TCP from one pose to another, in the posture nearest to the arm's, or the target's.
+    def free_posture(self, tcp: Pose, *, restarts: int) -> Array:
+        """Return a configuration (n,) with the TCP at a pose in which the robot touches nothing, near how it stands where it can.
+
+        A hand that would touch something does so in any posture of the arm.
+
+        Args:
+            tcp: The pose.
+            restarts: Sampled starts beside where the arm stands and where it is at home.
+
+        Raises:
+            UnreachableError: It is out of reach.
+            CollisionError: It touches something in every posture that was tried.
+        """
+        failure: SkillError | None = None
+        home = self.spec.home_q
+        swung = [np.array([turn, *home[1:]]) for turn in np.linspace(*self._swing, _POSTURES)]
+        for seed in (self.q, home, *swung):
+            try:
+                q = self.motion.ik(tcp, seed, restarts=0 if failure else restarts)
+            except UnreachableError as error:
+                failure = failure or error
+                continue
+            met = self.motion.touch(q)
+            if met is None:
+                return q
+            if not isinstance(failure, CollisionError):
+                failure = met
+            if isinstance(met.evidence, CollisionEvidence) and self.planning.is_of_hand(met.evidence.body):
+                break
+        assert failure is not None
+        raise failure
+
+    @property
+    def _swing(self) -> tuple[float, float]:
+        """Angles of the first joint between which postures are looked for, radians."""
+        low, high = float(self.spec.lower[0]), float(self.spec.upper[0])
+        return max(low, -_HALF_TURN), min(high, _HALF_TURN)
+
+    def line_to(self, target: Pose, hover: Pose, *, speed: Speed, near: Array | None = None) -> Trajectory:
+        """Return a straight way of the TCP from one pose to another, in the posture nearest to `near` (n,), or the target's.
+
+        That is the arm's where it is left out.
 
         Raises:
             UnreachableError: One of them is out of reach, or the line between them in both postures.
             CollisionError: Something is in the way.
         """
-        motion, q = self.motion, self.q
+        motion, q = self.motion, self.q if near is None else near
         try:
             return motion.plan_line(motion.ik(hover, q), target, speed=speed)
         except UnreachableError as error:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, permutations, product
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from robosandbox.skills.primitives.strokes import flange_depth
 from robosandbox.spatial import matrix_about_axis, matrix_from_quat_xyzw
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, Trajectory
 from robosandbox.world.parts import joint_of, lever, part_value
+
+T = TypeVar("T")
 
 # Share of the joints' speed limits at which a part is led at most: what servos trail by leads the hand off its line, and it holds the part
 # (halved, drawer tasks take 21 % longer, doubled 11 % less; all succeed).
@@ -114,15 +116,14 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     failures: list[SkillError] = []
     # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
     turns = _TURNS if joint_of(part).kind == "hinge" and not _is_knob(arm, part) else _TURNS[:1]
-    free: dict[int, bool] = {}
+    free: dict[int, Array | None] = {}
     for goal, share, (number, grasp) in product(goals, turns, enumerate(grasps)):
         try:
             if number not in free:
-                free[number] = False
-                _check_free(arm, grasp)
-                free[number] = True
-            if free[number]:
-                return _led(arm, part, grasp, goal, share)
+                free[number] = None
+                free[number] = _free(arm, grasp)
+            if (near := free[number]) is not None:
+                return _led(arm, part, grasp, goal, share, near)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
     # What stands in the way tells more than that there is no room for fingers at the part itself.
@@ -145,7 +146,9 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
         CollisionError: Something is in the way.
     """
     motion, failures, q_now = arm.motion, list[SkillError](), arm.q
-    for tcp, direction in _faces(arm, part, goal):
+    faces = [*_faces(arm, part, goal)]
+    # A hand that presses on what the part is on does not shut it: only where nothing else is left.
+    for allowed, (tcp, direction) in product(dict.fromkeys((touched(part), around(part))), faces):
         start = moved(tcp, -STAND_OFF * direction)
         values = _values(part, tcp, goal)
         beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp)]
@@ -155,7 +158,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
                 motion.allow()
                 descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
                 approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
-                motion.allow(*around(part))
+                motion.allow(*allowed)
                 steps = _steps(arm, descent.q[-1], poses)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
@@ -227,14 +230,7 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
                     sunk = float(part.shape.support(part, -approach[None])[0] + at @ approach)
                     cost = (-_sure(grasp, joint) - straight, round(sunk, 2), abs(lean), back, abs(along), turn)
                     found.append((cost, grasp))
-    # The best of each direction of the hand first: where one has no room, its neighbours have none either.
-    turns: dict[tuple[float, ...], int] = {}
-    ranked = []
-    for cost, grasp in sorted(found, key=lambda one: one[0]):
-        way = tuple(grasp.tcp_pose.rotation[:, 1:].round(1).ravel() + 0.0)
-        turns[way] = turns.get(way, -1) + 1
-        ranked.append(((turns[way], *cost), grasp))
-    return [grasp for _, grasp in sorted(ranked, key=lambda one: one[0])[:_MOST_GRIPS]]
+    return _by_direction([(cost, grasp.tcp_pose, grasp) for cost, grasp in found])[:_MOST_GRIPS]
 
 
 def _grip(
@@ -289,26 +285,22 @@ def opened_for(arm: Manipulator, grasp: Grasp) -> float:
     return min(arm.geometry.max_aperture, grasp.width + 2.0 * PRESHAPE)
 
 
-def _check_free(arm: Manipulator, grasp: Grasp) -> None:
-    """Check that the hand gets to a grip, open, without touching anything.
+def _free(arm: Manipulator, grasp: Grasp) -> Array:
+    """Return a configuration (n,) in which the hand is at a grip, open, and nothing is touched.
 
     Raises:
         UnreachableError: It is out of reach.
         CollisionError: It touches something there.
     """
-    motion = arm.motion
-    motion.open_to(opened_for(arm, grasp))
-    motion.allow()
-    try:
-        q = motion.ik(grasp.tcp_pose, arm.q, restarts=_RESTARTS)
-    except UnreachableError:
-        q = motion.ik(grasp.tcp_pose, arm.spec.home_q, restarts=_RESTARTS)
-    if (met := motion.touch(q)) is not None:
-        raise met
+    arm.motion.open_to(opened_for(arm, grasp))
+    arm.motion.allow()
+    return arm.free_posture(grasp.tcp_pose, restarts=_RESTARTS)
 
 
-def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float) -> PartWay:
+def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float, near: Array) -> PartWay:
     """Return the way to a grip and along the part's joint to a value, the hand turned by a share of its turn.
+
+    The arm comes to it in a posture near to `near` (n,).
 
     Raises:
         UnreachableError: Part of it is out of reach.
@@ -321,7 +313,7 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
     for height in HOVERS:
         try:
             motion.allow(*touched(part))
-            descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near)
+            descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near, near=near)
             motion.allow(*around(part))
             steps = _steps(arm, descent.q[-1], poses)
             motion.plan_line(steps[-1].q[-1], withdrawn(poses[-1], HOVERS[-1]), speed=SPEED)
@@ -420,8 +412,23 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tupl
                         on_edge = float(0.0 < lean < np.pi / 2.0)
                         cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2))
                         found.setdefault(key, (cost, pose, way))
-    best = sorted(found.values(), key=lambda one: one[0])
-    yield from ((pose, way) for _, pose, way in best[:_MOST_FACES])
+    best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
+    yield from best[:_MOST_FACES]
+
+
+def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]]) -> list[T]:
+    """Return candidates by cost, the best of each direction of the hand first: where one has no room, its neighbours have none either.
+
+    Args:
+        candidates: Each with its cost and the TCP's pose.
+    """
+    turns: dict[tuple[float, ...], int] = {}
+    ranked = []
+    for cost, pose, candidate in sorted(candidates, key=lambda one: one[0]):
+        direction = tuple(pose.rotation[:, 1:].round(1).ravel() + 0.0)
+        turns[direction] = turns.get(direction, -1) + 1
+        ranked.append(((turns[direction], *cost), candidate))
+    return [candidate for _, candidate in sorted(ranked, key=lambda one: one[0])]
 
 
 def _foremost(arm: Manipulator, rotation: Array, way: Array) -> Array | None:

@@ -173,7 +173,7 @@ def _go(arm: Manipulator, way: PartWay, aperture: float | None) -> None:
 
 def _follow(arm: Manipulator, part: DetectedObject, way: PartWay) -> float:
     """Move the hand along a way while the part follows; return the most that it pressed with along it, N."""
-    force = 0.0
+    force, owner = 0.0, part.id.rpartition(".")[0]
     arm.ctx.enter(Phase.SLIDE)
     for number in range(1, len(way.poses)):
         step = way.poses[number].position - way.poses[number - 1].position
@@ -184,6 +184,9 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay) -> float:
         def felt(direction: Array = direction) -> bool:
             nonlocal force
             pressed = arm.force_on(part.id)
+            if owner:
+                # Where a part meets its stop the hand may press on what it is on as well.
+                pressed = pressed + arm.force_on(owner)
             along, across = float(pressed @ direction), float(np.linalg.norm(pressed))
             # Across the way the hand only keeps the part on it.
             force = max(force, along if across <= _MOST_ACROSS else across)

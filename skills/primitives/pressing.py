@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from robosandbox.driver.clamps import TOLERANCES
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.skills.primitives.manipulator import Manipulator
@@ -151,6 +152,9 @@ class _Push:
 
     Attributes:
         force: The most that it has felt, N.
+        _place: Where it is to be along the way, metres.
+        _lift: By how much it is to be raised there, metres.
+        _sent: Places and lifts of the commands.
     """
 
     arm: Manipulator
@@ -162,6 +166,7 @@ class _Push:
     _felt: float = 0.0
     _place: float = 0.0
     _lift: float = 0.0
+    _sent: list[tuple[float, float]] = field(default_factory=lambda: [(0.0, 0.0)])
     _speed: float = 0.0
     _was: float = math.inf
     _ran: float = 0.0
@@ -233,7 +238,7 @@ class _Push:
         self._place = float(np.clip(self._place + speed * tick, 0.0, self.way.length))
         self._stopped = False
         try:
-            self.arm.trim(self.way.at(self._place, self._lift))
+            self._send()
         except LimitError as error:
             evidence = error.evidence
             if not isinstance(evidence, LimitEvidence) or evidence.touching not in ((self.target,), ("something",)):
@@ -241,13 +246,32 @@ class _Push:
             # The limit itself has stopped the arm where this was to give way before it.
             self._stopped = True
 
+    def _send(self) -> None:
+        """Let a tick pass with the hand sent to its place, or as near to it as its joints may be sent at once.
+
+        A joint that is sent no further in a window of the clamps than half of what its acceleration takes it there may stop or
+        turn round in the next one.
+        """
+        window, limits = TOLERANCES.window, self.arm.spec.acceleration_limits
+        ticks = round(window / self.arm.driver.control_timestep)
+        begin, last = self.way.at(*self._sent[-ticks:][0]), np.array(self._sent[-1])
+        goal = np.array([self._place, self._lift])
+        now = self.way.at(*last) - begin
+        step = self.way.at(*goal) - begin - now
+        room = 0.5 * limits * window**2 - np.sign(step) * now
+        share = float(np.clip(np.min(room / np.maximum(np.abs(step), 1e-12)), 0.0, 1.0))
+        place, lift = last + share * (goal - last)
+        # The tangent of a rise may lead past a joint's limit where the way itself does not.
+        self.arm.trim(np.clip(self.way.at(place, lift), self.arm.spec.lower, self.arm.spec.upper))
+        self._sent.append((float(place), float(lift)))
+
     def _reached(self) -> float:
         """Return the place along the way at which the command has the hand where it is, metres.
 
         A hand that has risen far is not above its place on the way: the joints rise along a tangent.
         """
-        commanded, _ = self.arm.planning.kinematics().forward(self.way.at(self._place, self._lift))
-        return self._place + self._here() - self.way.place(commanded)
+        commanded, _ = self.arm.planning.kinematics().forward(self.way.at(*self._sent[-1]))
+        return self._sent[-1][0] + self._here() - self.way.place(commanded)
 
     def _here(self) -> float:
         return self.way.place(self.arm.state.tcp_pose.position)

@@ -44,7 +44,7 @@ HOME_TOLERANCE = 0.05
 # A field that names an object, the name, and the kinds that it may have (empty: any).
 Reference = tuple[str, str, frozenset[str]]
 _ANY: frozenset[str] = frozenset()
-HOLDERS = kinds_that_hold()
+HOLDERS = (kinds_that_hold() | {"part"}) - {"compartment"}
 _OPENING = frozenset({"part", *(kind for kind, shape in shapes().items() if shape.opens)})
 # Shares of its way from which on a part of a scene's file is open, and up to which it is shut.
 _PART_OPEN, _PART_SHUT = 0.5, 0.05

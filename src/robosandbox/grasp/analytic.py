@@ -71,7 +71,11 @@ def _tiers(
 ) -> Iterator[list[Grasp]]:
     """Yield tiers of grasps that are not empty: from the side where it is full, across, and around the rim."""
     if len(pieces) > 1:
-        yield from filter(None, Closings(target.id, Surface(target.pose, pieces), geometry).tiers())
+        near = neighbours(target, scene)
+        closings = Closings(
+            target.id, Surface(target.pose, pieces), geometry, lambda grasp: has_room(grasp, near, geometry)
+        )
+        yield from filter(None, closings.tiers())
         return
     solids = (
         [ConvexObject(target, pieces[0])]

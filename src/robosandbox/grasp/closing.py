@@ -8,7 +8,7 @@ their area, and that nothing of the object is where the fingers are before they 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,10 +59,14 @@ class Closings:
         name: The object's id.
         surface: What to hold.
         geometry: The gripper.
+        has_room: Whether the fingers of a grasp have room among what stands near: those come first in a tier.
     """
 
-    def __init__(self, name: str, surface: Surface, geometry: GripperGeometry) -> None:
+    def __init__(
+        self, name: str, surface: Surface, geometry: GripperGeometry, has_room: Callable[[Grasp], bool]
+    ) -> None:
         self._name = name
+        self._has_room = has_room
         self._surface = surface
         self._geometry = geometry
         self._floor = -surface.support(-UP)
@@ -79,6 +83,8 @@ class Closings:
                 if (grasp := self._grasp(middle, closing, width, turn)) is not None
             ]
             found.sort(key=lambda grasp: -grasp.quality)
+            if len(found) > _MOST_OF_TIER // 2:
+                found.sort(key=lambda grasp: not self._has_room(grasp))
             yield [both for grasp in found[: _MOST_OF_TIER // 2] for both in (grasp, self._flipped(grasp))]
 
     def _chosen(self) -> list[tuple[Array, Array, float]]:

@@ -13,6 +13,7 @@ from robosandbox.world.relations import bottom, bounds, support, top
 
 _NEAR = 0.15  # Metres within which something stands near enough to be touched by fingers. Chosen: about an open hand.
 _STRAIGHT = 0.999  # Cosine of the angle to the vertical up to which a hand points straight down. Chosen: 2.6 degrees.
+_CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 # Metres that each finger opens beyond the object on its way down. Chosen: six times `FINGER_CLEARANCE`.
 _OPENING = 0.006
 
@@ -99,7 +100,23 @@ def has_room(grasp: Grasp, near: Sequence[DetectedObject], geometry: GripperGeom
         finger = DetectedObject(
             id="", kind="box", size=half, colour="", rgba=(0, 0, 0, 1), pose=Pose.from_matrix(place, rotation)
         )
-        lowest = bounds(finger)[0][2]
-        if any(top(item) > lowest and nearer(finger, item, 0.0) for item in near):
+        lowest = float(bounds(finger)[0][2])
+        if any(top(item) > lowest and nearer(finger, item, 0.0) and _stands_in(item, finger, lowest) for item in near):
             return False
     return True
+
+
+def _stands_in(item: DetectedObject, finger: DetectedObject, lowest: float) -> bool:
+    """Tell whether any of an object comes up under a finger as seen from above; what has a hollow may leave it room.
+
+    Args:
+        item: The object, whose hull is under the finger.
+        finger: A box.
+        lowest: Height of the finger's lowest point, metres.
+    """
+    rotation = item.pose.rotation
+    if item.geometry is None or rotation[2, 2] < _STRAIGHT:
+        return True
+    corners = finger.pose.position + finger.shape.hull(finger.size).half_extents * _CORNERS @ finger.pose.rotation.T
+    local = (corners - item.pose.position) @ rotation
+    return item.geometry.grid.highest_in(local[:, :2]) > lowest - item.pose.xyz[2]

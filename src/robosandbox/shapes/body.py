@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -99,6 +100,12 @@ class PartJoint:
     low: float
     high: float
     stiffness: float = 0.0
+
+    @property
+    def shut(self) -> float:
+        """Value at which a part is shut: the end of its range that is nearest to 0, where it was drawn."""
+        low, high = (end if math.isfinite(end) else 0.0 for end in (self.low, self.high))
+        return low if abs(low) <= abs(high) else high
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,14 +1,15 @@
 """Solids of convex pieces: what a scene's file is made of, measured and not named.
 
 A thing of a file is one of four kinds by its geometry alone: `solid`, `dish` (a shallow hollow), `vessel` (a deep one), and
-`fixture`, which stays where it is; `cupboard`, a fixture with a cavity that is open to one side or two; `part` turns or slides on one. The instance carries its pieces, so that an object is asked for
+`fixture`, which stays where it is; `cupboard`, a fixture with a cavity that is open to one side or two; `compartment`, a hollow of one;
+`part` turns or slides on one. The instance carries its pieces, so that an object is asked for
 its shape and nobody looks geometry up by kind.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -22,7 +23,7 @@ from robosandbox.shapes.room import Room
 from robosandbox.shapes.shape import Shape, Size, Solid, Written
 from robosandbox.spatial import Array, Vec3, frozen_array, matrix_from_quat_xyzw
 
-FileKind = Literal["solid", "dish", "vessel", "fixture", "cupboard", "part"]
+FileKind = Literal["solid", "dish", "vessel", "fixture", "cupboard", "compartment", "part"]
 # Sides to which a cavity is open at the most: what is open to three is a space under a board.
 _MOST_WAYS = 2
 # Ratio of a hollow's depth to its half width up to which it is a dish: plates have 0.15 to 0.25, bowls 0.6 up.
@@ -42,11 +43,13 @@ class Geometry:
         pieces: What collides.
         kind: Which of the kinds of files it is.
         joint: How a part moves; None for what is no part.
+        compartment: Number of the hollow that is told of, of a fixture with several; None for all that there is.
     """
 
     pieces: tuple[Piece, ...]
     kind: FileKind = "solid"
     joint: PartJoint | None = None
+    compartment: int | None = None
 
     @cached_property
     def shape(self) -> Compound:
@@ -59,7 +62,7 @@ class Geometry:
 
     @cached_property
     def _hash(self) -> int:
-        return hash((self.kind, self.pieces))
+        return hash((self.kind, self.pieces, self.compartment))
 
     @cached_property
     def corners(self) -> tuple[Array, ...]:
@@ -91,9 +94,14 @@ class Geometry:
         return self.grid.surfaces()
 
     @cached_property
+    def hollows(self) -> tuple[Room, ...]:
+        """Hollows that are open to above, the largest first."""
+        return self.grid.hollows()
+
+    @property
     def hollow(self) -> Room | None:
-        """Hollow that is open to above; None without one."""
-        return self.grid.hollow()
+        """The largest hollow that is open to above, or that of the compartment; None without one."""
+        return self.hollows[self.compartment or 0] if self.hollows else None
 
     @cached_property
     def cavity(self) -> LevelSurface | None:
@@ -247,6 +255,14 @@ class Cupboard(Fixture):
         return Room(middle=(low + high) / 2.0, half=half, floor=cavity.height, rim=cavity.height + cavity.headroom)
 
 
+class Compartment(Fixture):
+    """A hollow of a fixture, or a fixture with one."""
+
+    kind = "compartment"
+    nouns = ("compartment",)
+    holds_things = True
+
+
 class Part(Compound):
     """What turns or slides on a fixture."""
 
@@ -254,6 +270,25 @@ class Part(Compound):
     nouns = ("part",)
     stays_put = True
     flat_top = False
+
+    def __init__(self, geometry: Geometry | None = None) -> None:
+        super().__init__(geometry)
+        # What slides and has a hollow is a drawer.
+        joint = None if geometry is None else geometry.joint
+        self.holds_things = joint is not None and joint.kind == "slide" and self._told().hollow is not None
+
+    def mouth(self, solid: Solid) -> Room | None:
+        """Return the part of its hollow that has come out along its slide, where one can reach in from above."""
+        room, joint = self.room(solid.size), self.joint(solid)
+        if room is None or joint is None:
+            return None
+        out = ((joint.shut if solid.opening is None else solid.opening) - joint.shut) * np.array(joint.axis)
+        local = (solid.pose.rotation.T @ out)[:2]
+        along = int(np.abs(local).argmax())
+        half, middle = room.half.copy(), room.middle.copy()
+        half[along] = min(half[along], abs(float(local[along])) / 2.0)
+        middle[along] += np.sign(local[along]) * (room.half[along] - half[along])
+        return replace(room, half=half, middle=middle)
 
     def joint(self, solid: Solid) -> PartJoint | None:
         """Return the joint that its file gives it."""
@@ -273,6 +308,7 @@ _KINDS: dict[FileKind, type[Compound]] = {
     "vessel": Vessel,
     "fixture": Fixture,
     "cupboard": Cupboard,
+    "compartment": Compartment,
     "part": Part,
 }
 # Kinds of what comes from files, by name; nobody writes an object of one.

@@ -160,10 +160,10 @@ class Drawer(Shape):
         middle = parts.box_centre[:2] - [opening or 0.0, 0.0]
         return Room(middle=middle, half=parts.inner, floor=parts.floor, rim=parts.rim)
 
-    def mouth(self, size: Size, opening: float | None = None) -> Room:
+    def mouth(self, solid: Solid) -> Room:
         """Return the part of the inside that lies before the cabinet, where one can reach in from above."""
-        room = self.room(size, opening)
-        front, back = room.middle[0] - room.half[0], min(room.middle[0] + room.half[0], -size[1] / 2.0)
+        room = self.room(solid.size, solid.opening)
+        front, back = room.middle[0] - room.half[0], min(room.middle[0] + room.half[0], -solid.size[1] / 2.0)
         middle = np.array([(front + back) / 2.0, room.middle[1]])
         return Room(middle=middle, half=np.array([(back - front) / 2.0, room.half[1]]), floor=room.floor, rim=room.rim)
 

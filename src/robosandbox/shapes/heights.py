@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -134,6 +135,44 @@ class HeightGrid:
         self._high: Array = np.array([high for _, high in spans])
         self._pieces = pieces
 
+    @cached_property
+    def underside(self) -> tuple[Array, Array]:
+        """Middles of the columns, shape (n, 2), and the lowest point over each, shape (n,), metres."""
+        heights = np.fmin.reduce(self._low, axis=0)
+        there = np.isfinite(heights)
+        return frozen_array(self.points.reshape(-1, 2)[there]), frozen_array(heights[there])
+
+    @cached_property
+    def _upside(self) -> Array:
+        """The highest point over each column, metres, in the shape of the grid; no number beside it."""
+        return np.asarray(np.fmax.reduce(self._high, axis=0).reshape(self._shape))
+
+    def highest_in(self, outline: Array) -> float:
+        """Return the highest point within the convex outline of points (k, 2), metres; below all of it where there is nothing."""
+        from scipy.spatial import ConvexHull
+
+        sides = ConvexHull(outline).equations
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        first, last = np.clip(
+            ((np.array([low, high]) - self.points[0, 0]) / self.cell).round().astype(int), 0, np.array(self._shape) - 1
+        )
+        part = np.s_[first[0] : last[0] + 1, first[1] : last[1] + 1]
+        within = (self.points[part] @ sides[:, :2].T + sides[:, 2] <= 0.0).all(axis=-1)
+        return float(np.fmax.reduce(self._upside[part][within], initial=-np.inf))
+
+    def rest(self, points: Array, heights: Array) -> float:
+        """Return how high something comes to rest on it that is let down, metres; below all of it where it falls past.
+
+        Args:
+            points: Middles of columns of what is let down, shape (n, 2), metres, where it is.
+            heights: Of its underside over each, shape (n,), metres.
+        """
+        high = self._upside
+        cells = np.rint((points - self.points[0, 0]) / self.cell).astype(int)
+        over = ((cells >= 0) & (cells < self._shape)).all(axis=1)
+        met = high[cells[over, 0], cells[over, 1]] - heights[over]
+        return float(np.fmax.reduce(met, initial=-np.inf))
+
     def surfaces(self) -> tuple[LevelSurface, ...]:
         """Return the level faces wide enough to stand on, the highest first."""
         heights = [
@@ -188,8 +227,8 @@ class HeightGrid:
                 found.append((sign, 0) if axis == 0 else (0, sign))
         return frozen_array(np.array(found, dtype=float).reshape(-1, 2))
 
-    def hollow(self) -> Room | None:
-        """Return the largest hollow that is open to above; None where water would run off everywhere."""
+    def hollows(self) -> tuple[Room, ...]:
+        """Return the hollows that are open to above, the largest first; none where water would run off everywhere."""
         from scipy.ndimage import grey_closing
 
         with np.errstate(invalid="ignore"):
@@ -197,20 +236,21 @@ class HeightGrid:
         ground = np.isfinite(top)
         bottom = float(top[ground].min()) if ground.any() else 0.0
         top = np.where(ground, top, bottom - 1.0)
+        # Nothing falls through gaps between the boards of a floor that are narrower than what it would stand on.
+        window = 2 * round(_LEAST_WIDTH / self.cell / 2.0) + 1
+        closed = grey_closing(top, size=(window, window))
+        gap = ~ground & (closed > bottom - 0.5)
+        top, ground = np.where(gap, closed, top), ground | gap
         level = _filled(grey_closing(top, size=(3, 3)))
         basin, count = _islands((level - top > _LEAST_DEPTH) & ground)
-        best: Room | None = None
+        found: list[Room] = []
         for number in range(1, count + 1):
             mask = basin == number
             inside = _depths(mask) * self.cell - self.cell / 2.0
             if inside.max() < _LEAST_WIDTH / 2.0:
                 continue
-            found = self._room(mask, inside, top, float(np.median(level[mask])))
-            if best is None or found.half.prod() * (found.rim - found.floor) > best.half.prod() * (
-                best.rim - best.floor
-            ):
-                best = found
-        return best
+            found.append(self._room(mask, inside, top, float(np.median(level[mask]))))
+        return tuple(sorted(found, key=lambda room: -float(room.half.prod()) * (room.rim - room.floor)))
 
     def _room(self, mask: NDArray[np.bool_], inside: Array, top: Array, rim: float) -> Room:
         """Return a hollow as a round or square room."""

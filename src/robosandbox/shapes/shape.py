@@ -128,7 +128,7 @@ class Shape(ABC):
     translations: ClassVar[Mapping[str, str]] = {}
     is_plural: ClassVar[bool] = False
     options: ClassVar[frozenset[str]] = frozenset()
-    holds_things: ClassVar[bool] = False
+    holds_things: bool = False
     opens: ClassVar[bool] = False
     pours: ClassVar[bool] = False
     flat_top: ClassVar[bool] = True
@@ -204,9 +204,9 @@ class Shape(ABC):
         del size, opening
         return None
 
-    def mouth(self, size: Size, opening: float | None = None) -> Room | None:
+    def mouth(self, solid: Solid) -> Room | None:
         """Return the part of the inside that can be reached from above."""
-        return self.room(size, opening)
+        return self.room(solid.size, solid.opening)
 
     def rest_height(self, target: Solid, width: float, place: Array | None = None) -> float:
         """Return at what height something stands that is set on top.

@@ -42,7 +42,7 @@ Area = tuple[tuple[Finite, Finite], tuple[Finite, Finite]]
 TABLE_AREA: Area = ((-0.5, 0.5), (-0.5, 0.5))
 
 # Kinds of what a scene's file fixes in its place.
-FIXED_KINDS = frozenset({"fixture", "cupboard", "part"})
+FIXED_KINDS = frozenset({"fixture", "cupboard", "compartment", "part"})
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 

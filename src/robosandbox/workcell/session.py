@@ -25,6 +25,7 @@ from robosandbox.robots.locate import say
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.sim.populated import left_out, populated
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.manual import MANUAL
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.tasks.layouts import Layouts, Start
 from robosandbox.tasks.loader import resolve_task, with_robot
@@ -74,7 +75,7 @@ def _open_task(options: WorkcellOptions, wait_hook: Callable[[], None] | None) -
     if options.camera is not None:
         camera = options.camera
         planner_options["picture"] = lambda: driver.state([camera]).images[camera]
-    mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue)
+    mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue, moves=MANUAL)
     grasps: GraspPlanner = make_plugin("grasp_planners", GraspPlanner, options.grasp, options=options.grasp_options)
     paths: MotionPlanner = make_plugin("motion_planners", MotionPlanner, options.motion, options=options.motion_options)
     eyes = make_perception(options.perception, Setup.of(task.scene), options.perception_options)

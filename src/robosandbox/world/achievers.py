@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from robosandbox.errors import InvalidArgumentError
 from robosandbox.types import SkillCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, Fact
@@ -75,7 +76,12 @@ class Achievers:
             arguments = {key: bound.get(f"*{key}", f"*{key}") for key in fields.get("properties", {})}
             kept = {key: value for key, value in arguments.items() if f"*{key}" in bound or key in required}
             call = SkillCall(skill=name, arguments=kept)
-            needs = sorted((need.resolved(subject) for need in self.contract(call).needs), key=_takes_the_hand)
+            try:
+                contract = self.contract(call)
+            except InvalidArgumentError:
+                # A skill that does not take a goal's value does not achieve it.
+                continue
+            needs = sorted((need.resolved(subject) for need in contract.needs), key=_takes_the_hand)
             settled = tuple(need for need in needs if not marks(need))
             yield Achiever(call, settled, tuple(need for need in needs if marks(need)))
 

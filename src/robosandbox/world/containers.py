@@ -127,6 +127,8 @@ def holds_things(view: View, c: str) -> Finding:
 def lets_in(view: View, a: str, c: str) -> Finding:
     """A container is open, and far enough for an object."""
     vessel, item = view.get(c), view.get(a)
+    if parts.is_part(vessel):
+        return parts.open_(view, c)
     if vessel.is_fixed:
         return _way_in(view, item, vessel)
     if not vessel.shape.opens:
@@ -179,7 +181,7 @@ def _way_in(view: View, item: DetectedObject, cupboard: DetectedObject) -> Findi
 def opened(view: View, c: str) -> Finding:
     """A container is open to what falls into it: a drawer at least half."""
     vessel = view.get(c)
-    return parts.open_(view, c) if vessel.shape.opens else Finding(holds=True)
+    return parts.open_(view, c) if vessel.shape.opens or parts.is_part(vessel) else Finding(holds=True)
 
 
 @predicate("object", "object", blame=occupied)

@@ -95,7 +95,7 @@ def poured_into(scene: ObservedScene, source: str, target: str) -> ObservedScene
     vessel, into = scene.find(source), scene.find(target)
     if vessel is None or into is None:
         return scene
-    room = into.shape.mouth(into.size, into.opening)
+    room = into.shape.mouth(into)
     if room is None:
         return scene
     floor = into.pose.position + into.pose.rotation @ np.array([*room.middle, room.floor])

@@ -19,7 +19,7 @@ from robosandbox.types import ObservedScene
 from robosandbox.world.effects import taken
 from robosandbox.world.facts import HELD, TABLE, Fact, fact
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
-from robosandbox.world.relations import lies_in, mouth_of, room_of
+from robosandbox.world.relations import lies_in, mouth_of, on_table, room_of, stands_on
 
 # How far under a drawer's cabinet the middle of a thing may lie and still be got out, metres; chosen as half a finger's
 # thickness, by which fingers reach in.
@@ -130,6 +130,15 @@ def seen(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=view.scene.find(a) is not None)
 
 
+def _stands(scene: ObservedScene, name: str) -> bool:
+    """Tell whether a thing is seen to rest on the table or on another one."""
+    item = scene.find(name)
+    if item is None:
+        return False
+    others = (other for other in scene.objects if other.id != name)
+    return on_table(item, scene.table_height).holds or any(stands_on(item, other) for other in others)
+
+
 @predicate("object", "word?", effect=taken, lasts=True, last=True, blame=_not_holding, lost=_slipped)
 def holding(view: View, a: str, hand: str | None = None) -> Finding:
     """A hand holds an object: the one named, else the one that calls are made with, else any."""
@@ -138,7 +147,14 @@ def holding(view: View, a: str, hand: str | None = None) -> Finding:
     held, holder = _held(view.scene, hand), _holder(view.scene, hand)
     now = f"{holder} holds {' and '.join(held)}" if held else f"{holder} is empty"
     named = () if hand is None else (hand,)
-    return Finding(holds=a in held, cause=now, help=f"pick {a} first", remedies=(fact("holding", a, *named),))
+    return Finding(
+        holds=a in held,
+        # A hand that has closed on what still stands there may yet lose it: it is not known to carry it.
+        is_sure=a not in held or not _stands(view.scene, a),
+        cause=now,
+        help=f"pick {a} first",
+        remedies=(fact("holding", a, *named),),
+    )
 
 
 @predicate("object", "word", effect=_gripped)

@@ -15,7 +15,7 @@ from robosandbox.shapes.body import PartJoint
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.spatial import matrix_about_axis
 from robosandbox.types import DetectedObject, ObservedScene, Pose
-from robosandbox.world.effects import slid, with_objects
+from robosandbox.world.effects import carried, slid, with_objects
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.nearness import nearer
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
@@ -57,10 +57,8 @@ def part_value(part: DetectedObject) -> float:
 
 
 def shut_value(part: DetectedObject) -> float:
-    """Return the value at which a part is shut: the end of its range that is nearest to 0, where it was drawn."""
-    joint = joint_of(part)
-    low, high = (end if math.isfinite(end) else 0.0 for end in (joint.low, joint.high))
-    return low if abs(low) <= abs(high) else high
+    """Return the value at which a part is shut."""
+    return joint_of(part).shut
 
 
 def open_value(part: DetectedObject, share: float = 1.0) -> float:
@@ -107,7 +105,8 @@ def moved_to(scene: ObservedScene, name: str, share: float) -> ObservedScene:
         return scene
     if part.shape.opens:
         return slid(scene, name, open_value(part, share))
-    return with_objects(scene, [at_value(part, open_value(part, share))])
+    there = at_value(part, open_value(part, share))
+    return with_objects(carried(scene, name, there.pose), [there])
 
 
 @predicate("object", fixed=True)

@@ -20,6 +20,7 @@ from robosandbox.world.relations import (
     centre,
     extent,
     gap,
+    let_down,
     mouth_of,
     rest_height,
     support,
@@ -241,13 +242,14 @@ def placements_in(
         held: What goes in, as it is held.
         contents: What lies in it already.
     """
-    if vessel.is_fixed and vessel.geometry is not None and vessel.geometry.cavity is not None:
+    if vessel.geometry is not None and vessel.geometry.kind == "cupboard" and vessel.geometry.cavity is not None:
         yield from _on_face(held, vessel, vessel.geometry.cavity, contents)[0]
         return
     edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]
     # A thing whose underside is as high as the rim stands on the contents, not inside.
     places = [place for place in _places(vessel, held, contents) if place[1] < edge]
     if not places:
+        yield from _nested(vessel, held, contents, edge)
         return
     rim = edge + _NEXT_ROOM
     for drop in _DROPS:
@@ -256,6 +258,27 @@ def placements_in(
                 yield Placement(xy, height + drop, (yaw,))
     for xy, height, yaw in places:
         yield Placement(xy, max(rim, height), (yaw,))
+
+
+def _nested(
+    vessel: DetectedObject, held: DetectedObject, contents: Sequence[DetectedObject], edge: float
+) -> Iterator[Placement]:
+    """Yield where a thing that does not get down between the walls rests on them, below the rim, as one bowl in another.
+
+    Args:
+        vessel: What holds things.
+        held: What goes in.
+        contents: What lies in it already.
+        edge: Height of its rim, metres.
+    """
+    x, y, _ = vessel.pose.position + vessel.pose.rotation @ np.array([*_inside(vessel)[0], 0.0])
+    upright = with_pose(held, Pose.from_matrix(held.pose.position, levelled(held.pose.rotation)))
+    height = None if contents else let_down(upright, vessel, (float(x), float(y)))
+    if height is not None and height < edge - _STEP:
+        # The object's origin need not be its middle.
+        aside = (upright.pose.position - centre(upright))[:2]
+        yaws = turns(0.0) if np.hypot(*aside) < _ABOVE else (0.0,)
+        yield Placement((float(x + aside[0]), float(y + aside[1])), height + _ABOVE, yaws)
 
 
 @cached_for_episode(_CACHED)

@@ -17,6 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from robosandbox.shapes import Room, kinds_that_hold
+from robosandbox.shapes.body import Piece
+from robosandbox.shapes.compound import Geometry
+from robosandbox.shapes.shape import Primitive
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Pose, Side, Vec3
 from robosandbox.world.episode_cache import cached_for_episode
 
@@ -35,6 +38,8 @@ _ANGLES = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
 _COMPASS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros_like(_ANGLES)])
 # By how much a corner may reach farther than the nearest direction of the compass tells, as a ratio.
 _BETWEEN = 1.0 / math.cos(math.pi / len(_ANGLES))
+# Cosine to the vertical from which on a thing stands upright.
+_STANDS = 0.995
 _DOWN = np.array([0.0, 0.0, -1.0])
 _BOTH_WAYS = np.vstack([np.eye(3), -np.eye(3)])
 
@@ -175,6 +180,9 @@ def _stand(obj: DetectedObject, target: DetectedObject) -> tuple[float, float]:
     surface = target.shape.surface(target, 0.0, place)
     if surface is None:
         return footprint_margin(target, place), rest_height(obj, target)
+    met = None if target.is_fixed else let_down(obj, target, (float(place[0]), float(place[1])))
+    if met is not None:
+        return footprint_margin(target, place), met
     local = target.pose.rotation.T @ (place - target.pose.position)
     return surface.margin(local[:2]), float(target.pose.xyz[2] + surface.height)
 
@@ -247,14 +255,44 @@ def mouth_of(container: DetectedObject) -> Room:
     Raises:
         ValueError: Nothing can be put into it.
     """
-    mouth = container.shape.mouth(container.size, container.opening)
+    mouth = container.shape.mouth(container)
     return room_of(container) if mouth is None else mouth
 
 
 def rest_height(obj: DetectedObject, target: DetectedObject) -> float:
     """Return the height at which `obj` stands that is set on `target`, metres."""
+    x, y, _ = centre(target)
+    met = let_down(obj, target, (float(x), float(y)))
+    if met is not None:
+        return met
     low, high = bounds(obj)
     return target.shape.rest_height(target, float(np.min((high - low)[:2])) / 2.0)
+
+
+@cached_for_episode(_KEPT)
+def let_down(obj: DetectedObject, target: DetectedObject, place: tuple[float, float]) -> float | None:
+    """Return the height of an object's lowest point where it comes to rest on another, its middle over a place, x and y.
+
+    None where the target is no solid of pieces, the object neither that nor one convex piece, or one of them does not stand upright.
+    """
+    geometry = obj.geometry or _of_one_piece(obj)
+    if geometry is None or target.geometry is None:
+        return None
+    if min(obj.pose.rotation[2, 2], target.pose.rotation[2, 2]) < _STANDS:
+        return None
+    points, heights = geometry.grid.underside
+    turn = (target.pose.rotation.T @ obj.pose.rotation)[:2, :2]
+    middle = (target.pose.rotation.T @ (np.array([*place, 0.0]) - target.pose.position))[:2]
+    there = middle + (points - geometry.box[0][:2]) @ turn.T
+    height = target.geometry.grid.rest(there, heights - heights.min())
+    return None if height == -math.inf else float(target.pose.xyz[2] + height)
+
+
+def _of_one_piece(obj: DetectedObject) -> Geometry | None:
+    """Return a box, cylinder, ball or capsule as a solid of pieces; None of other kinds."""
+    if not isinstance(obj.shape, Primitive):
+        return None
+    return Geometry((Piece(hull=obj.shape.hull(obj.size)),))
 
 
 def loose(obj: DetectedObject) -> list[DetectedObject]:
@@ -270,7 +308,8 @@ def _bead(obj: DetectedObject, grain: Vec3) -> DetectedObject:
 
 def contents(objects: Iterable[DetectedObject], container: DetectedObject) -> list[tuple[str, int]]:
     """Return what lies in a container: the objects' ids, each with the number of its bead, 0 where it is none."""
-    return [(item.id, k) for item in objects if item.id != container.id for k in parts_in(item, container)]
+    loose_ones = (item for item in objects if item.id != container.id and not item.is_fixed)
+    return [(item.id, k) for item in loose_ones for k in parts_in(item, container)]
 
 
 def parts_in(item: DetectedObject, container: DetectedObject) -> list[int]:

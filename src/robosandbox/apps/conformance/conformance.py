@@ -10,9 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from robosandbox.agent.context import AgentContext
+from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.protocols import Planner
 from robosandbox.errors import InputError, InvalidArgumentError, SkillError
 from robosandbox.skills.base import Skill
+from robosandbox.skills.pick import Pick
+from robosandbox.skills.words import Slot
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import FailedCall
@@ -38,6 +41,7 @@ def check_skill(skill: Skill, ctx: AgentContext, arguments: dict[str, object]) -
     demand(schema.get("additionalProperties") is False, f"{skill.name}: its schema admits unknown arguments")
     seen = ctx.look()
     check_contract(skill, seen, arguments)
+    check_words(skill, seen, arguments)
     before = ctx.driver.time
     skills = {skill.name: skill}
     call = SkillCall(skill=skill.name, arguments=arguments)
@@ -63,6 +67,50 @@ def check_skill(skill: Skill, ctx: AgentContext, arguments: dict[str, object]) -
     demand(isinstance(result, SkillResult), f"{skill.name}: returned {type(result).__name__}, not SkillResult")
     demand(result.skill == skill.name, f"{skill.name}: its result is signed {result.skill!r}")
     return result
+
+
+def check_words(skill: Skill, scene: ObservedScene, arguments: Mapping[str, object]) -> None:
+    """Check that each verb with which a skill says people ask for it is understood, beside what has to be said with it.
+
+    Args:
+        skill: The skill.
+        scene: In which the arguments make sense.
+        arguments: Valid arguments for it; one that is a thing stands for the verb's object.
+    """
+    told = skill.words
+    for words in told if isinstance(told, tuple) else (told,) if told else ():
+        named = {words.object, *(name for slot in words.slots for name in slot.argument.split())} - {""}
+        strange = named - {*skill.schema["properties"]}
+        demand(not strange, f"{skill.name}: its words fill {', '.join(sorted(strange))}, which it does not take")
+        others = [item.id for item in scene.objects if item.id != arguments.get(words.object)]
+        needed = next((slot for slot in words.slots if slot.argument in words.required), None)
+        extra = "" if needed is None else _said_of(needed, others)
+        for verb in words.verbs:
+            thing = str(arguments.get(words.object, "")) if words.object else ""
+            said = verb.replace("{}", thing) if "{}" in verb else f"{verb} {thing}"
+            sentence = " ".join(f"{said} {extra}".split())
+            answer = StubPlanner([skill, Pick()]).plan(sentence, scene)
+            calls = [step.skill for step in answer.steps] if isinstance(answer, Plan) else []
+            demand(skill.name in calls, f"{skill.name}: “{sentence}” is not understood as it: {answer}")
+
+
+def _said_of(slot: Slot, things: Sequence[str]) -> str:
+    """Return what somebody may say for an argument."""
+    samples = {
+        "angle": "30 degrees",
+        "length": "5 cm",
+        "duration": "2 seconds",
+        "force": "5 newtons",
+        "share": "50 percent",
+        "number": "2",
+        "point": "0.2, 0.1, 0.3",
+        "name": "camera",
+        "object": things[0] if things else "",
+    }
+    if slot.kind == "phrase":
+        return slot.phrases[0][0]
+    begins, ends = (table[0][0] if table and not slot.bare else "" for table in (slot.beginnings, slot.endings))
+    return f"{slot.prepositions[0]} {begins} {samples[slot.kind]} {'' if begins else ends}"
 
 
 def check_contract(skill: Operator, scene: ObservedScene, arguments: Mapping[str, object]) -> None:

@@ -10,6 +10,8 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.manual import MANUAL
+from robosandbox.skills.words import Words
 from robosandbox.types import ObservedScene, SkillResult
 from robosandbox.workcell.zenoh.messages import SkillInfo
 from robosandbox.world.alternatives import Alternative, FailedCall
@@ -104,6 +106,16 @@ class RemoteSkill:
         """JSON schema of the arguments."""
         return self._info.arguments
 
+    @property
+    def words(self) -> Words | tuple[Words, ...] | None:
+        """How people ask for it, where this machine has the same skill."""
+        return getattr(self._installed, "words", None)
+
+    @property
+    def translations(self) -> Mapping[str, str]:
+        """The same in languages that are data."""
+        return getattr(self._installed, "translations", {})
+
     def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the arguments, checked where this machine has the same skill; the sim checks them before anything moves."""
         return arguments if self._installed is None else self._installed.check(arguments)
@@ -118,5 +130,5 @@ class RemoteSkill:
 
     @cached_property
     def _installed(self) -> Operator | None:
-        same = (skill for skill in load_skills() if skill.name == self.name and skill.schema == self.schema)
-        return next(same, None)
+        own = (*load_skills(), *MANUAL)
+        return next((skill for skill in own if skill.name == self.name and skill.schema == self.schema), None)

@@ -73,7 +73,10 @@ class RemoteWorkcell(Workcell[RemoteContext]):
 
     def _begin(self) -> None:
         info, options, robot = self.robot.survey(), self._options, self.robot
-        mind = make_planner(options.planner, robot.skills, self._planner_options, dialogue=options.dialogue)
+        moves = [call for name, call in robot.calls.items() if name not in {skill.name for skill in robot.skills}]
+        mind = make_planner(
+            options.planner, robot.skills, self._planner_options, dialogue=options.dialogue, moves=moves
+        )
         agent = Agent(ctx=robot.ctx, skills=robot.skills, planner=mind, max_replans=options.max_replans)
         agent.calls = robot.calls
         super().__init__(

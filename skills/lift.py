@@ -1,0 +1,68 @@
+"""Lift: raise or lower a thing by so much, in the hand."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from robosandbox.skills.base import Skill
+from robosandbox.skills.pick import Pick
+from robosandbox.skills.primitives.hand_move import Mover
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
+from robosandbox.types import Pose, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
+from robosandbox.world.relations import bottom
+
+
+def _by(sign: float) -> Slot:
+    return Slot(argument="height", kind="length", beginnings=(("", sign), ("by", sign)), bare=False)
+
+
+class Lift(Skill):
+    """Lift a thing by so much."""
+
+    name = "lift"
+    words = (
+        Words(
+            verbs=("lift", "raise", "lift up", "lift {} up", "raise {} up"),
+            object="object",
+            slots=(_by(1.0),),
+            required=("height",),
+        ),
+        Words(
+            verbs=("lower", "lower {} down"), object="object", slots=(_by(-1.0),), required=("height",), in_hand=True
+        ),
+    )
+
+    def contract(self, *, object: str, **others: Any) -> Contract:
+        """Return what lifting needs and brings about."""
+        del others
+        return Contract(needs=Pick().contract(object=object).needs, gives=(fact("holding", object),))
+
+    def run(self, ctx: SkillContext, *, object: str, height: Annotated[float, Field(ge=-1.0, le=1.0)]) -> SkillResult:
+        """Raise a thing straight by so much, picked up where it stands if it is not held; it stays in the hand.
+
+        Args:
+            object: Id of the object.
+            height: By how much its underside is to rise from where it is, metres; it sinks where negative.
+
+        Raises:
+            SkillError: As pick raises them.
+            UnreachableError: The hand cannot go there in a straight line.
+            CollisionError: Something is in the way.
+            TrackingError: The arm did not arrive.
+        """
+        arm = Mover(ctx)
+        before = bottom(arm.find(object))
+        if arm.start.held != object:
+            Pick().run(ctx, object=object)
+            arm = Mover(ctx)
+        here = arm.state.tcp_pose
+        rise = before + height - bottom(arm.find(object))
+        goal = Pose(xyz=(here.xyz[0], here.xyz[1], here.xyz[2] + rise), quat_xyzw=here.quat_xyzw)
+        arm.arrive(arm.kept_level(arm.motion.plan_line(arm.q, goal, speed=arm.speed)), goal)
+        risen = bottom(arm.look().find(object) or arm.find(object)) - before
+        return SkillResult(skill=self.name, detail={"object": object, "dz_mm": 1e3 * risen})

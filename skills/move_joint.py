@@ -1,0 +1,57 @@
+"""Move joint: turn one joint of the arm."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.errors import InvalidArgumentError, Phase
+from robosandbox.skills.primitives.hand_move import HandMove, Mover
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
+from robosandbox.types import SkillResult
+
+
+class MoveJoint(HandMove):
+    """Turn one joint of the arm."""
+
+    name = "move_joint"
+    words = Words(
+        verbs=("move joint", "turn joint", "rotate joint", "set joint", "bring joint"),
+        slots=(
+            Slot(argument="joint", kind="number"),
+            Slot(argument="by", kind="angle", prepositions=("by",)),
+            Slot(argument="to", kind="angle", prepositions=("to",)),
+        ),
+        required=("by", "to"),
+    )
+
+    def run(self, ctx: SkillContext, *, joint: int, by: float | None = None, to: float | None = None) -> SkillResult:
+        """Turn a joint on a free way, the others staying as they are in the end; what the hand holds stays held.
+
+        Args:
+            joint: Its number, counted from the base, which is 1.
+            by: By how much, rad; metres for a sliding one.
+            to: To which angle, in place of that.
+
+        Raises:
+            InvalidArgumentError: There is no such joint, it does not go so far, or not exactly one of `by` and `to` is given.
+            CollisionError: Something is in the way.
+            UnsupportedError: What lies in what is held would fall out.
+            TrackingError: The arm did not arrive.
+        """
+        arm = Mover(ctx)
+        robot = arm.spec
+        if (by is None) == (to is None):
+            raise InvalidArgumentError("by, to: give one of them", phase=Phase.CHECK)
+        if not 1 <= joint <= robot.n:
+            raise InvalidArgumentError(f"joint: {robot.name} has joints 1 to {robot.n}, not {joint}", phase=Phase.CHECK)
+        goal = arm.q.copy()
+        goal[joint - 1] = goal[joint - 1] + by if by is not None else to
+        low, high = robot.lower[joint - 1], robot.upper[joint - 1]
+        if not low <= goal[joint - 1] <= high:
+            raise InvalidArgumentError(
+                f"{robot.joints[joint - 1]} goes from {low:.3f} to {high:.3f} rad, not to {goal[joint - 1]:.3f}",
+                phase=Phase.CHECK,
+            )
+        arm.follow(arm.way_to(goal), Phase.APPROACH)
+        return SkillResult(skill=self.name, detail={"joint_error": float(np.abs(arm.q - goal).max())})

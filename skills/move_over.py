@@ -1,0 +1,77 @@
+"""Move over: bring the hand, and what it holds, over a thing."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
+from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
+from robosandbox.world.relations import bottom, centre, top
+
+
+def _over(*prepositions: str) -> tuple[Slot, ...]:
+    return (
+        Slot(argument="object", kind="object", prepositions=prepositions),
+        Slot(argument="height", kind="length", prepositions=("", "by", "at")),
+        Slot(argument="seconds", kind="duration", prepositions=("for",)),
+    )
+
+
+class MoveOver(HandMove):
+    """Bring the hand over a thing."""
+
+    name = "move_over"
+    words = (
+        Words(
+            verbs=(*HAND_GOES, "hover", "hold your hand", "hold the hand", "put your hand"),
+            slots=_over("over", "above", "to above"),
+            required=("object",),
+        ),
+        Words(verbs=("hold", "keep"), object="held", slots=_over("over", "above"), required=("object",), in_hand=True),
+    )
+
+    def contract(self, *, object: str, held: str | None = None, **others: Any) -> Contract:
+        """Return that what is to be held there is held, and stays so."""
+        del object, others
+        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
+
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        object: str,
+        height: Annotated[float, Field(ge=0.0, le=2.0)] = 0.1,
+        held: str | None = None,
+        seconds: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0,
+    ) -> SkillResult:
+        """Bring the hand over the middle of a thing on a free way, pointing down; what it holds stays held.
+
+        Args:
+            object: Id of the thing.
+            height: From the thing's top to the tool centre point, or to the underside of what is held, metres.
+            held: Id of what is to be held there; nothing, or whatever is held, when left out.
+            seconds: How long it stays there.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            NotHoldingError: What is to be held there is not held.
+            UnreachableError: The hand cannot be there.
+            CollisionError: Something is in the way.
+            UnsupportedError: What lies in what is held would fall out.
+            TrackingError: The arm did not arrive.
+        """
+        arm = Mover(ctx)
+        below = arm.find(object)
+        name = arm.start.held
+        hangs = arm.state.tcp_pose.xyz[2] - bottom(arm.find(name)) if name is not None and name != object else 0.0
+        x, y, _ = centre(below)
+        detail = arm.bring((float(x), float(y), top(below) + height + hangs))
+        if seconds > 0.0:
+            arm.driver.wait(seconds)
+        return SkillResult(skill=self.name, detail=detail)

@@ -1,0 +1,52 @@
+"""Weigh: feel how heavy the thing in the hand is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.driver import require
+from robosandbox.skills.primitives.gripping import GRAVITY
+from robosandbox.skills.primitives.hand_move import HandMove, Mover
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Words
+from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
+
+# Seconds of standing before the first reading and over which readings are taken.
+_REST, _SECONDS = 0.5, 1.0
+
+
+class Weigh(HandMove):
+    """Weigh what is held."""
+
+    name = "weigh"
+    words = Words(verbs=("weigh", "feel how heavy {} is"), object="object", in_hand=True)
+
+    def contract(self, *, object: str) -> Contract:
+        """Return that the object is held, and stays so."""
+        return Contract(needs=(fact("holding", object),), keeps_hold=True)
+
+    def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
+        """Stand still and weigh what the hand holds by the force that the wrist feels; it stays held.
+
+        Args:
+            object: Id of what is held.
+
+        Raises:
+            NotHoldingError: It is not held.
+            UnsupportedError: The driver feels no force at the wrist.
+        """
+        arm = Mover(ctx)
+        require(arm.driver, "wrist_wrench", "what is held is weighed")
+        arm.driver.wait(_REST)
+        felt = []
+        end = arm.driver.time + _SECONDS
+        while arm.driver.time < end:
+            arm.driver.wait(arm.driver.control_timestep)
+            felt.append(float(arm.force_on(object)[2]) / GRAVITY)
+        # Beside the noise of the readings: how much they wander, three times over.
+        return SkillResult(
+            skill=self.name,
+            detail={"object": object, "mass_kg": float(np.mean(felt)), "error_kg": float(3.0 * np.std(felt))},
+        )

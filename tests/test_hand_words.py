@@ -1,0 +1,187 @@
+"""The hand by words: what is said comes out as calls, what they do is judged on the simulated state, and what is left out is asked for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.processes import SimProcess
+
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.apps.conformance.conformance import check_words
+from robosandbox.skills.base import Skill
+from robosandbox.skills.manual import MANUAL
+from robosandbox.skills.words import Slot, Words
+from robosandbox.types import Plan, Pose, Refusal, RefusalCode, Scene, SceneObject, SkillResult
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
+from robosandbox.workcell.zenoh.client import connect
+from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
+
+TASK = "pick_from_three"
+PAGE = Path(__file__).parents[1] / "docs" / "hand.md"
+
+
+@pytest.fixture(scope="module")
+def still() -> Iterator[EmbeddedWorkcell]:
+    """A world that no test moves."""
+    with open_session(TASK, what_if=False) as session:
+        yield session
+
+
+@pytest.fixture
+def cell() -> Iterator[EmbeddedWorkcell]:
+    with open_session(TASK, what_if=False) as session:
+        yield session
+
+
+def planned(cell: EmbeddedWorkcell, said: str) -> str:
+    answer = cell.agent.plan(said)
+    return ", ".join(map(str, answer.steps)) if isinstance(answer, Plan) else f"{answer.code.value}: {answer.message}"
+
+
+@pytest.mark.parametrize(
+    ("said", "calls"), re.findall(r"^\| ([^`|]+) \| `([^`]+)` \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+)
+def test_what_is_said_of_the_hand_comes_out_as_calls(still: EmbeddedWorkcell, said: str, calls: str) -> None:
+    answer = still.agent.plan(said)
+    assert isinstance(answer, Plan), answer
+    told = [(step.skill, step.arguments) for step in answer.steps]
+    wanted = [(step.skill, step.arguments) for step in written(still, calls)]
+    assert told == wanted
+
+
+def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
+    answer = cell.agent.plan(calls)
+    assert isinstance(answer, Plan), answer
+    return answer.steps
+
+
+@pytest.mark.parametrize(
+    ("said", "code", "asked"),
+    [
+        ("raise your hand", RefusalCode.AMBIGUOUS, "how far"),
+        ("move over", RefusalCode.UNRECOGNIZED, ""),
+        ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),
+        ("hover over the moon", RefusalCode.OBJECT_NOT_FOUND, "moon"),
+        ("don't move up 5 cm", RefusalCode.UNSUPPORTED, ""),
+    ],
+)
+def test_what_is_left_out_or_unknown_is_asked_for(
+    still: EmbeddedWorkcell, said: str, code: RefusalCode, asked: str
+) -> None:
+    answer = still.agent.plan(said)
+    assert isinstance(answer, Refusal) and answer.code is code and asked in answer.message, answer
+
+
+def test_things_are_moved_as_before(still: EmbeddedWorkcell) -> None:
+    assert planned(still, "move the red cube 5 cm to the left").startswith("push(object=red_cube")
+    assert planned(still, "lower the red cube onto the blue one").startswith("pick(object=red_cube)")
+    assert planned(still, "hold the red cube") == "pick(object=red_cube)"
+
+
+def test_a_planner_without_moves_knows_none(still: EmbeddedWorkcell) -> None:
+    answer = StubPlanner(still.skills).plan("move up 5 cm", still.observe())
+    assert isinstance(answer, Refusal)
+
+
+def test_the_hand_does_what_it_is_told(cell: EmbeddedWorkcell) -> None:
+    before = cell.state().tcp_pose.position
+    assert cell.run("move up 5 cm and 3 cm to the left, then wait 2 seconds").success
+    assert np.allclose(cell.state().tcp_pose.position - before, [0.0, 0.03, 0.05], atol=0.002)
+    assert cell.driver.time > 2.0
+    assert cell.run("call this pose camera").success
+    assert cell.run("point at the red cube").success
+    pose, at = cell.state().tcp_pose, cell.truth().objects["red_cube"].pose
+    line = at.position - pose.position
+    assert pose.rotation[:, 2] @ line / np.linalg.norm(line) > np.cos(np.radians(3.0))
+    saved = cell.run("go to the pose camera")
+    assert saved.success and np.allclose(
+        cell.state().tcp_pose.position, before + np.array([0.0, 0.03, 0.05]), atol=0.002
+    )
+    assert cell.run("open the gripper to 4 cm").success
+    assert cell.state().gripper.width == pytest.approx(0.04, abs=0.001)
+
+
+def test_what_is_held_is_held_over_a_thing_shaken_and_weighed(cell: EmbeddedWorkcell) -> None:
+    assert cell.run("pick up the red cube and hold it 6 cm over the blue cube").success
+    where = {name: item.pose.position for name, item in cell.truth().objects.items()}
+    assert np.allclose(where["red_cube"][:2], where["blue_cube"][:2], atol=0.003)
+    # Between the faces of two cubes of 30 mm.
+    assert where["red_cube"][2] - where["blue_cube"][2] - 0.03 == pytest.approx(0.06, abs=0.004)
+    weighed = cell.run("weigh it")
+    mass = next(item.mass for item in cell.task.scene.objects if item.id == "red_cube")
+    assert weighed.success and weighed.steps[-1].result.detail["mass_kg"] == pytest.approx(mass, rel=0.05)
+    assert cell.run("shake it twice").success and cell.observe().held == "red_cube"
+    assert not cell.run("open the gripper").success, "it would fall"
+
+
+def test_the_hand_feels_its_way_down_turns_and_lifts_by_so_much(cell: EmbeddedWorkcell) -> None:
+    felt = cell.run("move over the green cube and go down until you touch it")
+    assert not felt.success, "it is what is spoken of, and no place to go down to"
+    felt = cell.run("hover over the green cube, then go down until you touch something")
+    assert felt.success and felt.steps[-1].result.detail["touched"]
+    assert felt.steps[-1].result.detail["force_n"] < 40.0
+    assert cell.run("raise your hand 10 cm").success
+    before = cell.state().tcp_pose
+    assert cell.run("rotate the gripper by 90 degrees clockwise, then tilt it").success is False
+    assert cell.run("rotate the gripper by 90 degrees clockwise").success
+    after = cell.state().tcp_pose
+    turned = before.rotation[:, 1] @ after.rotation[:, 1]
+    assert abs(turned) < np.sin(np.radians(1.0)) and np.allclose(after.position, before.position, atol=0.002)
+    assert cell.run("tilt your hand 20 degrees").success
+    tilted = cell.state().tcp_pose.rotation[:, 2]
+    assert np.degrees(np.arccos(-tilted[2])) == pytest.approx(20.0, abs=0.5)
+    assert tilted[:2] @ (after.position[:2] - np.array(cell.observe().base_xy)) > 0.0, "the tips go away from the base"
+    joint = cell.state().q[0]
+    assert cell.run("move joint 1 by 10 degrees").success
+    assert cell.state().q[0] - joint == pytest.approx(np.radians(10.0), abs=0.003)
+    stood = cell.truth().objects["red_cube"].pose.xyz[2]
+    assert cell.run("lift the red cube by 5 cm").success
+    assert cell.truth().objects["red_cube"].pose.xyz[2] - stood == pytest.approx(0.05, abs=0.001)
+    assert cell.run("lower it 3 cm").success
+    assert cell.truth().objects["red_cube"].pose.xyz[2] - stood == pytest.approx(0.02, abs=0.001)
+    squeezed = cell.run("squeeze it with 10 N")
+    assert squeezed.success and squeezed.steps[-1].result.detail["force_n"] == pytest.approx(10.0, rel=0.1)
+
+
+def test_a_failure_before_a_move_of_the_hand_is_told_by_its_cause() -> None:
+    heavy = SceneObject(id="block", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.0, 0.06)), mass=12.0)
+    with open_session(Scene(objects=(heavy,)), what_if=False) as session:
+        episode = session.run("pick up the block, then move up 5 cm")
+        assert not episode.success and "heavier than" in episode.final_detail
+        assert episode.attempts[0].failed.skill == "pick"
+
+
+def test_a_client_says_the_same_over_the_network() -> None:
+    with SimProcess("--task", TASK) as sim, connect(sim.endpoint) as client:
+        with_words = RemoteWorkcell(client.robot())
+        before = with_words.state().tcp_pose.position
+        assert with_words.run("move up 5 cm").success
+        assert with_words.state().tcp_pose.position[2] - before[2] == pytest.approx(0.05, abs=0.002)
+        asked = with_words.agent.plan("turn the red cube by 45 degrees")
+        assert isinstance(asked, Plan) and asked.steps[0].skill == "turn"
+
+
+def test_each_verb_of_the_hand_is_understood(still: EmbeddedWorkcell) -> None:
+    for skill in MANUAL:
+        check_words(skill, still.observe(), {"object": "red_cube", "held": "red_cube"})
+
+
+def test_words_that_fill_what_a_skill_does_not_take_are_found(still: EmbeddedWorkcell) -> None:
+    class Nod(Skill):
+        """Nod."""
+
+        name = "nod"
+        words = Words(verbs=("nod",), slots=(Slot(argument="often", kind="number"),))
+
+        def run(self, ctx: object) -> SkillResult:
+            """Nod."""
+            del ctx
+            return SkillResult(skill=self.name)
+
+    with pytest.raises(AssertionError, match="fill often, which it does not take"):
+        check_words(Nod(), still.observe(), {})
