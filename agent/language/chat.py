@@ -196,4 +196,8 @@ def _clause(
     named |= counts and first not in lists["subjects"]
     if stops:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
-    return _Clause(end, named, nouns, acts, bearing, binding, always, denies, denies and not bears, wishing, seen) if end > i else None
+    return (
+        _Clause(end, named, nouns, acts, bearing, binding, always, denies, denies and not bears, wishing, seen)
+        if end > i
+        else None
+    )

@@ -136,18 +136,12 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     if len({ref.plural or ref.determiner == "all" for ref in values.get("options", ())}) > 1:
         # "everything pink or coffee"
         raise Misfit
-    if values.get("without") and any(rank.key in ("top", "bottom") for rank in values.get("ranks", ())):
+    ranked = [rank for ref in (*values["without"], *values.get("instead", ())) for rank in ref.ranks]
+    ranked += values.get("ranks", ()) if values["without"] else ()
+    if any(rank.key in ("top", "bottom") for rank in ranked):
         raise Misfit
-    if any(
-        rank.key in ("top", "bottom")
-        for ref in (*values.get("without", ()), *values.get("instead", ()))
-        for rank in ref.ranks
-    ):
-        raise Misfit
-    if values.get("without") and any(
-        ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names or ref.relations)
-        for ref in values["without"]
-    ):
+    whole = (ref for ref in values["without"] if ref.determiner == "all" and not ref.relations)
+    if any(not (ref.nouns or ref.colours or ref.names) for ref in whole):
         raise Misfit
     made = Ref(**{"text": text or "it", **values})
     if made.plural and made.number is None and any(rank.strict and rank.nth == 1 for rank in made.ranks):
@@ -301,10 +295,8 @@ def _command(values: dict[str, Any], text: str) -> Any:
                 whole[0], without=tuple(replace(_of_kind(ref, whole[0]), text=f"but {ref.text}") for ref in without)
             ),
         )
-    levels_of_it = frozenset({"top", "bottom", "middle"})
-    if values.get("order") in ("up", "down") and any(
-        r.key in levels_of_it for ref in values.get("objects", ()) for r in ref.ranks
-    ):
+    keys = {rank.key for ref in values.get("objects", ()) for rank in ref.ranks}
+    if values.get("order") in ("up", "down") and keys & {"top", "bottom", "middle"}:
         # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
         raise Misfit
     made = Command(**{"verb": UNSAID, **values})
@@ -348,7 +340,9 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
             # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
             raise Misfit
-        counted = (ref for ref in (*step.objects, *refs_of(place)) if ref.one and [rank.key for rank in ref.ranks] == [""])
+        counted = (
+            ref for ref in (*step.objects, *refs_of(place)) if ref.one and [rank.key for rank in ref.ranks] == [""]
+        )
         if before is not None and len(before.objects) > 1 and any(counted):
             # "tap the can and the ball and put the first one in the bin": the first that was named?
             raise Misfit
@@ -440,12 +434,9 @@ def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     def named(ref: Ref) -> Ref:
         if ref.determiner != "it" or ref.relations:
             return ref
-        if (
-            not theme
-            or theme[0].determiner in ("it", "a")
-            or len(last) > 1
-            or ref.plural != (theme[0].plural or theme[0].determiner == "all")
-        ):
+        if not theme or theme[0].determiner in ("it", "a") or len(last) > 1:
+            raise Misfit
+        if ref.plural != (theme[0].plural or theme[0].determiner == "all"):
             raise Misfit
         return theme[0]
 
@@ -565,14 +556,6 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     elif len(old.objects) == len(step.objects) == 1:
         step = replace(step, objects=(_filled_in(step.objects[0], old.objects[0]),))
     return (*(told[:-1] if type(told) is tuple else ()), step)
-
-
-def _apposed(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
-    """As in "two cubes, the red one and the blue one,": which of them."""
-    whole, parts = values["whole"], values["part"]
-    if whole.determiner not in ("a", "bare") or not (whole.nouns or whole.names) or (whole.number or 1) != len(parts):
-        raise Misfit
-    return tuple(_of_kind(ref, whole) for ref in parts)
 
 
 def _corrected(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
@@ -1033,7 +1016,6 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "Contrary": _contrary,
     "Fix": _fix, "Corrected": _corrected, "Specified": _specified,
     "Replaced": _replaced,
-    "Apposed": _apposed,
     "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
     "Relation": _relation,
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
