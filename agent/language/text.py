@@ -264,8 +264,8 @@ def _add_word(here: Classes, tokens: Sequence[Token], i: int, words: SceneWords,
     following = tokens[i + 1].text if i + 1 < len(tokens) else ""
     if word in words.ids and i and tokens[i - 1].text in vocabulary.lists.get("articles", ()):
         # "the orange and the red mug": the fruit, unless a noun comes behind it.
-        after = vocabulary.at(tokens, i + 1) if following else ()
-        if not (following in words.parts or any(name in _NOUNS for name, _ in after)):
+        behind = {name for name, _ in vocabulary.at(tokens, i + 1)}
+        if following not in words.parts and not behind & _NOUNS:
             here.pop("COLOUR", None)
     named = named_in(words, vocabulary)
     function = vocabulary.lists.get("function", frozenset())
