@@ -44,7 +44,7 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     if step.bare and len(made) > 1 and last.objects and last.objects[0].determiner == "it" and made[-2].verb != "pick":
         # "push the box to the left and put it in the bin, do the same with the can": both?
         return None
-    step = replace(step, bare=0.0)
+    same, step = step.bare > 0, replace(step, bare=0.0)
     if step == Command(UNSAID, times=step.times):
         # "tap the cube and do it again"; of several it is not said what "it" is.
         return last if len(last.objects) == 1 and not last.bare else None
@@ -59,7 +59,12 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     ):
         # "tap the can, just one"
         return None
+    if last.direction and any(rank.key in _SIDEWAYS for ref in objects for rank in ref.ranks):
+        # "push the can to the left and the ball to the right, not the cup"
+        return None
     if objects and step == Command(UNSAID, objects, times=step.times):
+        if same:
+            return replace(last, objects=objects)
         if last.times > 1 and not step.times:
             # "tap the can twice and the ball": how often?
             return None
@@ -76,6 +81,9 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
         if len(made) > 1 and made[-2].direction:
             return None
         return replace(last, direction=OPPOSITE[last.direction])
+    if last.verb == "push" and isinstance(step.place, Relation) and step.place.kind in ("in", "on"):
+        # "push the can towards the ball and the ball in the bin"
+        return replace(step, verb="put")
     if isinstance(step.place, Relation) and [ref.text for ref in step.place.refs] == [THERE_TOO]:
         if step.place.kind == "to" and last.place is not None:
             return replace(step, verb=last.verb, place=last.place)

@@ -34,6 +34,7 @@ class _Clause(NamedTuple):
     binding: bool
     always: bool
     denies: bool
+    only_denies: bool
     wishing: bool
     seen: bool
 
@@ -112,9 +113,10 @@ def _add_until(
         i
         and clause.end > i + 1
         and not clause.named
-        and (person or (first in lists["subjects"] and not clause.bearing))
+        and (person or (first in lists["subjects"] and (clause.only_denies or not clause.bearing)))
     ):
-        add("REASON")
+        if person or not clause.bearing:
+            add("REASON")
         owned = first in lists["owners"] and clause.nouns
         if person or owned or (clause.denies and first in ("it", "they")):
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
@@ -154,7 +156,7 @@ def _clause(
     lists, acting = vocabulary.lists, vocabulary.mask("base ing")
     end, named, bearing, binding, nouns, acts, denies = i, False, False, False, False, False, False
     base = vocabulary.mask("base")
-    always, counts, wishing, counted, seen = False, False, False, False, False
+    always, counts, wishing, counted, seen, bears = False, False, False, False, False, False
     stops: list[int] = []
     barred = tokens[i].text in lists["barring"]
     opening = next((token.text for token in tokens[i:] if token.text not in lists["openers"]), "")
@@ -170,6 +172,7 @@ def _clause(
         binding |= wishing and any(name[0] == "V" and name != "VCANNOT" for name in here)
         wishing |= word in lists["wishing"]
         denies |= word in _DENYING
+        bears |= word in lists["bearing"] and word not in _DENYING
         if not tells and ((end == i and opens) or (end > i and tokens[end - 1].text in lists["cues"])):
             begins = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
             names = (n for n in here if n in _ACTS or (n[0] == "V" and (begins or n != "VCANNOT")))
@@ -193,4 +196,8 @@ def _clause(
     named |= counts and first not in lists["subjects"]
     if stops:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
-    return _Clause(end, named, nouns, acts, bearing, binding, always, denies, wishing, seen) if end > i else None
+    return (
+        _Clause(end, named, nouns, acts, bearing, binding, always, denies, denies and not bears, wishing, seen)
+        if end > i
+        else None
+    )

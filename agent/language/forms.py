@@ -136,18 +136,12 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     if len({ref.plural or ref.determiner == "all" for ref in values.get("options", ())}) > 1:
         # "everything pink or coffee"
         raise Misfit
-    if values.get("without") and any(rank.key in ("top", "bottom") for rank in values.get("ranks", ())):
+    ranked = [rank for ref in (*values["without"], *values.get("instead", ())) for rank in ref.ranks]
+    ranked += values.get("ranks", ()) if values["without"] else ()
+    if any(rank.key in ("top", "bottom") for rank in ranked):
         raise Misfit
-    if any(
-        rank.key in ("top", "bottom")
-        for ref in (*values.get("without", ()), *values.get("instead", ()))
-        for rank in ref.ranks
-    ):
-        raise Misfit
-    if values.get("without") and any(
-        ref.determiner == "all" and not (ref.nouns or ref.colours or ref.names or ref.relations)
-        for ref in values["without"]
-    ):
+    whole = (ref for ref in values["without"] if ref.determiner == "all" and not ref.relations)
+    if any(not (ref.nouns or ref.colours or ref.names) for ref in whole):
         raise Misfit
     made = Ref(**{"text": text or "it", **values})
     if made.plural and made.number is None and any(rank.strict and rank.nth == 1 for rank in made.ranks):
@@ -165,6 +159,9 @@ def _thing(values: dict[str, Any], text: str) -> Any:
 
 def _list(values: dict[str, Any], text: str) -> Any:
     items = tuple(values["item"])
+    if any(ref.instead and (len(items) > 2 or not ref.text.endswith(",")) for ref in items[:-1]):
+        # "the can, but not the ball and the cube": neither of the two?
+        raise Misfit
     # "everything but the can and the ball" leaves out both.
     return Costly((items, 0.7)) if any(ref.without for ref in items[:-1]) else items
 
@@ -298,10 +295,8 @@ def _command(values: dict[str, Any], text: str) -> Any:
                 whole[0], without=tuple(replace(_of_kind(ref, whole[0]), text=f"but {ref.text}") for ref in without)
             ),
         )
-    levels_of_it = frozenset({"top", "bottom", "middle"})
-    if values.get("order") in ("up", "down") and any(
-        r.key in levels_of_it for ref in values.get("objects", ()) for r in ref.ranks
-    ):
+    keys = {rank.key for ref in values.get("objects", ()) for rank in ref.ranks}
+    if values.get("order") in ("up", "down") and keys & {"top", "bottom", "middle"}:
         # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
         raise Misfit
     made = Command(**{"verb": UNSAID, **values})
@@ -344,6 +339,12 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         piled = before is not None and before.verb == "stack" and before.place is None
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
             # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
+            raise Misfit
+        counted = (
+            ref for ref in (*step.objects, *refs_of(place)) if ref.one and [rank.key for rank in ref.ranks] == [""]
+        )
+        if before is not None and len(before.objects) > 1 and any(counted):
+            # "tap the can and the ball and put the first one in the bin": the first that was named?
             raise Misfit
         named = bool(step.objects) and step.objects[0].determiner != "it"
         if (
@@ -433,12 +434,9 @@ def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     def named(ref: Ref) -> Ref:
         if ref.determiner != "it" or ref.relations:
             return ref
-        if (
-            not theme
-            or theme[0].determiner == "it"
-            or len(last) > 1
-            or ref.plural != (theme[0].plural or theme[0].determiner == "all")
-        ):
+        if not theme or theme[0].determiner in ("it", "a") or len(last) > 1:
+            raise Misfit
+        if ref.plural != (theme[0].plural or theme[0].determiner == "all"):
             raise Misfit
         return theme[0]
 
@@ -461,7 +459,11 @@ def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
             place = place._replace(refs=tuple(map(named, refs)))
         return replace(step, objects=tuple(map(named, step.objects)), place=place)
 
-    return (*map(done, first), *last)
+    done_first = tuple(map(done, first))
+    if any(step.objects == last[0].objects and step.place == there is not None for step in done_first):
+        # "put a battery in the box, once it is there"
+        raise Misfit
+    return (*done_first, *last)
 
 
 def _tower(values: dict[str, Any], text: str) -> Command:
@@ -526,7 +528,7 @@ def _amended(values: dict[str, Any], text: str) -> Any:
     steps: tuple[Command, ...] = told if type(told) is tuple else (told,)
     for fix in values["fix"]:
         made = amended(steps[-1], dict(fix))
-        if made is None:
+        if made is None or made == steps[-1]:
             raise Misfit
         steps = (*steps[:-1], made)
     return steps
@@ -556,20 +558,50 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     return (*(told[:-1] if type(told) is tuple else ()), step)
 
 
-def _apposed(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
-    """As in "two cubes, the red one and the blue one,": which of them."""
-    whole, parts = values["whole"], values["part"]
-    if whole.determiner not in ("a", "bare") or not (whole.nouns or whole.names) or (whole.number or 1) != len(parts):
-        raise Misfit
-    return tuple(_of_kind(ref, whole) for ref in parts)
-
-
-def _corrected(values: dict[str, Any], text: str) -> Ref:
+def _corrected(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
     """As in "the red cube, no, the blue one": a cube."""
-    old, ref = values["old"], values["ref"]
-    if old.unknown or any(_is_it(each) for relation in ref.relations for each in relation.refs):
+    old, new = values["old"], values["new"]
+    if len(old) > 2 and any(_may_be(new[0], ref) for ref in old):
+        # "the can, the cup and the ball, no, the can, in the box": it alone, or in place of the ball?
         raise Misfit
-    return _filled_in(ref, old)
+    return _set_right(old, new)
+
+
+def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
+    """Return what some things are where better words take the place of the last of them.
+
+    Of "all but the can, no, the ball" they take the place of the can; of "the can and the ball, no, the ball" the ball alone is meant.
+    """
+    *others, last = old
+    if any(ref.unknown for ref in old) or any(map(_is_open, new)):
+        raise Misfit
+    again = [ref for ref in old if len(new) == 1 and _may_be(new[0], ref)]
+    if others:
+        if len(again) > 1:
+            raise Misfit
+        kept = () if again else tuple(ref for ref in others if not any(_may_be(each, ref) for each in new))
+        return (*kept, *(_filled_in(each, (*again, last)[0]) for each in new))
+    whole = replace(last, without=())
+    if last.without and not any(ref.determiner == "all" for ref in new):
+        if len(last.without) > 1:
+            raise Misfit
+        if len(new) == 1 and _may_be(new[0], last.without[0]):
+            return tuple(new)
+        told = (_of_kind(_filled_in(ref, last.without[0]), whole) for ref in new)
+        return (replace(last, without=tuple(replace(ref, text=f"but {ref.text}") for ref in told)),)
+    if len(new) > 1:
+        raise Misfit
+    if new[0].without and not (new[0].nouns or new[0].names):
+        return (replace(whole, text=new[0].text, without=new[0].without),)
+    return tuple(_filled_in(ref, last) for ref in new)
+
+
+def _is_open(ref: Ref) -> bool:
+    """Say whether better words tell too little to stand for others: "all of them", "three", "the one next to it"."""
+    whole = ref.determiner == "all" and not (ref.nouns or ref.names or ref.colours or ref.without)
+    counted = not (ref.nouns or ref.colours) and bool(ref.names) and all(name.isdigit() for name in ref.names)
+    near = any(map(_is_it, (each for relation in ref.relations for each in relation.refs)))
+    return _is_any(ref) or _is_it(ref) or whole or counted or near
 
 
 def _is_it(ref: Ref) -> bool:
@@ -590,21 +622,6 @@ def _specified(values: dict[str, Any], text: str) -> Ref:
     if whole.colours or whole.ranks or whole.relations:
         raise Misfit
     return _of_kind(part, whole)
-
-
-def _narrowed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
-    """As in "put the cubes in the bowl, but only the red one": of what was named."""
-    told, what = values["step"], values["what"]
-    steps: tuple[Command, ...] = told if type(told) is tuple else (told,)
-    whole = steps[0].objects[0] if len(steps) == 1 and len(steps[0].objects) == 1 else None
-    if whole is None or not (whole.plural or whole.determiner == "all") or whole.ranks or whole.without:
-        raise Misfit
-    if values.get("counted") and (whole.number != len(what) or whole.determiner not in ("a", "bare")):
-        raise Misfit
-    objects = tuple(_of_kind(ref, whole) for ref in what)
-    if any(_is_it(ref) or not (ref.colours or ref.ranks or ref.names or ref.number) for ref in objects):
-        raise Misfit
-    return (replace(steps[0], objects=objects),)
 
 
 def _fix(values: dict[str, Any], text: str) -> tuple[tuple[tuple[str, Any], ...], ...]:
@@ -646,42 +663,28 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         return replace(step, distance=values["distance"])
     if "ref" not in values:
         return None
-    ref = values["ref"]
-    if any((ref.one and not ref.nouns and old.unknown) or old.without for old in step.objects):
-        # "everything in the bin but the markers, I mean the blue one": which of those?
-        return None
+    ref, old = values["ref"], values.get("old")
     place = step.place if isinstance(step.place, Relation) and len(step.place.refs) == 1 else None
-    if len(step.objects) != 1 and place is None:
+    if any(ref.one and not ref.nouns and each.unknown for each in step.objects):
         return None
-    if (
-        place
-        and place.kind in ("in", "to")
-        and len(step.objects) == 1
-        and _holder(ref)
-        and not _holder(step.objects[0])
-    ):
-        return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
-    old = values.get("old")
-    if old is not None:
-        if values.get("of_place"):
-            return None
-        near = [
-            place is not None and _may_be(old, place.refs[0]),
-            len(step.objects) == 1 and _may_be(old, step.objects[0]),
-        ]
-        if near == [True, False] and place is not None:
-            return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
-        return replace(step, objects=(_filled_in(ref, step.objects[0]),)) if near == [False, True] else None
-    of_object = likeness(ref, step.objects[0]) if len(step.objects) == 1 and not _is_it(step.objects[0]) else -1
+    of_object = max((-1 if _is_it(each) else likeness(ref, each) for each in step.objects), default=-1)
     of_place = likeness(ref, place.refs[0]) if place else -1
+    if place and place.kind in ("in", "to") and _holder(ref) and not any(map(_holder, step.objects)):
+        return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
+    if old is not None:
+        of_place = int(place is not None and _may_be(old, place.refs[0]))
+        of_object = int(len(step.objects) == 1 and _may_be(old, step.objects[0]))
+        if of_place == of_object:
+            return None
     # Where the words do not tell, what makes sense does: the bag is put in nothing.
     if max(of_place, of_object) < 0 or (of_place == of_object and ref.determiner == "bare"):
         return None
-    if values.get("of_place") and place and of_place >= of_object:
+    if place and of_place >= of_object and (values.get("of_place") or old is not None):
         return replace(step, place=place._replace(refs=(_filled_in(ref, place.refs[0]),)))
-    if values.get("of_place") or of_place > of_object:
+    told = any(_may_be(ref, each) for each in step.objects)
+    if values.get("of_place") or of_place > of_object or (place and len(step.objects) > 1 and not told):
         return None
-    return replace(step, objects=(_filled_in(ref, step.objects[0]),))
+    return replace(step, objects=_set_right(step.objects, (ref,)))
 
 
 _HOLDERS = frozenset({"bin", "bowl", "drawer", "plate", "box", "mug"})
@@ -921,7 +924,9 @@ def _contrary(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     steps = with_verbs(values["steps"])
     if steps is None or not steps[0].objects or any(ref.determiner == "it" for ref in steps[0].objects):
         raise Misfit
-    objects = tuple(_of_kind(ref, values["denied"][0]) for ref in steps[0].objects)
+    # "not the jar of salt, the little one": of what kind it would be is not said.
+    kind = replace(values["denied"][0], names=())
+    objects = tuple(_of_kind(ref, kind) for ref in steps[0].objects)
     if any(replace(ref, text="") == replace(denied, text="") for ref in objects for denied in values["denied"]):
         raise Misfit
     return (replace(steps[0], objects=objects), *steps[1:])
@@ -936,6 +941,8 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     )
     if not not_so.objects or not first.objects or other or first.control or not_so.control:
         raise Misfit
+    if [ref.text for ref in refs_of(first.place)] == ["there"] and not_so.place is not None:
+        first = replace(first, place=not_so.place)
     spoken = () if first.objects[0].determiner != "it" else not_so.objects[:1]
     if spoken and first.verb == not_so.verb and first.place == not_so.place and first.direction == not_so.direction:
         raise Misfit
@@ -1007,9 +1014,8 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
-    "Fix": _fix, "Corrected": _corrected, "Specified": _specified, "Narrowed": _narrowed,
+    "Fix": _fix, "Corrected": _corrected, "Specified": _specified,
     "Replaced": _replaced,
-    "Apposed": _apposed,
     "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
     "Relation": _relation,
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),

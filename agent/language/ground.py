@@ -284,6 +284,9 @@ class Grounder(Truth):
         every = names
         for excluded in ref.without:
             gone = set(self._loosely(excluded, names))
+            if excluded.determiner == "the" and not (excluded.plural or gone or self.fitting(excluded)):
+                # "everything but the yellow one", where nothing is yellow; "but not the first", counted from where?
+                raise self._not_found(excluded, None, set())
             counted = excluded.number or (
                 1 if excluded.text.split(" ")[0] in ("one", "some", "any", "either") else None
             )
@@ -445,6 +448,11 @@ class Grounder(Truth):
     def _counted(self, ref: Ref, names: list[str]) -> Meaning:
         if ref.total is not None and len(names) != ref.total:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see {listed(names)}.", names)
+        told = replace(ref, text="", number=None, plural=False)
+        open_ended = told == Ref(text="", determiner="a", one=True) and not self.discourse.mentioned
+        if open_ended and len(names) > (ref.number or 1):
+            # "put one in the bin", "tap two of them": of what?
+            raise self._ambiguous(ref, names)
         if ref.share is not None:
             if all(self.world.objects[name].shape.is_granular for name in names):
                 raise RefusedError(

@@ -28,6 +28,7 @@ _PIECE = re.compile(
 )
 _KINDS = {"numeral": "number", "ordinal": "word", "other": "mark"}
 ENDS = frozenset(",.;:!?")
+_NOUNS = frozenset({"NOUN", "COLOUR", "ONE", "COLOURED", "TOWER"})
 _STOPS = ENDS - {","}
 # Letters that lie beside each other: a finger slips to these, and writes no other word that was meant.
 _ROWS = ("qwertyuiop", "asdfghjkl", "zxcvbnm")
@@ -146,14 +147,16 @@ def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
         return None
     most = 1 if len(word) < LONG_WORD else 2
     names = named_in(words, book.vocabulary)
+    # "bone" is a thing that is not there, and no slip of "one".
+    pronouns = lists.get("pronouns", frozenset[str]())
     near: list[tuple[float, str]] = []
     begun = (other for letter in {*word[:2]} for other in book.by_letter.get(letter, ()))
     for known in {*(name for name in names if name[0] in word[:2]), *begun}:
         if abs(len(known) - len(word)) > most or len(known) < LEAST_LETTERS:
             continue
         far = OSA.distance(word, known, score_cutoff=most)
-        if far <= most and (known in names or _slipped(word, known)):
-            same = sorted(known) == sorted(word)
+        same = sorted(known) == sorted(word)
+        if far <= most and (known in names or (_slipped(word, known) and (same or known not in pronouns))):
             near.append(
                 (
                     far
@@ -258,6 +261,12 @@ def classes_of(tokens: Sequence[Token], words: SceneWords, book: Ruleset, *, len
 def _add_word(here: Classes, tokens: Sequence[Token], i: int, words: SceneWords, book: Ruleset) -> None:
     """Add what a word is by the ids of the scene, or that nobody knows it."""
     word, vocabulary = tokens[i].text, book.vocabulary
+    following = tokens[i + 1].text if i + 1 < len(tokens) else ""
+    if word in words.ids and i and tokens[i - 1].text in vocabulary.lists.get("articles", ()):
+        # "the orange and the red mug": the fruit, unless a noun comes behind it.
+        behind = {name for name, _ in vocabulary.at(tokens, i + 1)}
+        if following not in words.parts and not behind & _NOUNS:
+            here.pop("COLOUR", None)
     named = named_in(words, vocabulary)
     function = vocabulary.lists.get("function", frozenset())
     if word in named and len(word) > 1:
@@ -267,7 +276,6 @@ def _add_word(here: Classes, tokens: Sequence[Token], i: int, words: SceneWords,
         plain = own or ("NOUN" not in here and "COLOUR" not in here and word not in function)
         if own or (plain and word in words.parts):
             here.pop("NOUN", None)
-        following = tokens[i + 1].text if i + 1 < len(tokens) else ""
         hue = word in words.hues and following not in vocabulary.lists.get("pronouns", ())
         if word in vocabulary.lists.get("sides", ()):
             here["SIDENAME"] = [Hit(i + 1, word, vocabulary.singular)]
