@@ -216,11 +216,15 @@ class _Push:
         deadline, free = driver.time + _OFF_SECONDS, 0
         while free < _FREE_TICKS and driver.time < deadline:
             self._feel()
-            free = free + 1 if self._felt <= 0.0 else 0
-            if free == 1:
-                self._place -= _OFF
-            elif free == 0:
+            if self._felt > 0.0:
+                free = 0
                 self._place = min(self._place, self._here())
+            elif free == 0:
+                free = 1
+                self._place -= _OFF
+            else:
+                # A joint that may not be sent so far at once is still on its way.
+                free += self._sent == (self._place, self._lift)
             self._advance(0.0 if free else -_OFF_SPEED)
 
     def _feel(self) -> float:
@@ -261,7 +265,7 @@ class _Push:
         step = self.way.at(*goal) - rows[-1]
         room = np.where(step > 0.0, rows.min(axis=0) - rows[-1], rows[-1] - rows.max(axis=0)) + 0.5 * limits * window**2
         share = float(np.clip(np.min(room / np.maximum(np.abs(step), 1e-12)), 0.0, 1.0))
-        place, lift = last + share * (goal - last)
+        place, lift = goal if share == 1.0 else last + share * (goal - last)
         # The tangent of a rise may lead past a joint's limit where the way itself does not.
         row = np.clip(self.way.at(place, lift), self.arm.spec.lower, self.arm.spec.upper)
         self.arm.trim(row)
