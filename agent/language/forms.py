@@ -583,11 +583,12 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
         return (*kept, *(_filled_in(each, (*again, last)[0]) for each in new))
     whole = replace(last, without=())
     if last.without and not any(ref.determiner == "all" for ref in new):
-        if len(last.without) > 1:
+        (exception, *more) = last.without
+        if more:
             raise Misfit
-        if len(new) == 1 and _may_be(new[0], last.without[0]):
+        if len(new) == 1 and _may_be(new[0], exception):
             return tuple(new)
-        told = (_of_kind(_filled_in(ref, last.without[0]), whole) for ref in new)
+        told = (_of_kind(_filled_in(ref, exception), whole) for ref in new)
         return (replace(last, without=tuple(replace(ref, text=f"but {ref.text}") for ref in told)),)
     if len(new) > 1:
         raise Misfit
