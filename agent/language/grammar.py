@@ -315,7 +315,7 @@ class Grammar(Branching):
                     if (command.verb != "tap" or tapped) and not command.bare:
                         # "without letting go" forbids what "careful not to drop it" asks to do well.
                         dropped = command.verb == "release" and self.text(j).startswith("drop")
-                        negated_verb = "drop" if dropped else command.verb
+                        negated_verb = "drop" if dropped else command.skill or command.verb
                         found.append((end, (replace(command, verb="nothing", negated=negated_verb),)))
         return list(dict.fromkeys(found))
 

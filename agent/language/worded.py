@@ -104,11 +104,19 @@ def worded(chart: Conditions, i: int) -> Found[Command]:
     found: Found[Command] = []
     for name, words, phrase, behind in _BY_WORD.get(chart.text(i), ()):
         for start in _follows(chart, i, phrase):
+            # "lift it" is the grammar's own; "lift it by 5 cm" is not.
+            has_own = any(end == start for end, _ in chart.tag(i, "VERB"))
             for middle, refs in chart.np_list(start) if words.object else [(start, ())]:
                 for end in _follows(chart, middle, behind):
                     for stop, filled in _filled(chart, end, words.slots, _MOST_SLOTS):
-                        found.append((stop, Command("worded", refs, skill=name, slots=filled, words=words)))
+                        if not has_own or _is_enough(words, filled):
+                            found.append((stop, Command("worded", refs, skill=name, slots=filled, words=words)))
     return found
+
+
+def _is_enough(words: Words, filled: Filled) -> bool:
+    """Say whether what has to be said beside a verb was said."""
+    return not words.required or any(argument in words.required for argument, _ in filled)
 
 
 def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
@@ -117,11 +125,11 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
     Raises:
         RefusedError: One argument is said twice, or what has to be said is not.
     """
-    told = {argument for argument, _ in filled}
-    filled = (*((name, value) for name, value in words.means if name not in told), *filled)
-    if words.required and not told & {*words.required}:
+    if not _is_enough(words, filled):
         asked = dict.fromkeys(_asked(slot) for slot in words.slots if slot.argument in words.required)
         raise RefusedError(RefusalCode.AMBIGUOUS, f"Tell me {' or '.join(asked)} as well.", words.required)
+    told = {argument for argument, _ in filled}
+    filled = (*((name, value) for name, value in words.means if name not in told), *filled)
     arguments: dict[str, Any] = {}
     for argument, value in filled:
         if argument in arguments:
