@@ -410,9 +410,9 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             kept += tokens[i : i + verb]
             i += verb
             continue
-        if tokens[i].text in WAITS and (
-            _is_number(tokens, i + 1) or not WAITED_FOR.isdisjoint(token.text for token in tokens[i + 1 : i + 2])
-        ):
+        then = tokens[i + 1].text if i + 1 < len(tokens) else ""
+        counts = then not in ("a", "an") and _is_number(tokens, i + 1)
+        if tokens[i].text in WAITS and (counts or then in WAITED_FOR):
             # "wait for me, then ..." and "wait 5 seconds" ask for something.
             kept += tokens[i : i + 5]
             i += 5

@@ -207,6 +207,8 @@ def _number(chart: Conditions, i: int, kind: str) -> Iterator[tuple[int, float]]
     if kind == "share" and chart.text(i) in ("half", "halfway"):
         yield i + 1, 0.5
     for end, number in _amounts(chart, i):
+        if kind == "duration" and chart.text(i - 1) == "wait" and _is_breath(chart, i):
+            continue
         if kind == "length":
             yield from ((stop, number * unit) for stop, unit in chart.tag(end, "UNIT"))
         elif kind == "number":
@@ -215,6 +217,11 @@ def _number(chart: Conditions, i: int, kind: str) -> Iterator[tuple[int, float]]
             yield end + 1, number * unit
         elif kind in _BARE and not chart.tag(end, "UNIT"):
             yield end, number * _BARE[kind]
+
+
+def _is_breath(chart: Conditions, i: int) -> bool:
+    """Say whether a second is none: "tap the bell, wait a second, tap it again" takes breath."""
+    return chart.text(i) in ("a", "an") and chart.text(i + 2) == "," and chart.text(i + 3) != "then"
 
 
 def _amounts(chart: Conditions, i: int) -> Iterator[tuple[int, float]]:
