@@ -89,7 +89,7 @@ def is_corrected(prompt: str, scene: ObservedScene) -> bool:
     try:
         told = said(prompt, words, book)
         parser = Parser(told.tokens, book, classes_of(told.tokens, words, book))
-        return any(parser.rule("corr", i) for i in range(len(told.tokens)))
+        return any(parser.rule(name, i) for name in ("corr", "retold") for i in range(len(told.tokens)))
     except (TooLongError, TooComplicatedError):
         return True
 
