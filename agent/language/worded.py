@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from typing import Any, Protocol, runtime_checkable
 
 from robosandbox.agent.language.chart import Found
@@ -80,13 +81,24 @@ def learn(skills: Iterable[object]) -> bool:
 def _index() -> None:
     """Sort what begins each verb by its first word, and take note of which words of a verb are no fillers."""
     _BY_WORD.clear()
+    _by_ing.cache_clear()
     for name, words in known():
         for verb in words.verbs:
-            for phrase in map(_texts, _begun(verb)):
-                _BY_WORD.setdefault(phrase[0], []).append((name, words, phrase, _texts(verb.partition("{}")[2])))
-            phrase = _texts(verb)
-            if len(phrase) > 1 and "{}" not in phrase:
+            begins, _, behind = verb.partition("{}")
+            phrase = _texts(begins)
+            _BY_WORD.setdefault(phrase[0], []).append((name, words, phrase, _texts(behind)))
+            if len(phrase) > 1 and not behind:
                 ASKED_FOR.setdefault(phrase[0], set()).add(tuple(phrase))
+
+
+@lru_cache(maxsize=1)
+def _by_ing() -> dict[str, list[tuple[str, Words, list[str], list[str]]]]:
+    """Return the same for what ends in -ing: few sentences have it, and it takes a while."""
+    made: dict[str, list[tuple[str, Words, list[str], list[str]]]] = {}
+    for name, words, phrase, behind in (entry for entries in _BY_WORD.values() for entry in entries):
+        for going in map(_texts, forms(" ".join(phrase))[2:3]):
+            made.setdefault(going[0], []).append((name, words, going, behind))
+    return made
 
 
 def known() -> Iterator[tuple[str, Words]]:
@@ -102,7 +114,9 @@ def words_of(skill: str, *, with_object: bool) -> Words:
 def worded(chart: Conditions, i: int) -> Found[Command]:
     """Return the commands for such skills that begin at a token."""
     found: Found[Command] = []
-    for name, words, phrase, behind in _BY_WORD.get(chart.text(i), ()):
+    text = chart.text(i)
+    going = _by_ing().get(text, ()) if text.endswith("ing") else ()
+    for name, words, phrase, behind in (*_BY_WORD.get(text, ()), *going):
         for start in _follows(chart, i, phrase):
             # "lift it" is the grammar's own; "lift it by 5 cm" is not.
             has_own = any(end == start for end, _ in chart.tag(i, "VERB"))
@@ -149,11 +163,6 @@ def _asked(slot: Slot) -> str:
 
 def _rounded(value: float | str) -> float | str:
     return round(value, _DIGITS) if isinstance(value, float) else value
-
-
-def _begun(verb: str) -> tuple[str, ...]:
-    """Return what a sentence says that begins a verb: its base form and the one that ends in -ing."""
-    return forms(verb.partition("{}")[0].strip())[:3:2]
 
 
 def _after(chart: Conditions, i: int, phrases: Iterable[str]) -> list[int]:
