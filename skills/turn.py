@@ -14,7 +14,7 @@ from robosandbox.skills.pick import Pick
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import place
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import SENSES, Slot, Words
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall, SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import TURN_TOLERANCE, turn_between
@@ -107,16 +107,7 @@ class Turn(Skill):
                     ("around", math.pi),
                     ("round", math.pi),
                 ),
-                endings=(
-                    ("clockwise", -1.0),
-                    ("counterclockwise", 1.0),
-                    ("counter clockwise", 1.0),
-                    ("anticlockwise", 1.0),
-                    ("to the left", 1.0),
-                    ("left", 1.0),
-                    ("to the right", -1.0),
-                    ("right", -1.0),
-                ),
+                endings=SENSES,
             ),
             Slot(
                 argument="align_with",

@@ -10,21 +10,11 @@ from pydantic import Field
 
 from robosandbox.skills.primitives.hand_move import HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import SENSES, Slot, Words
 from robosandbox.types import Pose, SkillResult, matrix_about_axis
 
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 _WRISTS = (*HANDS, "the wrist", "your wrist")
-_SENSES = (
-    ("clockwise", -1.0),
-    ("counterclockwise", 1.0),
-    ("counter clockwise", 1.0),
-    ("anticlockwise", 1.0),
-    ("to the left", 1.0),
-    ("left", 1.0),
-    ("to the right", -1.0),
-    ("right", -1.0),
-)
 
 
 class TurnHand(HandMove):
@@ -40,8 +30,8 @@ class TurnHand(HandMove):
                     kind="angle",
                     prepositions=("", "by"),
                     phrases=(("a quarter turn", math.pi / 2.0), ("half a turn", math.pi)),
-                    beginnings=_SENSES,
-                    endings=_SENSES,
+                    beginnings=SENSES,
+                    endings=SENSES,
                 ),
             ),
             required=("angle",),

@@ -51,3 +51,16 @@ class Words:
     required: tuple[str, ...] = ()
     in_hand: bool = False
     means: tuple[tuple[str, float | str], ...] = ()
+
+
+SENSES = (
+    ("clockwise", -1.0),
+    ("counterclockwise", 1.0),
+    ("counter clockwise", 1.0),
+    ("anticlockwise", 1.0),
+    ("to the left", 1.0),
+    ("left", 1.0),
+    ("to the right", -1.0),
+    ("right", -1.0),
+)
+"""Senses of a turn seen from above, with the sign of its angle: `beginnings` and `endings` of a slot."""
