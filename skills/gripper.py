@@ -21,7 +21,9 @@ from robosandbox.world.facts import fact
 # Share by which a grip's force may differ from the one asked for.
 _CLOSE_ENOUGH = 0.05
 # Times that the motors' force is set anew by what is felt: friction in the fingers' joints takes an unknown part of it.
-_CORRECTIONS = 6
+_CORRECTIONS = 8
+# Metres between fingers that have closed on nothing.
+_SHUT = 0.001
 
 _FORCE = Slot(argument="force", kind="force", prepositions=("with", "to", "at", ""))
 
@@ -93,7 +95,7 @@ class CloseGripper(Skill):
     name = "close_gripper"
     words = (
         Words(verbs=(*_of_fingers("close"), "squeeze", "grip"), slots=(_FORCE,)),
-        Words(verbs=("squeeze",), object="held", slots=(_FORCE,), in_hand=True),
+        Words(verbs=("squeeze",), object="held", slots=(_FORCE,), hand="holding"),
     )
 
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_CLOSE}
@@ -142,8 +144,9 @@ def _squeeze(arm: Manipulator, force: float) -> None:
         felt = arm.hand.grip_on(None)
         if abs(felt - force) <= _CLOSE_ENOUGH * force:
             return
-        if felt == 0.0:
+        if felt == 0.0 and arm.gripper.width <= arm.geometry.min_aperture + _SHUT:
             break
-        motors *= float(np.clip(force / felt, 0.25, 4.0))
+        # Fingers that do not move at all stick in their joints.
+        motors *= float(np.clip(force / felt, 0.25, 4.0)) if felt else 4.0
     said = f"presses with {felt:.1f} N" if felt else "closed on nothing"
     raise GraspError(f"the gripper {said}, and was to press with {force:.1f} N", phase=Phase.GRASP)

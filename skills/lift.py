@@ -31,9 +31,10 @@ class Lift(Skill):
             object="object",
             slots=(_by(1.0),),
             required=("height",),
+            hand="any",
         ),
         Words(
-            verbs=("lower", "lower {} down"), object="object", slots=(_by(-1.0),), required=("height",), in_hand=True
+            verbs=("lower", "lower {} down"), object="object", slots=(_by(-1.0),), required=("height",), hand="holding"
         ),
     )
 
@@ -64,5 +65,5 @@ class Lift(Skill):
         rise = before + height - bottom(arm.find(object))
         goal = Pose(xyz=(here.xyz[0], here.xyz[1], here.xyz[2] + rise), quat_xyzw=here.quat_xyzw)
         arm.arrive(arm.kept_level(arm.motion.plan_line(arm.q, goal, speed=arm.speed)), goal)
-        risen = bottom(arm.look().find(object) or arm.find(object)) - before
+        risen = bottom(arm.find(object, arm.look())) - before
         return SkillResult(skill=self.name, detail={"object": object, "dz_mm": 1e3 * risen})

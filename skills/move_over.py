@@ -33,7 +33,9 @@ class MoveOver(HandMove):
             slots=_over("over", "above", "to above"),
             required=("object",),
         ),
-        Words(verbs=("hold", "keep"), object="held", slots=_over("over", "above"), required=("object",), in_hand=True),
+        Words(
+            verbs=("hold", "keep"), object="held", slots=_over("over", "above"), required=("object",), hand="holding"
+        ),
     )
 
     def contract(self, *, object: str, held: str | None = None, **others: Any) -> Contract:

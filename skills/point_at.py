@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.errors import Phase, UnreachableError
+from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Words
@@ -20,7 +20,11 @@ class PointAt(HandMove):
     """Point at a thing."""
 
     name = "point_at"
-    words = Words(verbs=("point at", "point to", "point your hand at", "point the hand at", "show me"), object="object")
+    words = Words(
+        verbs=("point at", "point to", "point your hand at", "point the hand at", "show me"),
+        object="object",
+        hand="any",
+    )
 
     def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
         """Bring the hand before a thing and point it there; nothing is touched, and what is held stays held.
@@ -39,18 +43,19 @@ class PointAt(HandMove):
         at = centre(arm.find(object))
         base = arm.start.base_xy
         towards = float(np.arctan2(at[1] - base[1], at[0] - base[0]))
-        failure: Exception | None = None
+        failure: UnreachableError | CollisionError | None = None
         for slant in _SLANTS:
             along = np.array([np.sin(slant) * np.cos(towards), np.sin(slant) * np.sin(towards), -np.cos(slant)])
             for distance in _DISTANCES:
                 x, y, z = at - distance * along
                 try:
                     detail = arm.bring((float(x), float(y), float(z)), tilt=slant, towards=towards)
-                except UnreachableError as error:
+                except (UnreachableError, CollisionError) as error:
                     failure = failure or error
                     continue
                 shown = arm.state.tcp_pose.rotation[:, 2]
                 line = at - arm.state.tcp_pose.position
                 off = float(np.degrees(np.arccos(np.clip(shown @ line / np.linalg.norm(line), -1.0, 1.0))))
                 return SkillResult(skill=self.name, detail={**detail, "object": object, "points_off_deg": off})
-        raise failure or UnreachableError(f"the hand cannot point at {object}", phase=Phase.PLAN)
+        assert failure is not None
+        raise failure

@@ -29,7 +29,7 @@ class Shake(HandMove):
 
     name = "shake"
     words = (
-        Words(verbs=("shake",), object="object", slots=(_TIMES,), in_hand=True),
+        Words(verbs=("shake",), object="object", slots=(_TIMES,), hand="holding"),
         Words(verbs=("wave", "wave your hand", "wave the hand", "shake your hand", "shake the hand"), slots=(_TIMES,)),
     )
 

@@ -26,7 +26,8 @@ class TurnOn(Skill):
         slots=(
             Slot(
                 argument="share",
-                kind="phrase",
+                kind="share",
+                prepositions=("", "to"),
                 phrases=(
                     ("halfway", 0.5),
                     ("half way", 0.5),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.driver import require
+from robosandbox.errors import NotHoldingError, Phase
 from robosandbox.skills.primitives.gripping import GRAVITY
 from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
@@ -12,6 +13,7 @@ from robosandbox.skills.words import Words
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
+from robosandbox.world.hand import stands
 
 # Seconds of standing before the first reading and over which readings are taken.
 _REST, _SECONDS = 0.5, 1.0
@@ -21,7 +23,7 @@ class Weigh(HandMove):
     """Weigh what is held."""
 
     name = "weigh"
-    words = Words(verbs=("weigh", "feel how heavy {} is"), object="object", in_hand=True)
+    words = Words(verbs=("weigh", "feel how heavy {} is"), object="object", hand="holding")
 
     def contract(self, *, object: str) -> Contract:
         """Return that the object is held, and stays so."""
@@ -34,11 +36,15 @@ class Weigh(HandMove):
             object: Id of what is held.
 
         Raises:
-            NotHoldingError: It is not held.
+            NotHoldingError: It is not held, or not lifted.
             UnsupportedError: The driver feels no force at the wrist.
         """
         arm = Mover(ctx)
         require(arm.driver, "wrist_wrench", "what is held is weighed")
+        if stands(arm.start, object):
+            raise NotHoldingError(
+                f"{object} still stands on something, which bears some of its weight; lift it first", phase=Phase.CHECK
+            )
         arm.driver.wait(_REST)
         felt = []
         end = arm.driver.time + _SECONDS

@@ -41,7 +41,7 @@ class Words:
         object: The argument that is the verb's object; "" for a verb without one.
         slots: What may follow, each at most once, in any order.
         required: Arguments of which at least one has to be said; none asks for nothing.
-        in_hand: Whether the object is picked up first where the hand does not hold it.
+        hand: What the hand is before the call: empty, holding the object, which is picked up first where it is not held, or any.
         means: Arguments with the values that the verb itself stands for, as ("tempo", "careful"), unless others are said.
     """
 
@@ -49,7 +49,7 @@ class Words:
     object: str = ""
     slots: tuple[Slot, ...] = ()
     required: tuple[str, ...] = ()
-    in_hand: bool = False
+    hand: Literal["empty", "holding", "any"] = "empty"
     means: tuple[tuple[str, float | str], ...] = ()
 
 

@@ -223,3 +223,14 @@ def test_what_lies_in_what_is_held_does_not_fall_out() -> None:
             with pytest.raises((UnreachableError, UnsupportedError)):
                 cell.do("move_to", x=0.25, y=0.2, z=0.35, tilt=tilt, towards=3.0)
         assert full and len(contents(cell.observe().objects, cell.observe().find(vessel))) == full
+
+
+@pytest.mark.parametrize("force", [2.0, 5.0, 20.0])
+def test_open_fingers_close_on_a_thing_with_the_force_that_is_asked_for(force: float) -> None:
+    with robosandbox.open_session("pick_from_three", what_if=False) as session:
+        session.do("move_over", object="red_cube")
+        session.do("open_gripper")
+        down = session.truth().objects["red_cube"].pose.xyz[2] - session.state().tcp_pose.xyz[2]
+        session.do("move_by", dz=down)
+        squeezed = session.do("close_gripper", force=force).detail
+        assert squeezed["held"] == "red_cube" and squeezed["force_n"] == pytest.approx(force, rel=0.1)

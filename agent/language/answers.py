@@ -74,7 +74,7 @@ _ANYTHING = Ref(text="things", determiner="a", nouns=("thing",), plural=True)
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a question is answered with.
+    """Answer to a question.
 
     Attributes:
         text: A sentence or two.
@@ -86,7 +86,7 @@ class Answer:
 
 
 class _NotSeenError(Exception):
-    """What is seen does not settle it."""
+    """A question that what is seen does not settle."""
 
 
 def answered(

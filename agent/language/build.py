@@ -405,15 +405,15 @@ class _Builder(Deciding):
         if not words.object:
             self._add(command.skill, **others)
         for name in names:
-            if words.in_hand:
+            if words.hand == "holding":
                 self._take(name)
-                self._add(command.skill, **{words.object: name, **others})
-                continue
-            self._need_empty(f"{command.skill.replace('_', ' ')} {name}")
+            elif words.hand == "empty":
+                self._need_empty(f"{command.skill.replace('_', ' ')} {name}")
             if is_of_parts:
                 self._add(command.skill, **{words.object: self._part_of(name) or name, **others})
                 continue
-            self._note_moved(name)
+            if words.hand == "empty":
+                self._note_moved(name)
             self._add(command.skill, **{words.object: name, **others})
 
     def _home(self, command: Command) -> None:

@@ -155,7 +155,7 @@ class _Push:
         _place: Where it is to be along the way, metres.
         _lift: By how much it is to be raised there, metres.
         _sent: Place and lift of the last command.
-        _rows: Configurations that were commanded, each of shape (n,).
+        _rows: Configurations of the last window that were commanded, each of shape (n,).
     """
 
     arm: Manipulator
@@ -270,7 +270,7 @@ class _Push:
         row = np.clip(self.way.at(place, lift), self.arm.spec.lower, self.arm.spec.upper)
         self.arm.trim(row)
         self._sent = float(place), float(lift)
-        self._rows.append(row)
+        self._rows = [*self._rows[-ticks:], row]
 
     def _reached(self) -> float:
         """Return the place along the way at which the command has the hand where it is, metres.

@@ -130,7 +130,7 @@ def seen(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=view.scene.find(a) is not None)
 
 
-def _stands(scene: ObservedScene, name: str) -> bool:
+def stands(scene: ObservedScene, name: str) -> bool:
     """Tell whether a thing is seen to rest on the table or on another one."""
     item = scene.find(name)
     if item is None:
@@ -150,7 +150,7 @@ def holding(view: View, a: str, hand: str | None = None) -> Finding:
     return Finding(
         holds=a in held,
         # A hand that has closed on what still stands there may yet lose it: it is not known to carry it.
-        is_sure=a not in held or not _stands(view.scene, a),
+        is_sure=a not in held or not stands(view.scene, a),
         cause=now,
         help=f"pick {a} first",
         remedies=(fact("holding", a, *named),),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
+from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.manual import MANUAL
 from robosandbox.skills.words import Words
@@ -16,7 +17,7 @@ from robosandbox.types import ObservedScene, SkillResult
 from robosandbox.workcell.zenoh.messages import SkillInfo
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
-from robosandbox.world.operators import BoundCall, Operator
+from robosandbox.world.operators import BoundCall
 
 if TYPE_CHECKING:
     from robosandbox.workcell.zenoh.client.robot import RemoteRobot
@@ -108,13 +109,13 @@ class RemoteSkill:
 
     @property
     def words(self) -> Words | tuple[Words, ...] | None:
-        """How people ask for it, where this machine has the same skill."""
-        return getattr(self._installed, "words", None)
+        """Words with which people ask for it, where this machine has the same skill."""
+        return None if self._installed is None else self._installed.words
 
     @property
     def translations(self) -> Mapping[str, str]:
         """The same in languages that are data."""
-        return getattr(self._installed, "translations", {})
+        return {} if self._installed is None else self._installed.translations
 
     def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the arguments, checked where this machine has the same skill; the sim checks them before anything moves."""
@@ -129,6 +130,6 @@ class RemoteSkill:
         return () if self._installed is None else self._installed.alternatives(failed, *args, **arguments)
 
     @cached_property
-    def _installed(self) -> Operator | None:
+    def _installed(self) -> Skill | None:
         own = (*load_skills(), *MANUAL)
         return next((skill for skill in own if skill.name == self.name and skill.schema == self.schema), None)
