@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace as changed
+from dataclasses import replace as changed
 
 import numpy as np
 
@@ -37,6 +37,7 @@ from robosandbox.agent.language.seen import (
 )
 from robosandbox.agent.language.world import World
 from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
+from robosandbox.values import frozen
 from robosandbox.world.relations import bounds, centre, contents, gap, loose
 
 _THERE = {
@@ -52,7 +53,7 @@ _LESS = frozenset({"small", "short", "narrow", "near"})
 _ANYTHING = Ref(text="things", determiner="a", nouns=("thing",), plural=True)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Answer:
     """Answer to a question.
 
