@@ -268,6 +268,7 @@ class ObservedScene:
         reach: Least and largest distance from `base_xy` at which that arm works, metres.
         grips: Whether the arm that calls are made with has a gripper to hold things with.
         notes: What could not be seen well and why, in sentences.
+        arm: What that arm and its gripper said of themselves at the look; None where they were not asked.
     """
 
     time: float
@@ -280,6 +281,7 @@ class ObservedScene:
     grips: bool = True
     notes: tuple[str, ...] = ()
     table_area: Area = TABLE_AREA
+    arm: ArmState | None = field(default=None, compare=False)
 
     def __hash__(self) -> int:
         """Return a hash of the look and of what was seen: what is worked out of a scene is kept by it."""
