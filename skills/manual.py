@@ -19,6 +19,7 @@ from robosandbox.skills.move_to import MoveTo
 from robosandbox.skills.move_towards import MoveTowards
 from robosandbox.skills.point_at import PointAt
 from robosandbox.skills.poses import MoveToPose, SavePose
+from robosandbox.skills.press_down import PressDown
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
 from robosandbox.skills.trace import Trace
@@ -48,5 +49,6 @@ MANUAL: tuple[Skill, ...] = (
     HandOver(),
     Drop(),
     Trace(),
+    PressDown(),
 )
 """All of them, for `Agent`."""

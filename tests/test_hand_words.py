@@ -12,7 +12,7 @@ from support.processes import SimProcess
 
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance.conformance import check_words
-from robosandbox.errors import NotHoldingError
+from robosandbox.errors import NotHoldingError, TrackingError
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manual import MANUAL
@@ -216,6 +216,24 @@ def test_figures_are_drawn_where_they_were_said(cell: EmbeddedWorkcell) -> None:
     assert cell.run("trace a square of 6 cm").success
     end()
     assert np.allclose(np.ptp(np.array(way), axis=0), [0.06, 0.06, 0.0], atol=0.005), "corners"
+
+
+@pytest.mark.parametrize("driver", ["mujoco", "hardware:wrist_wrench=true"])
+def test_a_force_is_pressed_with(driver: str) -> None:
+    eyes = "ground_truth" if driver == "mujoco" else "rgbd"
+    with open_session(TASK, driver=driver, perception=eyes, what_if=False) as session:
+        for force in (5.0, 20.0):
+            pressed = session.run(f"press down on the red cube with {force:.0f} N for 2 seconds")
+            assert pressed.success, pressed.final_detail
+            detail = pressed.steps[-1].result.detail
+            assert detail["force_n"] == pytest.approx(force, rel=0.05)
+            assert detail["least_n"] > 0.9 * force and detail["most_n"] < 1.1 * force
+
+
+def test_what_is_not_met_is_not_pressed_on(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.2, y=0.1, z=0.6)
+    with pytest.raises(TrackingError, match=r"pressed with 0.0 N at the end, not with 5.0 N"):
+        cell.do("press_down", force=5.0)
 
 
 def test_a_share_of_a_parts_way_is_said_in_percent() -> None:

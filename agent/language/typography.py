@@ -170,6 +170,8 @@ _CONTRACTIONS = [
         (r"\b(u|ya)\b", "you"),
         (r"\bur\b", "your"),
         (r"\bda\b", "the"),
+        # "with 5 N for two seconds".
+        (r"\b(with|at) (\d+(?:\.\d+)?) ?n\b(?= )", r"\1 \2 newtons"),
         (r"\b(n|an')\b(?= )", "and"),
         (r"\bcuz\b|\bcos\b|\bcoz\b", "because"),
         (r"\bluv\b", "love"),
