@@ -58,16 +58,31 @@ class OpenGripper(Skill):
     name = "open_gripper"
     words = Words(
         verbs=(*_of_fingers("open"), *(f"{verb} wide" for verb in _of_fingers("open"))),
-        slots=(Slot(argument="width", kind="length", prepositions=("to", "up to", "by", "")),),
+        slots=(
+            Slot(argument="width", kind="length", prepositions=("to", "up to", "by", "")),
+            Slot(
+                argument="share",
+                kind="share",
+                prepositions=("", "to", "by"),
+                phrases=(("halfway", 0.5), ("half way", 0.5)),
+            ),
+        ),
     )
 
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_OPEN}
 
-    def run(self, ctx: SkillContext, *, width: Annotated[float, Field(ge=0.0)] | None = None) -> SkillResult:
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        width: Annotated[float, Field(ge=0.0)] | None = None,
+        share: Annotated[float, Field(ge=0.0, le=1.0)] | None = None,
+    ) -> SkillResult:
         """Open the gripper where the arm is; what is held has to be put down by a skill.
 
         Args:
             width: Gap between the fingers, metres; all the way when left out.
+            share: The same as a share of the widest gap.
 
         Raises:
             AlreadyHoldingError: Something is held, which would fall.
@@ -81,6 +96,10 @@ class OpenGripper(Skill):
                 phase=Phase.CHECK,
             )
         widest = arm.geometry.max_aperture
+        if share is not None:
+            if width is not None:
+                raise InvalidArgumentError("share: width says the gap already", phase=Phase.CHECK)
+            width = share * widest
         if width is not None and width > widest:
             raise InvalidArgumentError(
                 f"width: {1e3 * width:.0f} mm; the gripper opens to {1e3 * widest:.0f} mm", phase=Phase.CHECK

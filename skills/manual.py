@@ -6,7 +6,9 @@ They are no part of the catalogue: a sentence may say them, and no plan is made 
 from __future__ import annotations
 
 from robosandbox.skills.base import Skill
+from robosandbox.skills.drop import Drop
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
+from robosandbox.skills.hand_over import HandOver
 from robosandbox.skills.lift import Lift
 from robosandbox.skills.move_by import MoveBy
 from robosandbox.skills.move_joint import MoveJoint
@@ -19,6 +21,7 @@ from robosandbox.skills.point_at import PointAt
 from robosandbox.skills.poses import MoveToPose, SavePose
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
+from robosandbox.skills.trace import Trace
 from robosandbox.skills.turn_hand import TurnHand
 from robosandbox.skills.wait import Wait
 from robosandbox.skills.weigh import Weigh
@@ -42,5 +45,8 @@ MANUAL: tuple[Skill, ...] = (
     PointAt(),
     Shake(),
     Weigh(),
+    HandOver(),
+    Drop(),
+    Trace(),
 )
 """All of them, for `Agent`."""

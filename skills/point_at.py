@@ -21,7 +21,7 @@ class PointAt(HandMove):
 
     name = "point_at"
     words = Words(
-        verbs=("point at", "point to", "point your hand at", "point the hand at", "show me"),
+        verbs=("point at", "point to", "point your hand at", "point the hand at", "show me", "look at", "face"),
         object="object",
         hand="any",
     )

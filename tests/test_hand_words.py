@@ -13,6 +13,7 @@ from support.processes import SimProcess
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance.conformance import check_words
 from robosandbox.errors import NotHoldingError
+from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manual import MANUAL
 from robosandbox.skills.words import Slot, Words
@@ -106,6 +107,8 @@ def test_the_hand_does_what_it_is_told(cell: EmbeddedWorkcell) -> None:
     )
     assert cell.run("open the gripper to 4 cm").success
     assert cell.state().gripper.width == pytest.approx(0.04, abs=0.001)
+    assert cell.run("open the gripper to 75 %").success
+    assert cell.state().gripper.width == pytest.approx(0.06, abs=0.001)
 
 
 def test_what_is_held_is_held_over_a_thing_shaken_and_weighed(cell: EmbeddedWorkcell) -> None:
@@ -163,6 +166,56 @@ def test_what_was_lifted_by_so_much_is_put_down_like_what_was_picked(cell: Embed
     assert cell.run("lift the red cube by 5 cm and put it on the blue cube").success
     where = {name: item.pose.position for name, item in cell.truth().objects.items()}
     assert where["red_cube"][2] - where["blue_cube"][2] == pytest.approx(0.03, abs=0.002)
+
+
+def test_what_is_held_out_is_let_go_of_when_it_is_pulled_at(cell: EmbeddedWorkcell) -> None:
+    assert cell.run("pick up the red cube").success
+    waits, hand, body = [], Intervention(cell.mujoco), cell.mujoco.object_bodies["red_cube"]
+    leave = cell.ctx.events.subscribe(
+        lambda told: waits.append(cell.driver.time) if getattr(told, "phase", "") == "wait" else None
+    )
+
+    def pull() -> None:
+        # One second after it is held out, for as long as it is in the hand.
+        with hand.state() as data:
+            data.xfrc_applied[body, 0] = 5.0 if waits and cell.driver.time > waits[-1] + 1.0 else 0.0
+
+    end = cell.driver.subscribe(pull)
+    given = cell.run("give it to me")
+    end()
+    leave()
+    assert given.success, given.final_detail
+    detail = given.steps[-1].result.detail
+    assert 4.0 < detail["pulled_n"] < 6.0 and 0.3 < detail["waited_s"] < 0.7
+    assert cell.observe().held is None
+
+
+def test_what_nobody_takes_stays_in_the_hand(cell: EmbeddedWorkcell) -> None:
+    given = cell.run("hand me the red cube")
+    assert not given.success and "nobody pulled at red_cube with 3 N within 20 s" in given.final_detail
+    assert cell.observe().held == "red_cube"
+
+
+def test_what_is_dropped_falls_from_where_it_was_said(cell: EmbeddedWorkcell) -> None:
+    fallen = cell.run("drop the red cube from 8 cm")
+    assert fallen.success and fallen.steps[-1].result.detail["fell_mm"] == pytest.approx(80.0, abs=4.0)
+    assert cell.observe().held is None
+
+
+def test_figures_are_drawn_where_they_were_said(cell: EmbeddedWorkcell) -> None:
+    begun = cell.state().tcp_pose.position
+    way: list[np.ndarray] = []
+    end = cell.driver.subscribe(lambda: way.append(cell.state().tcp_pose.position))
+    assert cell.run("draw a circle of 12 cm with your hand").success
+    end()
+    off = np.linalg.norm(np.array(way) - (begun + np.array([0.0, 0.06, 0.0])), axis=1) - 0.06
+    assert np.abs(off).max() < 0.002 and np.allclose(cell.state().tcp_pose.position, begun, atol=0.002)
+    assert np.ptp([point[0] for point in way]) > 0.118
+    way.clear()
+    end = cell.driver.subscribe(lambda: way.append(cell.state().tcp_pose.position))
+    assert cell.run("trace a square of 6 cm").success
+    end()
+    assert np.allclose(np.ptp(np.array(way), axis=0), [0.06, 0.06, 0.0], atol=0.005), "corners"
 
 
 def test_a_share_of_a_parts_way_is_said_in_percent() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from copy import deepcopy
-from dataclasses import dataclass
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import RefusedError, cannot_see, listed
@@ -24,6 +23,7 @@ from robosandbox.agent.language.materials import is_familiar
 from robosandbox.agent.language.pushing import Pushing
 from robosandbox.agent.language.things import KINDS_OF
 from robosandbox.types import RefusalCode
+from robosandbox.values import frozen
 
 _SIDES = frozenset({"left", "right", "front", "back"})
 _SPATIAL = _SIDES | {"beside", "between", "than", "opposite"}
@@ -36,7 +36,7 @@ class NotYetError(Exception):
     """Only time can tell whether a condition holds."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Finding:
     """Whether a condition holds, and what it speaks of.
 

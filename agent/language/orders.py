@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.intent import Rank, Ref
 from robosandbox.agent.language.world import World, volume
 from robosandbox.types import RefusalCode
+from robosandbox.values import frozen
 
 Fits = Callable[[str], bool]
 _NO_ROW = 0.7  # Ratio of the narrower extent of things to the wider from which they stand in no row. Chosen.
@@ -25,7 +25,7 @@ CONTRARY = {
 """The other end of an order, by its key."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Meaning:
     """What a description means.
 

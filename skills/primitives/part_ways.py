@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise, permutations, product
 from typing import Literal, TypeVar
 
@@ -22,6 +21,7 @@ from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator,
 from robosandbox.skills.primitives.strokes import flange_depth
 from robosandbox.spatial import matrix_about_axis, matrix_from_quat_xyzw
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, Trajectory
+from robosandbox.values import frozen
 from robosandbox.world.parts import joint_of, lever, part_value
 
 T = TypeVar("T")
@@ -71,7 +71,7 @@ _LEVEL = 0.05
 _YAWS = 8
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PartWay:
     """Motions that bring the hand to a part, and poses on which it moves it.
 

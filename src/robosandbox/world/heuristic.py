@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.values import frozen
 from robosandbox.world.achievers import Achievers, subject_of
 from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import Fact
@@ -47,7 +48,7 @@ class SearchState:
         return next((found for one in facts if (found := self.find(one)).is_refuted), None)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Estimate:
     """Estimate of the work that a state leaves.
 

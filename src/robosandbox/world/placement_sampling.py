@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from robosandbox.shapes.heights import LevelSurface
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
+from robosandbox.values import frozen
 from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.relations import (
     BESIDE_GAP,
@@ -74,7 +75,7 @@ _MOUTH_UP = 0.25
 _TURN_SHARES = (1.0, 0.75, 0.5, 0.25)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Placement:
     """Placement for the held object.
 
