@@ -190,7 +190,7 @@ class _PlaceSearch:
         self._q = observation.q
         self._width = arm.gripper.width
         self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()
-        self._level = levelled(held.pose.rotation)
+        self._level = levelled(held)
         self._load = carried_along(held, scene)
         self._speed = carry_speed(arm, held, scene, arm.tempo.carry)
         lower = arm.tempo.lower
