@@ -236,6 +236,37 @@ def test_what_is_not_met_is_not_pressed_on(cell: EmbeddedWorkcell) -> None:
         cell.do("press_down", force=5.0)
 
 
+def test_words_of_speed_and_care_are_obeyed_for_the_order_alone(cell: EmbeddedWorkcell) -> None:
+    took = {}
+    for said, tempo in (("pick up the red cube", ""), ("slowly pick up the red cube", "careful")):
+        cell.reset(0)
+        begun, tempos = cell.driver.time, []
+        leave = cell.driver.subscribe(lambda tempos=tempos: tempos.append(cell.ctx.tempo.name))
+        episode = cell.run(said)
+        leave()
+        assert episode.success and episode.plan is not None and episode.plan.tempo == tempo
+        assert set(tempos) == {tempo or "fast"} and cell.ctx.tempo.name == "fast"
+        assert [step.call.skill for step in episode.steps] == ["pick"]
+        took[said] = cell.driver.time - begun
+    assert took["slowly pick up the red cube"] > 1.3 * took["pick up the red cube"]
+    assert "At the careful tempo: “slowly”." in str(episode.plan)
+
+
+def test_the_tempo_is_as_before_after_a_failure(cell: EmbeddedWorkcell) -> None:
+    assert cell.run("go at normal speed").success
+    given = cell.run("carefully hand me the red cube")
+    assert not given.success and given.plan is not None and given.plan.tempo == "careful"
+    assert cell.ctx.tempo.name == "brisk"
+
+
+def test_a_manner_that_nothing_takes_is_told(still: EmbeddedWorkcell) -> None:
+    answer = still.agent.plan("slowly and precisely pick up the red cube")
+    assert isinstance(answer, Plan) and answer.tempo == "careful"
+    assert answer.note == "At the careful tempo: “slowly”. No skill takes “precisely”."
+    both = still.agent.plan("quickly pick up the red cube and slowly put it on the blue cube")
+    assert isinstance(both, Plan) and not both.tempo and "I go at my usual speed" in both.note
+
+
 def test_a_share_of_a_parts_way_is_said_in_percent() -> None:
     with open_session(Scene(world=STOVE), what_if=False) as session:
         for said in (
@@ -263,6 +294,8 @@ def test_a_client_says_the_same_over_the_network() -> None:
         assert with_words.state().tcp_pose.position[2] - before[2] == pytest.approx(0.05, abs=0.002)
         asked = with_words.agent.plan("turn the red cube by 45 degrees")
         assert isinstance(asked, Plan) and asked.steps[0].skill == "turn"
+        slow = with_words.run("slowly pick up the red cube")
+        assert slow.success and slow.plan is not None and slow.plan.tempo == "careful"
 
 
 def test_each_verb_of_the_hand_is_understood(still: EmbeddedWorkcell) -> None:
