@@ -38,6 +38,8 @@ _UP = {
     "downwards": -1.0,
     "lower": -1.0,
 }
+# Metres that a hand goes which is to go a little.
+_LITTLE = 0.02
 # Metres; farther than any arm on a table reaches down.
 _FAR = 2.0
 # N; what a hand that comes slowly feels before it presses hard.
@@ -53,6 +55,12 @@ def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
         prepositions=("", "by"),
         beginnings=(*way, *((f"{word} by", sign) for word, sign in way)),
         endings=way,
+        phrases=tuple(
+            (said, sign * _LITTLE)
+            for word, sign in way
+            for some in ("a little", "a bit", "a little bit", "slightly")
+            for said in (f"{word} {some}", f"{some} {word}")
+        ),
         bare=False,
     )
 

@@ -101,6 +101,9 @@ def test_the_hand_does_what_it_is_told(cell: EmbeddedWorkcell) -> None:
     pose, at = cell.state().tcp_pose, cell.truth().objects["red_cube"].pose
     line = at.position - pose.position
     assert pose.rotation[:, 2] @ line / np.linalg.norm(line) > np.cos(np.radians(3.0))
+    cube = cell.truth().objects["blue_cube"].pose.position
+    assert cell.run("bring the hand in front of the blue cube").success
+    assert np.allclose(cell.state().tcp_pose.position, cube + [-0.115, 0.0, 0.015], atol=0.003)
     saved = cell.run("go to the pose camera")
     assert saved.success and np.allclose(
         cell.state().tcp_pose.position, before + np.array([0.0, 0.03, 0.05]), atol=0.002
