@@ -69,6 +69,8 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
         ("raise your hand", RefusalCode.AMBIGUOUS, "how far"),
         ("move over", RefusalCode.UNRECOGNIZED, ""),
         ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),
+        ("pick up the red cube three times", RefusalCode.UNRECOGNIZED, "three times"),
+        ("open the gripper 100 times", RefusalCode.UNSUPPORTED, ""),
         ("hover over the moon", RefusalCode.OBJECT_NOT_FOUND, "moon"),
         ("don't move up 5 cm", RefusalCode.UNSUPPORTED, ""),
     ],

@@ -31,6 +31,7 @@ from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.loosely import loosely
 from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.purposes import where_it_goes
+from robosandbox.agent.language.repeated import several_times
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
@@ -109,11 +110,18 @@ def interpret(
     if len(prompt) > _MOST_REMEMBERED:
         return made
 
-    def works(sentence: str) -> bool:
+    def read_anew(sentence: str) -> Draft | Refusal:
         context = deepcopy(discourse) if discourse else None
-        return isinstance(understood(sentence, scene, names, context, chosen), Draft)
+        again = understood(sentence, scene, names, context, chosen)
+        return (
+            again
+            if by_rules or isinstance(again, Refusal)
+            else _accounted(sentence, scene, names, again, goes_on=goes_on)
+        )
 
-    return with_offer(made, prompt, tuple(item.id for item in scene.objects), works)
+    ids = tuple(item.id for item in scene.objects)
+    over = several_times(prompt, ids, read_anew)
+    return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))
 
 
 def _by_rules(
