@@ -16,9 +16,17 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import bottom
 
+_UP, _DOWN = ("up", "off the table", "higher", "into the air"), ("down", "lower")
+
 
 def _by(sign: float) -> Slot:
-    return Slot(argument="height", kind="length", beginnings=(("", sign), ("by", sign)), bare=False)
+    return Slot(
+        argument="height",
+        kind="length",
+        beginnings=(("", sign), ("by", sign), ("up", sign), ("up by", sign)),
+        endings=tuple((said, 1.0) for said in (_UP if sign > 0.0 else _DOWN)),
+        bare=False,
+    )
 
 
 class Lift(Skill):

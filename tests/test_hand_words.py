@@ -258,7 +258,7 @@ def test_words_of_speed_and_care_are_obeyed_for_the_order_alone(cell: EmbeddedWo
 
 
 def test_the_tempo_is_as_before_after_a_failure(cell: EmbeddedWorkcell) -> None:
-    assert cell.run("go at normal speed").success
+    assert cell.run("go half as fast").success
     given = cell.run("carefully hand me the red cube")
     assert not given.success and given.plan is not None and given.plan.tempo == "careful"
     assert cell.ctx.tempo.name == "brisk"
