@@ -16,17 +16,14 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import bottom
 
-_UP, _DOWN = ("up", "off the table", "higher", "into the air"), ("down", "lower")
-
-
-def _by(sign: float) -> Slot:
-    return Slot(
-        argument="height",
-        kind="length",
-        beginnings=(("", sign), ("by", sign), ("up", sign), ("up by", sign)),
-        endings=tuple((said, 1.0) for said in (_UP if sign > 0.0 else _DOWN)),
-        bare=False,
-    )
+_UP = ("up", "off the table", "higher", "into the air")
+_BY = Slot(
+    argument="height",
+    kind="length",
+    prepositions=("", "by", "up", "up by"),
+    endings=tuple((said, 1.0) for said in _UP),
+)
+_DOWN_BY = Slot(argument="height", kind="length", beginnings=(("", -1.0), ("by", -1.0)), bare=False)
 
 
 class Lift(Skill):
@@ -37,12 +34,12 @@ class Lift(Skill):
         Words(
             verbs=("lift", "raise", "lift up", "lift {} up", "raise {} up"),
             object="object",
-            slots=(_by(1.0),),
+            slots=(_BY,),
             required=("height",),
             hand="any",
         ),
         Words(
-            verbs=("lower", "lower {} down"), object="object", slots=(_by(-1.0),), required=("height",), hand="holding"
+            verbs=("lower", "lower {} down"), object="object", slots=(_DOWN_BY,), required=("height",), hand="holding"
         ),
     )
 
