@@ -16,11 +16,14 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import bottom
 
+# Metres that a thing is lifted which is to be lifted a little.
+_LITTLE = 0.03
 _UP = ("up", "off the table", "higher", "into the air")
 _BY = Slot(
     argument="height",
     kind="length",
     prepositions=("", "by", "up", "up by"),
+    phrases=tuple((f"{up}{some}", _LITTLE) for up in ("", "up ") for some in ("a little", "a bit", "slightly")),
     endings=tuple((said, 1.0) for said in _UP),
 )
 _DOWN_BY = Slot(argument="height", kind="length", beginnings=(("", -1.0), ("by", -1.0)), bare=False)

@@ -44,10 +44,23 @@ class Shake(HandMove):
     words = (
         Words(verbs=("shake",), object="object", slots=(_TIMES,), hand="holding"),
         Words(
-            verbs=("wave", "wave hello", "wave goodbye", "wave your hand", "wave the hand", *_to_and_fro(_SIDEWAYS)),
+            verbs=(
+                "wave",
+                "wave hello",
+                "wave to me",
+                "wave at me",
+                "wave goodbye",
+                "wave your hand",
+                "wave the hand",
+                *_to_and_fro(_SIDEWAYS),
+            ),
             slots=(_TIMES, _WIDTH),
         ),
-        Words(verbs=("nod", *_to_and_fro(_UP_AND_DOWN)), slots=(_TIMES, _WIDTH), means=(("axis", "vertical"),)),
+        Words(
+            verbs=("nod", "nod your head", *_to_and_fro(_UP_AND_DOWN)),
+            slots=(_TIMES, _WIDTH),
+            means=(("axis", "vertical"),),
+        ),
     )
 
     def contract(self, *, object: str | None = None, **others: Any) -> Contract:

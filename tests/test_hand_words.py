@@ -110,6 +110,8 @@ def test_the_hand_does_what_it_is_told(cell: EmbeddedWorkcell) -> None:
     assert saved.success and np.allclose(
         cell.state().tcp_pose.position, before + np.array([0.0, 0.03, 0.05]), atol=0.002
     )
+    assert cell.run("go down until you are 15 cm above the table").success
+    assert cell.state().tcp_pose.xyz[2] - cell.observe().table_height == pytest.approx(0.15, abs=0.002)
     assert cell.run("open the gripper to 4 cm").success
     assert cell.state().gripper.width == pytest.approx(0.04, abs=0.001)
     assert cell.run("open the gripper to 75 %").success

@@ -41,8 +41,11 @@ _QUESTIONS = {
 # What a bare number counts: degrees.
 _BARE = {"angle": math.pi / 180.0}
 # What says no more of a number, or of a place, than that it is about so much or right there.
-_ABOUT = frozenset({"about", "around", "roughly", "approximately", "some", "another", "exactly", "say", "maybe"})
+_ABOUT = frozenset(
+    {"about", "around", "roughly", "approximately", "some", "another", "exactly", "say", "maybe", "like"}
+)
 _RIGHT = frozenset({"right", "just", "directly", "straight", "exactly"})
+_OR_SO = ("or so", "or thereabouts", "or something", "in total")
 # What ends a move as any move ends: the hand stays where it is.
 _STAYS = tuple(
     f"{joined}{then}"
@@ -281,12 +284,14 @@ def _point(chart: Conditions, i: int) -> Iterator[tuple[int, tuple[float, ...]]]
 
 
 def _multiplied(chart: Conditions, i: int, phrases: Iterable[tuple[str, float]]) -> list[tuple[int, float]]:
+    i += chart.text(i) in _RIGHT
     return [(end, factor) for phrase, factor in phrases for end in _follows(chart, i, _texts(phrase))]
 
 
 def _ended(chart: Conditions, i: int, slot: Slot, value: Any, *, marked: bool) -> Iterator[tuple[int, Any]]:
+    so = next(iter(_after(chart, i, _OR_SO)), i)
     if marked:
-        yield i, value
+        yield so, value
     if not isinstance(value, str | tuple):
         ends = _multiplied(chart, i, slot.endings)
         yield from ((end, value if factor == 1.0 else factor * value) for end, factor in ends)
