@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import replace as replaced
 from typing import Any
 
-from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.forms import amended
@@ -133,7 +132,8 @@ class Dialogue:
             names = Grounder(World(scene), Discourse()).many(ref, lambda name: True).ids
         except RefusedError:
             return False
-        return all(World(scene).objects[name].kind in match.CONTAINERS for name in names)
+        objects = World(scene).objects
+        return all(match.holds_things(objects[name]) for name in names)
 
     def _put_down_first(self, draft: Draft, scene: ObservedScene) -> Draft:
         held = scene.held

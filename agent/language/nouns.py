@@ -246,6 +246,11 @@ class Nouns(Modifiers):
             for spoken, name in self.words.by_first_word.get(self._part(i), ())
             if tuple(map(self._part, range(i, min(i + len(spoken), len(self.tokens))))) == spoken
         ]
+        in_full += [
+            (i + len(said), replace(ref, names=stem))
+            for said, stem in self.words.stems.get(self._part(i), ())
+            if tuple(map(self._part, range(i, min(i + len(said), len(self.tokens))))) == said
+        ]
         j = i
         parts: list[str] = []
         pointed = i > 0 and (ref.determiner != "bare" or bool(ref.colours or ref.ranks))

@@ -8,6 +8,13 @@ from __future__ import annotations
 from robosandbox.agent.language.wordlist import phrase_list, word_set
 from robosandbox.shapes import shapes
 
+PARTS: dict[str, frozenset[str]] = {
+    "drawer": word_set("drawer layer"),
+    "door": word_set("door lid flap"),
+    "knob": word_set("knob dial lever handle switch"),
+    "button": word_set("button switch"),
+}
+"""Words for what moves on something else, by how it moves."""
 NOUNS: dict[str, str] = {
     "cube": "cube, dice, die, square",
     "block": "block, brick, building block, wooden block, cuboid, lego",

@@ -38,7 +38,7 @@ class Vicinity(Orders, ABC):
             inner = set(self._loosely(relation.refs[0], list(world.objects)))
             found = [name for name in names if bool(inner & {*world.inside(name)}) == (kind == "holds")]
         elif kind == "empty":
-            holders = [name for name in names if world.objects[name].kind in match.CONTAINERS]
+            holders = [name for name in names if match.holds_things(world.objects[name])]
             found = [name for name in holders if not world.inside(name)] if holders else names
         elif kind == "full":
             found = [name for name in names if world.inside(name)]
