@@ -4,7 +4,8 @@
 
 Sentences, goals and scenes are the facts of `tests/data/libero_sentences.json`, which `examples/drivers/libero` writes; things are
 boxes there. A plan is right that brings about each relation of the goal and moves nothing else; wrong that does anything else;
-anything but a plan is refused. Sides are those of a person who faces the robot, as LIBERO's are.
+short what does a part of it,
+as of a goal that has more than its sentence; anything but a plan is refused. Sides are those of a person who faces the robot, as LIBERO's are.
 """
 
 from __future__ import annotations
@@ -58,7 +59,9 @@ def cases() -> tuple[Case, ...]:
     facts = json.loads(FACTS.read_text(encoding="utf-8"))
     scenes = [_scene(scene) for scene in facts["scenes"]]
     return tuple(
-        Case(one["suite"], one["task"], one["sentence"], scenes[one["scene"]], tuple(fact(*goal) for goal in one["goal"]))
+        Case(
+            one["suite"], one["task"], one["sentence"], scenes[one["scene"]], tuple(fact(*goal) for goal in one["goal"])
+        )
         for one in facts["tasks"]
     )
 
@@ -89,7 +92,12 @@ def _object(name: str, told: dict[str, Any]) -> DetectedObject:
             kind, *numbers = told["joint"]
             low, high, opening = told["range"]
             joint = PartJoint(
-                kind=kind, axis=tuple(numbers[:3]), anchor=tuple(_metres(numbers[3:])), low=low, high=high, stiffness=0.0
+                kind=kind,
+                axis=tuple(numbers[:3]),
+                anchor=tuple(_metres(numbers[3:])),
+                low=low,
+                high=high,
+                stiffness=0.0,
             )
         geometry = Geometry(tuple(_boxes(told)), told["kind"], joint)
     return DetectedObject(
@@ -140,7 +148,7 @@ def _metres(values: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What came of a sentence: right, wrong or refused, and the calls or the refusal."""
+    """What came of a sentence: right, wrong, short or refused, and the calls or the refusal."""
 
     case: Case
     verdict: str
@@ -157,12 +165,13 @@ def judged(case: Case, planner: StubPlanner) -> Verdict:
     brought, parts = _brought_about(answer)
     # What holds from the start is not asked for, and some goals have it all the same.
     now = View.of(case.scene)
-    wanted = {_loosened(one) for one in case.goal if not find(one, now).holds}
-    got = {_loosened(one) for one in (*brought, *parts)}
+    asked = {_loosened(one, case.scene) for one in case.goal}
+    wanted = {_loosened(one, case.scene) for one in case.goal if not find(one, now).holds}
+    got = {_loosened(one, case.scene) for one in (*brought, *parts)}
     into = {str(one.arguments[-1]) for one in case.goal if one.relation in ("on", "inside")}
     # What a thing goes into may be opened for it.
-    extra = {one for one in got - {_loosened(one) for one in case.goal} if not (one[0] == "open" and one[1] in into)}
-    verdict = "right" if wanted <= got and not extra else "wrong"
+    extra = {one for one in got - asked if not (one[0] == "open" and one[1] in into)}
+    verdict = "wrong" if extra else "right" if wanted <= got else "short"
     return Verdict(case, verdict, "; ".join(map(str, answer.steps)))
 
 
@@ -186,12 +195,13 @@ def _brought_about(plan: Plan) -> tuple[list[Fact], list[Fact]]:
     return list(places.values()), list(parts.values())
 
 
-def _loosened(one: Fact) -> tuple[object, ...]:
+def _loosened(one: Fact, scene: ObservedScene) -> tuple[object, ...]:
     """Return a relation so that two which leave the same world are the same: a thing on a plate is in it."""
-    relation = "in" if one.relation in ("on", "inside") else one.relation
     if one.relation == "turned_to":
-        return (relation, one.arguments[0], round(float(one.arguments[1])))
-    return (relation, *one.arguments)
+        return (one.relation, one.arguments[0], round(float(one.arguments[1])))
+    base = scene.find(str(one.arguments[-1]))
+    either = one.relation in ("on", "inside") and base is not None and not base.is_fixed
+    return ("in" if either else one.relation, *one.arguments)
 
 
 def run(by_rules: bool = False, suite: str = "") -> list[Verdict]:
@@ -205,7 +215,9 @@ def main() -> None:
     """Print a table by suite."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rules", action="store_true", help="read English by its rules")
-    parser.add_argument("--show", choices=("wrong", "refused", "right"), nargs="*", default=[], help="print these")
+    parser.add_argument(
+        "--show", choices=("wrong", "short", "refused", "right"), nargs="*", default=[], help="print these"
+    )
     parser.add_argument("--suite", default="", help="beginning of a suite's name")
     options = parser.parse_args()
     begun = time.perf_counter()
@@ -219,9 +231,9 @@ def main() -> None:
     for one in found:
         for name in (one.case.suite, "PRO" if one.case.suite.count("_") > 1 else "LIBERO", "all"):
             by_suite[name][one.verdict] += 1
-    print("| suite | sentences | right | wrong | refused |\n|---|---|---|---|---|")
+    print("| suite | sentences | right | wrong | short | refused |\n|---|---|---|---|---|---|")
     for name, counts in by_suite.items():
-        told = " | ".join(str(counts[verdict]) for verdict in ("right", "wrong", "refused"))
+        told = " | ".join(str(counts[verdict]) for verdict in ("right", "wrong", "short", "refused"))
         print(f"| {name} | {counts.total()} | {told} |")
     print(f"{time.perf_counter() - begun:.1f} s", file=sys.stderr)
 

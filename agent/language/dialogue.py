@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace as replaced
 from typing import Any
 
+from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.forms import amended

@@ -19,6 +19,7 @@ from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.truth import Truth, contradicts
 from robosandbox.types import DetectedObject, RefusalCode
 
+_PLACE_WORDS = frozenset({"left", "right", "front", "back", "top", "middle", "bottom"})
 _SIDEWAYS = frozenset({"left", "right", "front", "back", "near", "far"})
 
 
@@ -336,15 +337,19 @@ class Grounder(Truth):
         """Of what has parts and its parts, "the cabinet" is the whole, "the top drawer of the cabinet" a part."""
         names = {item.id for item in found}
         owners = {match.owner_of(item.id, names) for item in found} - {""}
-        if not owners:
+        if owners:
+            told = {*ref.nouns, *ref.names}
+            of_parts = any(match.is_word_for_parts(noun) for noun in ref.nouns) or any(
+                told & ({*id_parts(own)} - {*id_parts(owner)})
+                for owner, _, own in (item.id.rpartition(".") for item in found)
+                if owner
+            )
+            found = [item for item in found if not (item.id in owners if of_parts else match.owner_of(item.id, names))]
+        if len(found) < 2 or not all(match.owner_of(item.id, self.world.objects) for item in found):
             return found
-        told = {*ref.nouns, *ref.names}
-        of_parts = any(match.is_word_for_parts(noun) for noun in ref.nouns) or any(
-            told & ({*id_parts(own)} - {*id_parts(owner)})
-            for owner, _, own in (item.id.rpartition(".") for item in found)
-            if owner
-        )
-        return [item for item in found if (item.id not in owners if of_parts else not match.owner_of(item.id, names))]
+        # "the back compartment" is the one called so, wherever it is seen from.
+        said = {*ref.text.split()} & _PLACE_WORDS
+        return [item for item in found if said & {*id_parts(item.id.rpartition(".")[2])}] or found
 
     def _described(
         self, ref: Ref, pool: list[DetectedObject], several: bool, fits: Fits | None

@@ -134,9 +134,11 @@ def is_word_for_parts(noun: str) -> bool:
 def _part_fit(noun: str, item: DetectedObject) -> int | None:
     """Return how well a noun names a part of a scene's file by how it moves; None where that tells nothing."""
     joint = None if item.geometry is None else item.geometry.joint
-    if joint is None or noun in id_parts(item.id.rpartition(".")[2]):
+    if noun in id_parts(item.id.rpartition(".")[2]) or (joint is None and item.kind != "compartment"):
         return None
-    if joint.kind == "slide":
+    if joint is None:
+        sort = "compartment"
+    elif joint.kind == "slide":
         sort = "drawer" if item.shape.holds_things else "button"
     else:
         sort = "door" if max(item.size) > _LARGEST_KNOB else "knob"
@@ -162,6 +164,9 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         # "the waste bin" is the bin called waste, rather than a tray.
         return NAMED
     own = {NOUN_CLASS[part] for part in parts if part in NOUN_CLASS} - {"thing", "one"}
+    if _head(parts) in SAME_AS.get(noun, ()) and _head(parts).endswith(noun):
+        # "the pan" is the frypan rather than the pot.
+        return NAMED
     if noun_class in own or _head(parts) in SAME_AS.get(noun, ()):
         return SYNONYM
     if any(part in things.KINDS_OF.get(noun_class, ()) for part in parts):
@@ -255,15 +260,14 @@ def with_colour(items: Iterable[DetectedObject], colours: Sequence[str], shade: 
     """Return the objects that show one of the colours, or a light or dark shade of it; by their ids where none shows it."""
     everything = list(items)
     seen = [item for item in everything if colour_of(item) in colours or (shade and has_shade(item, colours, shade))]
-    # Beside a white mug one that is called white and yellow is not "the white mug".
-    others = {item.id for item in seen if _called_other(item, colours)}
+    # Beside a white mug one that is called red, or white and yellow, is not "the white mug".
+    others = {item.id for item in seen if not _called_colours(item) <= {*colours}}
     return [item for item in seen if item.id not in others] or seen or called_colour(everything, colours)
 
 
-def _called_other(item: DetectedObject, colours: Sequence[str]) -> bool:
-    """Say whether an id names a colour that is said, and another one."""
-    named = {CANONICAL_COLOUR[part] for part in id_parts(item.id) if part in CANONICAL_COLOUR}
-    return bool(named & {*colours}) and not named <= {*colours}
+def _called_colours(item: DetectedObject) -> set[str]:
+    """Return the colours that an id names."""
+    return {CANONICAL_COLOUR[part] for part in id_parts(item.id) if part in CANONICAL_COLOUR}
 
 
 def called_colour(items: Iterable[DetectedObject], colours: Sequence[str]) -> list[DetectedObject]:

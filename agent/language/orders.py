@@ -17,6 +17,7 @@ Fits = Callable[[str], bool]
 _NO_ROW = 0.7  # Ratio of the narrower extent of things to the wider from which they stand in no row. Chosen.
 _CLEAR = 0.25  # Share of the extent by which a half must be clear of the others. Chosen.
 _CENTRAL = 0.5
+_FRONT_OR_BACK = frozenset({"front", "back", "rear", "hind"})
 CONTRARY = {
     one: other
     for pair in (("big", "small"), ("tall", "short"), ("wide", "narrow"), ("near", "far"), ("left", "right"))
@@ -83,7 +84,7 @@ class Orders(ABC):
             names = stacked or names
             if len(names) == 1:
                 return names
-        score = self._score(names, rank) if rank.key else dict.fromkeys(names, 0.0)
+        score = self._score(names, rank, ref) if rank.key else dict.fromkeys(names, 0.0)
         order = sorted(score, key=lambda name: score[name])
         if not order:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
@@ -125,7 +126,7 @@ class Orders(ABC):
         half = [name for name in order if (self.world.at[name][1 - sign[0]] - centre) * sign[1] > 0.01]
         return half or order[:1]
 
-    def _score(self, names: Sequence[str], rank: Rank) -> dict[str, float]:
+    def _score(self, names: Sequence[str], rank: Rank, ref: Ref) -> dict[str, float]:
         """Return what to sort by, the first in the order lowest."""
         world, objects = self.world, self.world.objects
         if rank.key in ("near", "far"):
@@ -137,6 +138,9 @@ class Orders(ABC):
                 names = [name for name in names if name != target]
             distance = {name: math.dist(world.at[name], origin) for name in names}
             far = 1.0 if rank.key == "near" else -1.0
+            if world.is_turned and not anchor and not _FRONT_OR_BACK.isdisjoint(ref.text.split()):
+                # The front is the viewer's; the nearest is the robot's.
+                return {name: far * world.at[name][0] for name in names}
             scores = {name: far * d for name, d in distance.items()}
             return scores
         keys: dict[str, Callable[[str], float]] = {
@@ -184,7 +188,7 @@ class Orders(ABC):
         peers = [item.id for item in match.with_noun(self.world.objects.values(), ref.nouns, several=True)]
         if len(peers) < 2 or names[0] not in peers:
             return names
-        score = self._score(peers, rank)
+        score = self._score(peers, rank, ref)
         worst, best = max(score.values()), min(score.values())
         if score[names[0]] == worst and worst - best > 0.15 * abs(best):
             raise RefusedError(

@@ -20,8 +20,10 @@ from robosandbox.agent.language.intent import (
     Spot,
     replace,
 )
+from robosandbox.agent.language.orders import Meaning
 from robosandbox.agent.language.world import Parent
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
+from robosandbox.world.parts import is_part
 
 NUDGE = 0.10  # Metres of a move whose distance is not said. Chosen equal to `PUSH_DISTANCE`.
 # Half of the edge of the seeds' table, metres, on which these places are given.
@@ -83,7 +85,16 @@ class Placing(Hands):
             if ref.determiner == "it" and world.held in self.poured and world.held not in names:
                 # "pour the beads into the bowl and put the ball in it": not in the cup that they were in.
                 barred = (*barred, str(world.held))
-            meaning = self.ground.one(ref, fits, barred)
+            try:
+                meaning = self.ground.one(ref, fits, barred)
+            except RefusedError as refused:
+                owners = {match.owner_of(name, world.objects) for name in refused.refusal.candidates}
+                if place.kind != "on" or len(owners) != 1 or owners == {""}:
+                    raise
+                # "on top of the drawer", of which the cabinet has three: on the cabinet.
+                meaning = Meaning(tuple(owners))
+            if place.kind == "on" and is_part(world.objects[meaning.ids[0]]):
+                meaning = Meaning((match.owner_of(meaning.ids[0], world.objects) or meaning.ids[0],))
             if meaning.others:
                 self.substitutes[meaning.ids[0]] = meaning.others
             targets = meaning.ids
@@ -115,6 +126,11 @@ class Placing(Hands):
             case Relation(kind=kind, distance=distance):
                 target = targets[0]
                 holder = match.is_receptacle(world.objects[target])
+                if world.objects[target].kind == "cupboard":
+                    # On a shelf is on its board, on a cabinet or on top of a shelf is over it.
+                    holder = place.order != "top" and any(
+                        "shelf" in noun for ref in place.refs for noun in (*ref.nouns, *ref.names)
+                    )
                 # "over to the bin" is in it, "over to the mug" may be beside it.
                 over_to_a_mug = place.order == "over" and match.is_cup(world.objects[target])
                 if (
@@ -266,6 +282,8 @@ class Placing(Hands):
             self._add("open", part=door)
             world.opened.add(door)
         if holder.kind == "cupboard":
+            if world.held == name:
+                self._regrip(name, "side")
             self._take(name, grip="side")
         else:
             self._take(name)

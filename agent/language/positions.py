@@ -55,6 +55,8 @@ class Positions(Chart, ABC):
                         below = tag == "SOURCE" and bool(_BELOW & {self.text(m) for m in range(i, j)})
                         out = Relation("under", refs, order="from")
                         over = "over" if kind == "to" and self.text(i) == "over" else ""
+                        if kind == "on" and not {"top", "atop"}.isdisjoint(self.texts[i:j]):
+                            over = "top"
                         found.append((k, out if below else Relation(kind, refs, None, directional, over)))
         return found
 

@@ -13,6 +13,7 @@ PARTS: dict[str, frozenset[str]] = {
     "door": word_set("door lid flap"),
     "knob": word_set("knob dial lever handle switch"),
     "button": word_set("button switch"),
+    "compartment": word_set("compartment section slot"),
 }
 """Words for what moves on something else, by how it moves."""
 NOUNS: dict[str, str] = {
@@ -41,6 +42,7 @@ NOUNS: dict[str, str] = {
     "bowl": "bowl, dish, basin",
     "drawer": "drawer, cabinet, cupboard, cabinet drawer",
     "plate": "plate, saucer",
+    "shelf": "shelf, cabinet shelf, bookshelf",
     "lid": "lid",
     "pad": "pad, mat, coaster",
     "thing": (
@@ -160,7 +162,7 @@ ABSENT_NOUNS = word_set(
     stone rock pebble sand cone pyramid prism ring donut doughnut disc disk star triangle square circle hexagon
     rectangle chair sofa bed shelf door window wall ceiling remote controller puck duck teddy bear doll robot_toy
     figurine chess pawn card ticket photo picture painting mirror cork tongs whisk ladle sieve napkin tissue straw
-    hose domino puzzle jenga peg wedge bead button lever switch knob
+    hose domino puzzle jenga peg wedge bead button lever switch knob compartment layer
     """
 )
 """Common things that have no shape here; an object may bear one as its id, else it is not found."""

@@ -140,7 +140,11 @@ class SceneWords:
             ways = [stem] if any(told) and not all(told) else []
             colours = tuple(part for part in stem if part in _COLOUR_WORDS)
             if len(colours) == 2 and stem[:2] in (colours, colours[::-1]):
-                ways += [(one, *joint, other, *stem[2:]) for one, other in (colours, colours[::-1]) for joint in ((), ("and",))]
+                ways += [
+                    (one, *joint, other, *stem[2:])
+                    for one, other in (colours, colours[::-1])
+                    for joint in ((), ("and",))
+                ]
             for way in ways:
                 table.setdefault(way[0], []).append((way, stem))
         return table
