@@ -300,7 +300,7 @@ class Nouns(Modifiers):
 
     def _stems(self, i: int) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
         """Return names in full that begin with a word, as they are said, with the words of the id."""
-        return self.words.stems.get(self._part(i), [])
+        return self.words.stems.get(self._part(i), []) if self.words.stems and i < self.count else []
 
     def _says(self, i: int, said: tuple[str, ...]) -> bool:
         return tuple(map(self._part, range(i, min(i + len(said), len(self.tokens))))) == said
@@ -344,7 +344,7 @@ class Nouns(Modifiers):
         if ref.nouns and is_word_for_parts(ref.nouns[0]) and self.text(j) == "of":
             # "the middle layer of the drawer": of what has it
             found += [(end, ref) for end, (noun, _, many) in self.tag(of, "NOUN") if noun == "drawer" and not many]
-        fillings = (filling,)
+        fillings: tuple[str, ...] = (filling,)
         while filling in self.words.parts and ref.nouns and not ref.plural and ref.nouns != ("tower",):
             # "the bottle of water", "the can of beans", "the drawer of the tools"; "a tower of red, blue" is of both.
             found.append((of + len(fillings), replace(ref, names=(*ref.names, *fillings))))

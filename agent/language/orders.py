@@ -74,8 +74,10 @@ class Orders(ABC):
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see none.", tuple(self.world.objects))
         if rank.key == "central":
             # "the cube in the middle of the table": the one that lies there, and else the one between the others.
-            central, other, *_ = sorted(names, key=lambda name: math.hypot(*self.world.at[name]))
-            if math.hypot(*self.world.at[central]) < _CENTRAL * math.hypot(*self.world.at[other]):
+            (x0, x1), (y0, y1) = self.world.area
+            away = {name: math.dist(self.world.at[name], ((x0 + x1) / 2.0, (y0 + y1) / 2.0)) for name in names}
+            central, other, *_ = sorted(names, key=lambda name: away[name])
+            if away[central] < _CENTRAL * away[other]:
                 return [central]
         if rank.key in ("middle", "medium", "central"):
             return self._middle(names, rank, ref)
@@ -179,6 +181,7 @@ class Orders(ABC):
         if (
             rank.key in ("top", "bottom")
             and rank.strict
+            and not match.owner_of(names[0], self.world.objects)
             and not self.world.level(names[0])
             and not self.world.on_top_of(names[0])
         ):
