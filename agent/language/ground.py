@@ -328,7 +328,7 @@ class Grounder(Truth):
 
     def _named(self, ref: Ref, pool: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
         found = self._parts_or_wholes(ref, self._described(ref, pool, several, fits))
-        if not found and ref.colours and ref.nouns:
+        if not found and ref.colours and (ref.nouns or ref.names):
             # "the black bowl" is what is called so, whatever colour it is seen to have.
             found = self._described(ref, match.called_colour(pool, ref.colours), several, fits)
         return found

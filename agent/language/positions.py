@@ -144,6 +144,9 @@ class Positions(Chart, ABC):
                     told.add(_REGION_SIDES[self.text(k)])
                     k += 1
                 named = self.text(k) in ("side", "end", "edge", "hand", "half")
+                if not named and (self.tag(k, "NOUN") or self.text(k) in self.words.parts):
+                    # "the can at the back in the top drawer"
+                    return found
                 k += named
                 if not told and own and named:
                     told = {"near"}
