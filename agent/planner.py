@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.language.answers import Answer, answered
@@ -106,6 +107,8 @@ class StubPlanner:
         if history:
             before = self._last[1] if self._last and self._last[0] == prompt else None
             draft = replan(prompt, scene, self._planned, history, before)
+            if before is not None and isinstance(draft, Draft):
+                draft = replace(draft, tempo=before.tempo)
         elif self._dialogue:
             draft = self._dialogue.interpret(prompt, scene)
         else:
@@ -121,6 +124,7 @@ class StubPlanner:
         later = resumed(draft, turned_scene(scene) if self._is_turned else scene, self._skills)
         if isinstance(later, Refusal):
             return later
+        later = replace(later, tempo=draft.tempo)
         self._last = (prompt, later)
         return _turned_back(_plan_of(later), scene) if self._is_turned else _plan_of(later)
 
@@ -134,4 +138,10 @@ def _turned_back(answer: Plan | Refusal, scene: ObservedScene) -> Plan | Refusal
 
 def _plan_of(draft: Draft) -> Plan:
     answer = draft.nothing.message if draft.nothing else ""
-    return Plan(steps=draft.calls, answer=answer, then=draft.rest.text if draft.rest else "", note=draft.note)
+    return Plan(
+        steps=draft.calls,
+        answer=answer,
+        then=draft.rest.text if draft.rest else "",
+        note=draft.note,
+        tempo=draft.tempo if draft.calls else "",
+    )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -24,6 +25,17 @@ _SHARE, _ABOVE = 0.7, 0.3
 _PULL, _PULLED = 3.0, 0.1
 # Seconds of standing still before what the thing weighs is felt, and over which it is.
 _REST = 0.3
+_GERMAN = """
+GIVE
+  give = gib(imp), geben(imp inf), gebe(imp), gebt(imp), verb reich
+TO_ME
+  me = mir, uns
+order : Command
+  = verb=worded skill=hand_over simple(GIVE handed)
+handed
+  = TO_ME objects
+  = objects TO_ME
+"""
 _TO_ME = ("hand", "give", "pass", "bring")
 
 
@@ -44,6 +56,8 @@ class HandOver(Skill):
         slots=(Slot(argument="seconds", kind="duration", prepositions=("for", "within")),),
         hand="holding",
     )
+
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
 
     def contract(self, *, object: str, **others: Any) -> Contract:
         """Return that the object is held before."""

@@ -10,6 +10,7 @@ from robosandbox.skills.drop import Drop
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
 from robosandbox.skills.hand_over import HandOver
 from robosandbox.skills.lift import Lift
+from robosandbox.skills.move_beside import MoveBeside
 from robosandbox.skills.move_by import MoveBy
 from robosandbox.skills.move_joint import MoveJoint
 from robosandbox.skills.move_joints import MoveJoints
@@ -19,6 +20,7 @@ from robosandbox.skills.move_to import MoveTo
 from robosandbox.skills.move_towards import MoveTowards
 from robosandbox.skills.point_at import PointAt
 from robosandbox.skills.poses import MoveToPose, SavePose
+from robosandbox.skills.press_down import PressDown
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
 from robosandbox.skills.trace import Trace
@@ -30,6 +32,7 @@ MANUAL: tuple[Skill, ...] = (
     MoveTo(),
     MoveOver(),
     MoveTowards(),
+    MoveBeside(),
     MoveJoint(),
     TurnHand(),
     Lift(),
@@ -48,5 +51,6 @@ MANUAL: tuple[Skill, ...] = (
     HandOver(),
     Drop(),
     Trace(),
+    PressDown(),
 )
 """All of them, for `Agent`."""

@@ -41,5 +41,6 @@ class SetTempo(Skill):
         Args:
             tempo: Careful keeps to a share of the joints' limits that leaves a person time; brisk takes half of them, fast all.
         """
+        before = ctx.tempo.name
         ctx.go_at(find_tempo(tempo))
-        return SkillResult(skill=self.name, detail={"tempo": tempo})
+        return SkillResult(skill=self.name, detail={"tempo": tempo, "before": before})

@@ -31,6 +31,8 @@ from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.loosely import loosely
 from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.purposes import where_it_goes
+from robosandbox.agent.language.repeated import several_times
+from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
 from robosandbox.agent.language.spelling import respelled
@@ -104,15 +106,22 @@ def interpret(
     understood = _by_rules if by_rules else _interpreted
     made = understood(prompt, scene, names, discourse, chosen)
     if isinstance(made, Draft):
-        return made if by_rules else _accounted(prompt, scene, made, goes_on=goes_on)
+        return made if by_rules else _accounted(prompt, scene, names, made, goes_on=goes_on)
     if len(prompt) > _MOST_REMEMBERED:
         return made
 
-    def works(sentence: str) -> bool:
+    def read_anew(sentence: str) -> Draft | Refusal:
         context = deepcopy(discourse) if discourse else None
-        return isinstance(understood(sentence, scene, names, context, chosen), Draft)
+        again = understood(sentence, scene, names, context, chosen)
+        return (
+            again
+            if by_rules or isinstance(again, Refusal)
+            else _accounted(sentence, scene, names, again, goes_on=goes_on)
+        )
 
-    return with_offer(made, prompt, tuple(item.id for item in scene.objects), works)
+    ids = tuple(item.id for item in scene.objects)
+    over = several_times(prompt, ids, read_anew)
+    return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))
 
 
 def _by_rules(
@@ -133,12 +142,15 @@ def _by_rules(
     return _once_each(prompt, choose(found, scene, names, discourse, chosen, close=CLOSE_RULES))
 
 
-def _accounted(prompt: str, scene: ObservedScene, draft: Draft, *, goes_on: bool) -> Draft | Refusal:
+def _accounted(
+    prompt: str, scene: ObservedScene, names: Sequence[str], draft: Draft, *, goes_on: bool
+) -> Draft | Refusal:
     """Return a plan with a note of the words that it takes no account of, or a refusal for one that it may not do without.
 
     Args:
         prompt: What was said.
         scene: What perception sees.
+        names: Of the skills.
         draft: The plan.
         goes_on: Whether there was an order before.
     """
@@ -146,9 +158,29 @@ def _accounted(prompt: str, scene: ObservedScene, draft: Draft, *, goes_on: bool
     anew = [each.words for each in over if each.kind == "repeat" and not (each.follows or goes_on)]
     if anew:
         return _unrecognized(f"I have done nothing yet that “{anew[0]}” could mean.", anew)
-    manners = [f"“{each.words}”" for each in over if each.kind == "manner"]
-    told = f"No skill takes {listed(manners)}: I go at my usual speed." if manners else ""
-    return replace(draft, note=f"{told} {draft.note}".strip())
+    tempo, told = _tempo_of([each.words for each in over if each.kind == "manner"], names)
+    return replace(draft, note=f"{told} {draft.note}".strip(), tempo=tempo)
+
+
+def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
+    """Return the tempo that words of speed and care ask for, "" for none, and a note of what comes of them.
+
+    Args:
+        manners: As they were said.
+        names: Of the skills; where none sets the tempo, it stays as it is.
+    """
+    tempos = ruleset(ENGLISH).vocabulary.classes["TEMPO"]
+    asked = {
+        words: tempo for words in manners for tempo, forms in tempos.items() if not {*forms}.isdisjoint(words.split())
+    }
+    others = [words for words in manners if words not in asked]
+    if "set_tempo" not in names or len({*asked.values()}) != 1:
+        asked, others = {}, [*manners]
+    notes = [f"At the {tempo} tempo: {listed([f'“{words}”' for words in asked])}." for tempo in {*asked.values()}]
+    if others:
+        usual = "" if asked else ": I go at my usual speed"
+        notes.append(f"No skill takes {listed([f'“{words}”' for words in others])}{usual}.")
+    return next(iter(asked.values()), ""), " ".join(notes)
 
 
 def _interpreted_in(
@@ -377,13 +409,10 @@ def choose(
         try:
             draft = build(reading, scene, skills, context, chosen)
             felt = [f"“{word}”" for word in unseen(reading) if word in FEELINGS]
-            notes = (
-                [f"No skill takes {listed([f'“{word}”' for word in reading.manners])}: I go at my usual speed."]
-                if reading.manners
-                else []
-            )
+            tempo, told = _tempo_of(reading.manners, skills)
+            notes = [told] if told else []
             notes += [f"I do not see what is {listed(felt)}."] if felt else []
-            draft = replace(draft, note=" ".join(notes))
+            draft = replace(draft, note=" ".join(notes), tempo=tempo)
         except RefusedError as error:
             # Without its frames it is freed at once, and no garbage piles up.
             refused.append((error.with_traceback(None), reading))
