@@ -258,7 +258,7 @@ class _Judge:
     def _looked_into(self, relation: Relation, condition: Condition) -> list[str]:
         """Return what a relation is to; what is in a drawer that is shut cannot be seen."""
         anchors = [name for ref in relation.refs for name in self.ground.many(ref, lambda name: True).ids]
-        holds_nothing = [name for name in anchors if self.world.objects[name].kind not in match.CONTAINERS]
+        holds_nothing = [name for name in anchors if not match.holds_things(self.world.objects[name])]
         if relation.kind == "in" and (holds_nothing or any(self._shut(name) for name in anchors)):
             raise _unseen(condition)
         if relation.kind == "in" and self.opened & {*anchors}:
@@ -275,7 +275,7 @@ class _Judge:
         anchors = self._looked_into(relation, condition)
         if relation.kind in _SPATIAL and self.pushed & {name, *anchors}:
             raise NotYetError
-        if relation.kind == "empty" and self.world.objects[name].kind not in match.CONTAINERS:
+        if relation.kind == "empty" and not match.holds_things(self.world.objects[name]):
             raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot see whether {name} is empty.", (name,))
         if relation.kind in ("empty", "holds", "lacks"):
             if self._shut(name):

@@ -63,7 +63,8 @@ class Relation(NamedTuple):
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.
-        order: For than: what is compared, as the key of a `Rank`; "from" for "from under", "over" for "over to".
+        order: For than: what is compared, as the key of a `Rank`; "from" for "from under", "over" for "over to",
+            "top" for "on top of".
     """
 
     kind: str
