@@ -71,7 +71,7 @@ def test_half_a_turn_twice_is_none() -> None:
     for item, before in zip(again.objects, case.scene.objects, strict=True):
         assert item.pose.position == pytest.approx(before.pose.position)
         assert abs(item.pose.rotation - before.pose.rotation).max() < 1e-9
-    plan = StubPlanner(load_skills()).plan("put the butter_1 at x 0.1 y 0.2", case.scene)
+    plan = StubPlanner(load_skills()).plan("put the cookies_1 at x 0.1 y 0.2", case.scene)
     assert isinstance(plan, Plan)
     assert turned_calls(turned_calls(plan.steps, case.scene), case.scene) == plan.steps
 
