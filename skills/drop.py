@@ -26,7 +26,6 @@ class Drop(Skill):
         verbs=("drop", "let {} fall", "let {} drop"),
         object="object",
         slots=(Slot(argument="height", kind="length", prepositions=("from", "from a height of")),),
-        required=("height",),
         hand="holding",
     )
 
@@ -35,12 +34,14 @@ class Drop(Skill):
         del others
         return Contract(needs=(fact("holding", object),))
 
-    def run(self, ctx: SkillContext, *, object: str, height: Annotated[float, Field(ge=0.0, le=1.0)]) -> SkillResult:
-        """Let what is held fall from a height above what is below it, and wait until it lies; nothing is promised of where.
+    def run(
+        self, ctx: SkillContext, *, object: str, height: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    ) -> SkillResult:
+        """Let what is held fall, and wait until it lies; nothing is promised of where.
 
         Args:
             object: Id of what is held.
-            height: From what is below to the object's underside, metres.
+            height: From what is below to the object's underside, metres; from where it is held when left out.
 
         Raises:
             NotHoldingError: It is not held.
@@ -51,10 +52,11 @@ class Drop(Skill):
         """
         arm = Mover(ctx)
         held = arm.find(object)
-        here = arm.state.tcp_pose
-        rise = _below(held, arm.start) + height - bottom(held)
-        goal = Pose(xyz=(here.xyz[0], here.xyz[1], here.xyz[2] + rise), quat_xyzw=here.quat_xyzw)
-        arm.arrive(arm.kept_level(arm.motion.plan_line(arm.q, goal, speed=arm.speed)), goal)
+        if height is not None:
+            here = arm.state.tcp_pose
+            rise = _below(held, arm.start) + height - bottom(held)
+            goal = Pose(xyz=(here.xyz[0], here.xyz[1], here.xyz[2] + rise), quat_xyzw=here.quat_xyzw)
+            arm.arrive(arm.kept_level(arm.motion.plan_line(arm.q, goal, speed=arm.speed)), goal)
         before = bottom(arm.find(object, arm.look()))
         ctx.enter(Phase.RELEASE)
         arm.open()

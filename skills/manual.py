@@ -17,6 +17,7 @@ from robosandbox.skills.move_joints import MoveJoints
 from robosandbox.skills.move_over import MoveOver
 from robosandbox.skills.move_through import MoveThrough
 from robosandbox.skills.move_to import MoveTo
+from robosandbox.skills.move_to_height import MoveToHeight
 from robosandbox.skills.move_towards import MoveTowards
 from robosandbox.skills.point_at import PointAt
 from robosandbox.skills.poses import MoveToPose, SavePose
@@ -33,6 +34,7 @@ MANUAL: tuple[Skill, ...] = (
     MoveOver(),
     MoveTowards(),
     MoveBeside(),
+    MoveToHeight(),
     MoveJoint(),
     TurnHand(),
     Lift(),

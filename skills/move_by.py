@@ -53,7 +53,11 @@ def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
         argument=argument,
         kind="length",
         prepositions=("", "by"),
-        beginnings=(*way, *((f"{word} by", sign) for word, sign in way)),
+        beginnings=tuple(
+            (f"{word}{by}", sign)
+            for word, sign in way
+            for by in ("", " by", " a bit ,", " a little ,", " a bit", " a little")
+        ),
         endings=way,
         phrases=tuple(
             (said, sign * _LITTLE)
@@ -125,7 +129,7 @@ class MoveBy(HandMove):
     name = "move_by"
     words = (
         Words(
-            verbs=HAND_GOES,
+            verbs=(*HAND_GOES, "slide over", "reach"),
             slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
             required=("dx", "dy", "dz"),
         ),

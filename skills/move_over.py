@@ -18,7 +18,12 @@ from robosandbox.world.relations import centre, top
 def _over(*prepositions: str) -> tuple[Slot, ...]:
     return (
         Slot(argument="object", kind="object", prepositions=prepositions),
-        Slot(argument="height", kind="length", prepositions=("", "by", "at")),
+        Slot(
+            argument="height",
+            kind="length",
+            prepositions=("", "by", "at"),
+            endings=(("up", 1.0), ("higher", 1.0), ("away", 1.0)),
+        ),
         Slot(argument="seconds", kind="duration", prepositions=("for",)),
     )
 

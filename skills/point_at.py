@@ -36,7 +36,17 @@ class PointAt(HandMove):
 
     name = "point_at"
     words = Words(
-        verbs=("point at", "point to", "point your hand at", "point the hand at", "show me", "look at", "face"),
+        verbs=(
+            "point at",
+            "point to",
+            "point your hand at",
+            "point the hand at",
+            "show me",
+            "look at",
+            "have a look at",
+            "take a look at",
+            "face",
+        ),
         object="object",
         hand="any",
     )

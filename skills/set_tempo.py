@@ -27,11 +27,21 @@ class SetTempo(Skill):
                     "be careful",
                     "be gentle",
                     "slower",
-                    "go half as fast",
                 ),
             ),
-            ("brisk", ("go at normal speed", "move at normal speed")),
-            ("fast", ("go faster", "move faster", "speed up", "hurry up", "faster")),
+            ("brisk", ("go half as fast", "move half as fast")),
+            (
+                "fast",
+                (
+                    "go faster",
+                    "move faster",
+                    "speed up",
+                    "hurry up",
+                    "faster",
+                    "go at normal speed",
+                    "move at normal speed",
+                ),
+            ),
         )
     )
 

@@ -66,8 +66,10 @@ class Trace(HandMove):
             detail = arm.arrive(way, here)
         else:
             # An arm that does not stop cuts corners, or goes beyond them.
-            for pose in poses:
-                detail = arm.arrive(arm.motion.plan_line(arm.q, pose, speed=arm.speed), pose)
+            *sides, last = poses
+            for pose in sides:
+                arm.arrive(arm.motion.plan_line(arm.q, pose, speed=arm.speed), pose)
+            detail = arm.arrive(arm.motion.plan_line(arm.q, last, speed=arm.speed), last)
         return SkillResult(skill=self.name, detail={**detail, "shape": shape, "size_m": size})
 
 

@@ -371,6 +371,10 @@ class _Answers(Seen):
         word = "Yes" if wanted > 1.0 - _ALMOST else "No" if wanted < _ALMOST else "In part"
         return Answer(f"{word}: {told}")
 
+    def _say_reach(self, asked: Question) -> Answer:
+        near, far = (length(distance) for distance in self._scene.reach)
+        return Answer(f"I work from {near} to {far} from my base, seen from above.")
+
     def _say_joints(self, asked: Question) -> Answer:
         told = ", ".join(f"{value + 0.0:.3f}" for value in self._arm.q.round(3))
         return Answer(f"My joints are at {told}, from the base on (rad; m where one slides).")

@@ -55,6 +55,7 @@ from robosandbox.types import ObservedScene, Refusal, RefusalCode
 CLOSE = 0.5
 CLOSE_RULES = 0.35
 _MOST_REMEMBERED = 500  # Characters of a prompt that is remembered and read again. Chosen: longer ones are no commands.
+_OF_THE_HAND = "“move up 5 cm”, “hover over” and a thing, “open the gripper to 4 cm” or “turn the hand by 90 degrees”"
 STRANGE = 20.0  # Strain, a number of units as of strain.py, from which a reading is too strange to act on. Chosen.
 _STEPS_AGAIN = 4_000  # Number of steps of a second reading. Chosen: less than half of the first.
 _ON_THE_WAY = word_set(
@@ -170,8 +171,12 @@ def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
         names: Of the skills; where none sets the tempo, it stays as it is.
     """
     tempos = ruleset(ENGLISH).vocabulary.classes["TEMPO"]
+    # "not too fast" has a word of each: careful comes first.
     asked = {
-        words: tempo for words in manners for tempo, forms in tempos.items() if not {*forms}.isdisjoint(words.split())
+        words: tempo
+        for words in manners
+        for tempo in reversed(tempos)
+        if not {*tempos[tempo]}.isdisjoint(words.split())
     }
     others = [words for words in manners if words not in asked]
     if "set_tempo" not in names or len({*asked.values()}) != 1:
@@ -516,7 +521,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     unable = _unable(tokens, skills)
     if unable:
         return unable
-    unmovable = _unmovable(tokens, known)
+    unmovable = _unmovable(tokens, known, skills)
     if unmovable:
         return unmovable
     if words[0] == "not" or words[:2] == ["do", "not"]:
@@ -525,7 +530,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
             message="That asks me to leave something undone, and I had not begun anything; say it beside an order, "
             "or name what I must not touch.",
         )
-    if any(token.text in ("me", "us") for token in tokens):
+    if "hand_over" not in skills and any(token.text in ("me", "us") for token in tokens):
         return Refusal(
             code=RefusalCode.UNSUPPORTED,
             message=f"I cannot hand things over; I can {VERBS_FOR_PEOPLE}.",
@@ -576,7 +581,7 @@ def known_verbs(skills: Sequence[str]) -> frozenset[str]:
     return frozenset(verb for name, words in known() if name in skills for verb in words.verbs)
 
 
-def _unmovable(tokens: Sequence[Token], known: SceneWords) -> Refusal | None:
+def _unmovable(tokens: Sequence[Token], known: SceneWords, skills: Sequence[str]) -> Refusal | None:
     """Refuse what is asked of the table, the floor or the arm itself."""
     words = [token.text for token in tokens]
     for i in range(len(words)):
@@ -589,10 +594,10 @@ def _unmovable(tokens: Sequence[Token], known: SceneWords) -> Refusal | None:
                 if tag == "TABLE":
                     return Refusal(code=RefusalCode.IMPOSSIBLE, message="The table stays where it is.")
                 if tag == "ARM":
-                    return Refusal(
-                        code=RefusalCode.UNSUPPORTED,
-                        message=f"I move the {words[start]} as the skills need it; I can {VERBS_FOR_PEOPLE}.",
-                    )
+                    able = "move_by" in skills
+                    moves = f"I do not understand what the {words[start]} is to do; say for example {_OF_THE_HAND}."
+                    needed = f"I move the {words[start]} as the skills need it; I can {VERBS_FOR_PEOPLE}."
+                    return Refusal(code=RefusalCode.UNSUPPORTED, message=moves if able else needed)
     return None
 
 

@@ -19,13 +19,18 @@ _TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over)?\b", re.IGNORECA
 _EVERY = re.compile(r"\bevery (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
 # What only says that something is said over.
 _LEADS = re.compile(r"^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b", re.IGNORECASE)
+# What says behind an order that it is done over.
+_TAIL = re.compile(
+    r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that)(?P<more> again)?$",
+    re.IGNORECASE,
+)
 _MARKS = " ,:;.!"
 
 
 def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft | Refusal]) -> Draft | None:
     """Return the plan of an order that says how often it is done, without the words for that; None where it is another one.
 
-    It has to come out the same each time, as moves of the hand do that name no thing.
+    One call that is about a thing is not done over: what is picked up is held then.
 
     Args:
         prompt: What was said.
@@ -44,11 +49,15 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
         if isinstance(waits, Refusal):
             return None
         pause = waits
-    order = _LEADS.sub("", order.strip(_MARKS)).strip(_MARKS)
+    order = order.strip(_MARKS)
+    if (tail := _TAIL.search(order)) is not None:
+        order, times = order[: tail.start()], times + (tail["more"] is not None)
+    order = _LEADS.sub("", order).strip(_MARKS)
     once = read(order) if order and times <= _MOST else None
     if not isinstance(once, Draft) or not once.steps or once.rest is not None:
         return None
-    if any(value in ids for call in once.calls for value in call.arguments.values() if isinstance(value, str)):
+    named = any(value in ids for call in once.calls for value in call.arguments.values() if isinstance(value, str))
+    if named and len(once.calls) == 1:
         return None
     note = f"{once.note} So long from the end of one to the next: “{every[0]}”." if every else once.note
     return replace(once, steps=(*once.steps, *(pause.steps + once.steps) * (times - 1)), note=note.strip())

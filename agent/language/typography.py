@@ -171,6 +171,7 @@ _CONTRACTIONS = [
         (r"\b(u|ya)\b", "you"),
         (r"\bur\b", "your"),
         (r"\bda\b", "the"),
+        (r"\b(can|could|do|are) (you) (?:actually|really)\b", r"\1 \2"),
         (rf"\b(open|close) and (open|close) ({_OWN_HAND})\b", r"\1 \3 and \2 \3"),
         # "with 5 N for two seconds".
         (r"\b(with|at) (\d+(?:\.\d+)?) ?n\b(?= )", r"\1 \2 newtons"),

@@ -22,7 +22,13 @@ from robosandbox.world.relations import bottom
 _SEEDS = 12
 # What people call the hand, and how they say that it goes somewhere.
 HANDS = ("the hand", "your hand", "the gripper", "your gripper", "the arm", "your arm", "the tool", "the fingers")
-HAND_GOES = ("move", "go", *(f"{verb} {hand}" for verb in ("move", "bring", "drive") for hand in HANDS))
+HAND_GOES = (
+    "move",
+    "go",
+    "come",
+    "shift",
+    *(f"{verb} {hand}" for verb in ("move", "bring", "drive") for hand in HANDS),
+)
 # m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
 # twice that at twice the speed.
 _FEELING = 0.005
