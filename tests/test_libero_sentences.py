@@ -7,11 +7,13 @@ from collections import Counter
 import pytest
 from support.scored import libero_sentences
 
-from robosandbox.agent.language.viewer import turned_calls, turned_scene
+from robosandbox.agent.language.viewer import turned_attempts, turned_calls, turned_scene
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
+from robosandbox.skill_errors import Failure, Repair
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.types import Plan, Refusal
+from robosandbox.types import Plan, Refusal, SkillCall
 
 # What does something else than its goal: the sentence has "to the right compartment of the caddy" of a place beside the caddy (84, 85), and
 # PRO's "left moka pot" is the one that LIBERO calls the right one.
@@ -71,9 +73,22 @@ def test_half_a_turn_twice_is_none() -> None:
     for item, before in zip(again.objects, case.scene.objects, strict=True):
         assert item.pose.position == pytest.approx(before.pose.position)
         assert abs(item.pose.rotation - before.pose.rotation).max() < 1e-9
-    plan = StubPlanner(load_skills()).plan("put the cookies_1 at x 0.1 y 0.2", case.scene)
+    plan = StubPlanner(load_skills()).plan("put plate_1 at x 0.1 y 0.2", case.scene)
     assert isinstance(plan, Plan)
     assert turned_calls(turned_calls(plan.steps, case.scene), case.scene) == plan.steps
+
+
+def test_a_plan_after_a_failure_is_in_the_same_frame() -> None:
+    case = next(one for one in libero_sentences.cases() if (one.suite, one.task) == ("libero_90", 37))
+    planner = StubPlanner(load_skills(), frame="viewer")
+    plan = planner.plan(case.sentence, case.scene)
+    assert isinstance(plan, Plan)
+    again = SkillCall(skill="place_beside", arguments={"target": "plate_1", "side": "left"})
+    error = Failure(code="grasp", message="slipped", phase="lift", repairs=(Repair(calls=(again,), why="", cost=0.0),))
+    attempt = Attempt(completed=(), failed=plan.steps[0], error=error, remaining=plan.steps[1:])
+    (turned,) = turned_attempts((attempt,), case.scene)
+    assert turned.error.repairs[0].calls[0].arguments["side"] == "right"
+    assert "side=left" in _calls(planner.plan(case.sentence, case.scene, (attempt,)))
 
 
 def test_another_frame_is_refused() -> None:

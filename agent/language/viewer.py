@@ -11,6 +11,7 @@ from typing import Literal, cast
 
 from robosandbox.agent.protocols import Attempt
 from robosandbox.shapes.body import PartJoint
+from robosandbox.skill_errors import Failure
 from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillCall, Vec3
 
 Frame = Literal["robot", "viewer"]
@@ -38,14 +39,16 @@ def turned_attempts(history: Sequence[Attempt], scene: ObservedScene) -> tuple[A
         Attempt(
             completed=turned_calls(one.completed, scene),
             failed=_turned_call(one.failed, scene),
-            error=replace(
-                one.error,
-                repairs=tuple(replace(way, calls=turned_calls(way.calls, scene)) for way in one.error.repairs),
-            ),
+            error=_turned_error(one.error, scene),
             remaining=turned_calls(one.remaining, scene),
         )
         for one in history
     )
+
+
+def _turned_error(error: Failure, scene: ObservedScene) -> Failure:
+    repairs = (way.model_copy(update={"calls": turned_calls(way.calls, scene)}) for way in error.repairs)
+    return error.model_copy(update={"repairs": tuple(repairs)})
 
 
 def _turned(item: DetectedObject, scene: ObservedScene) -> DetectedObject:
