@@ -167,6 +167,7 @@ class _Builder(Deciding):
             check_where_told(spared, Grounder(self.world, Discourse()))
             if spared.times != 1 and spared.verb in _ONCE:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"I cannot do that {spared.times} times: it is done once.")
+            _check_slots(spared)
             before = self.steps[begun:]
             begun = len(self.steps)
             getattr(self, f"_{command.verb}")(spared)
@@ -429,6 +430,32 @@ def _each_spared(command: Command) -> Command:
     if isinstance(place, Relation) and any(ref.options for ref in place.refs):
         raise RefusedError(RefusalCode.UNSUPPORTED, "Tell me where it may go, rather than where not.")
     return replace(command, objects=objects)
+
+
+# What a command may say beside its objects, by verb; a skill that brings its words has slots of its own.
+_SLOTS: dict[str, frozenset[str]] = {
+    "put": frozenset({"place", "tower", "order", "distance"}),
+    "stack": frozenset({"place", "tower", "order"}),
+    "push": frozenset({"place", "direction", "distance", "times", "order"}),
+    "pour": frozenset({"place", "order"}),
+    "tap": frozenset({"times", "order"}),
+    "sort": frozenset({"place"}),
+    "swap": frozenset(),
+    "line_up": frozenset(),
+    "home": frozenset(),
+}
+
+
+def _check_slots(command: Command) -> None:
+    """Refuse what was said of an act that its plan would take no account of: "line up the cubes, the red one first"."""
+    told = _SLOTS.get(command.verb)
+    names = ("place", "tower", "order", "direction", "distance")
+    over = [name for name in names if getattr(command, name)] + ["times"] * (command.times != 1)
+    ordered = command.verb in ("line_up", "swap", "sort") and any(rank.nth == 0 for ref in command.objects for rank in ref.ranks)
+    if told is not None and (ordered or not told.issuperset(over)):
+        raise RefusedError(
+            RefusalCode.UNSUPPORTED, f"I cannot {command.verb.replace('_', ' ')} things in that way; tell me the act alone."
+        )
 
 
 def _acted_on(call: SkillCall) -> tuple[str, ...]:

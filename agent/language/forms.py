@@ -399,10 +399,13 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     # "the ball lives in the crate, put it back": there, rather than back from there.
     pairs = pairwise(told)
     back = any(isinstance(b.place, Original) and b.objects[:1] == (IT,) and a.verb == "put" for a, b in pairs)
+    # "the peg furthest from you: tap it": what "it" is was said there rather than in a sentence before.
+    spoken_of = bool(told) and bool(told[0].spoken or values.get("avoid"))
+    unsaid = bool(told) and any(map(_is_it, told[0].objects)) and not spoken_of
     return Costly(
         (
             Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))),
-            COSTS[2] * (further or back),
+            COSTS[2] * (further or back) + COSTS[2] * unsaid,
         )
     )
 
