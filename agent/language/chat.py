@@ -111,7 +111,9 @@ def _add_until(
     if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
         add("STATED")
     remark = first in lists["remarks"] and not (clause.bearing or clause.binding)
-    if opens and not clause.named and (person or remark) and not clause.nouns and clause.end > i + 1:
+    # "that was a test" is said of the order, and may take it back.
+    remark = remark and not (first in ("this", "that") and "was" in told)
+    if opens and not clause.named and not adjoined and (person or remark) and not clause.nouns and clause.end > i + 1:
         add("REMARK")
     if (
         i
