@@ -432,7 +432,7 @@ def _each_spared(command: Command) -> Command:
     return replace(command, objects=objects)
 
 
-# What a command may say beside its objects, by verb; a skill that brings its words has slots of its own.
+# What an act takes beside its things; what else is said of it would be dropped from the plan.
 _SLOTS: dict[str, frozenset[str]] = {
     "put": frozenset({"place", "tower", "order", "distance"}),
     "stack": frozenset({"place", "tower", "order"}),
@@ -444,17 +444,30 @@ _SLOTS: dict[str, frozenset[str]] = {
     "line_up": frozenset(),
     "home": frozenset(),
 }
+_TOLD = {
+    "place": "a place",
+    "tower": "what stands below",
+    "order": "an order",
+    "direction": "a way",
+    "distance": "a distance",
+    "times": "how often",
+}
 
 
 def _check_slots(command: Command) -> None:
-    """Refuse what was said of an act that its plan would take no account of: "line up the cubes, the red one first"."""
-    told = _SLOTS.get(command.verb)
-    names = ("place", "tower", "order", "direction", "distance")
-    over = [name for name in names if getattr(command, name)] + ["times"] * (command.times != 1)
-    ordered = command.verb in ("line_up", "swap", "sort") and any(rank.nth == 0 for ref in command.objects for rank in ref.ranks)
-    if told is not None and (ordered or not told.issuperset(over)):
+    """Refuse what the plan would take no account of, as in "line up the cubes, the red one first"."""
+    takes = _SLOTS.get(command.verb)
+    if takes is None:
+        return
+    told = {name for name in _TOLD if (command.times != 1 if name == "times" else getattr(command, name))}
+    if any(rank.nth == 0 for ref in command.objects for rank in ref.ranks) and command.verb != "stack":
+        # "from left to right"
+        told.add("order")
+    over = [_TOLD[name] for name in _TOLD if name in told - takes]
+    if over:
+        act = command.verb.replace("_", " ")
         raise RefusedError(
-            RefusalCode.UNSUPPORTED, f"I cannot {command.verb.replace('_', ' ')} things in that way; tell me the act alone."
+            RefusalCode.UNSUPPORTED, f"To {act} takes no account of {listed(over)}; say it without that."
         )
 
 

@@ -106,6 +106,8 @@ def _add_until(
     # "after lunch", "or I will", "while I hold it": when, or on what condition, it is to be done.
     own = told[0] == "while" and told[1] in lists["persons"] and _IT.isdisjoint(told) if len(told) > 1 else False
     adjoined = not own and not lists["adjoining"].isdisjoint((told[0], first))
+    # "the middle one first"
+    adjoined |= not person and told[-1] in ("first", "last")
     if opens and not clause.named and not adjoined and (person or not (clause.bearing and clause.denies)):
         add("CHAT")
     if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
