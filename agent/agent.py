@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Generic, TypeVar
 
@@ -222,7 +223,10 @@ class Agent(Generic[WorldT]):
         told.plan = answer
         if before is not None and (course.goes_on or before.then):
             told.plan = Plan(
-                steps=(*(step.call for step in told.steps), *answer.steps), then=answer.then, note=before.note
+                steps=(*(step.call for step in told.steps), *answer.steps),
+                then=answer.then,
+                note=before.note,
+                tempo=before.tempo,
             )
         self._emit(Planned(answer, told.replans))
         if answer.steps and self.approve is not None and not self.approve(answer):
@@ -231,8 +235,28 @@ class Agent(Generic[WorldT]):
         # Who decides call by call has asked for each of them.
         failed = None if last is None or course.goes_on else last.failure
         asked = answer.steps if failed is None else (*failed.completed, failed.failed, *failed.remaining)
-        failure = self._execute(answer, calls, told.steps, monitor, asked, ends=not course.goes_on)
+        with self._at(answer.tempo if isinstance(answer, Plan) else ""):
+            failure = self._execute(answer, calls, told.steps, monitor, asked, ends=not course.goes_on)
         return Report(steps=tuple(told.steps[begun:]), failure=failure)
+
+    @contextmanager
+    def _at(self, tempo: str) -> Iterator[None]:
+        """Go at a tempo meanwhile, and at the one before it afterwards, where something sets it."""
+        if not tempo or "set_tempo" not in self.calls:
+            yield
+            return
+        before = self._go_at(tempo)
+        try:
+            yield
+        finally:
+            # What was stopped or lost is told by what stopped it.
+            with suppress(SkillError):
+                self._go_at(before)
+
+    def _go_at(self, tempo: str) -> str:
+        """Set the tempo; return the one before."""
+        done = self.ctx.perform(self._bound(SkillCall(skill="set_tempo", arguments={"tempo": tempo})))
+        return str(done.detail["before"])
 
     def _next(self, course: Course, scene: ObservedScene, report: Report | None) -> Plan | Refusal | PromptDone:
         """Return what the course answers; a person who does not want to wait for it may leave it."""

@@ -8,17 +8,17 @@ too, and says itself when the prompt is done.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from robosandbox.agent.episode import Episode, Listener, Step
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.protocols import Attempt, Planner
 from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.values import frozen
 from robosandbox.world.operators import Operator
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class PromptDone:
     """Answer of a director that has nothing left to do.
 
@@ -29,7 +29,7 @@ class PromptDone:
     summary: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Report:
     """Outcome of a plan.
 
@@ -42,7 +42,7 @@ class Report:
     failure: Attempt | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Desk:
     """Services for a director besides the calls that the agent carries out for it.
 

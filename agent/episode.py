@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from typing import Any
 
@@ -18,6 +18,7 @@ from robosandbox.skills.events import (
     SkillStarted as SkillStarted,
 )
 from robosandbox.types import Plan, Refusal, SkillCall, SkillResult
+from robosandbox.values import frozen
 from robosandbox.world.alternatives import Attempt
 
 
@@ -36,7 +37,7 @@ class FinalReason(StrEnum):
     PLANNER_FAILED = "planner_failed"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Step:
     """A skill call that ended in its post-condition."""
 
@@ -44,7 +45,7 @@ class Step:
     result: SkillResult
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Consulted:
     """A director used a tool that moves nothing, or one that was turned down before anything moved.
 
@@ -59,7 +60,7 @@ class Consulted:
     answer: Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Episode:
     """Outcome of a prompt.
 
@@ -134,21 +135,21 @@ class Episode:
         }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Started:
     """A prompt was taken; nothing has been planned yet."""
 
     prompt: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Thought:
     """A director says why it does what comes next; its own words, nothing measured."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Writing:
     """A model is writing its answer; none of it is checked, and none of it is done before it is.
 
@@ -161,7 +162,7 @@ class Writing:
     calls: tuple[SkillCall, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Planned:
     """There is a plan; `replan` is 0 for the first."""
 
@@ -169,7 +170,7 @@ class Planned:
     replan: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Replanning:
     """The planner is asked again, for the `replan`-th time."""
 
@@ -177,7 +178,7 @@ class Replanning:
     error: Failure
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ended:
     """The episode is over."""
 

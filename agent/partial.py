@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from robosandbox.agent.language.bounds import bounds_of, is_corrected
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.agent.protocols import Planner
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode
+from robosandbox.values import frozen
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.verifier import Constraints
 
@@ -32,7 +33,7 @@ _ANY = word_set("a an any some one another something either two three four five 
 _MOST_CLAUSES = 10
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class PartialReading:
     """Certain parts of a sentence's meaning.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.language.answers import Answer, answered
@@ -12,8 +13,10 @@ from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.front import ENGLISH, language_of, learn_translations
 from robosandbox.agent.language.interpret import forget_readings, interpret, resumed
 from robosandbox.agent.language.replan import replan
+from robosandbox.agent.language.viewer import Frame, turned_attempts, turned_calls, turned_scene
 from robosandbox.agent.language.worded import learn
 from robosandbox.agent.protocols import Attempt
+from robosandbox.errors import InputError
 from robosandbox.types import ObservedScene, Plan, Refusal
 from robosandbox.world.operators import Operator
 
@@ -27,14 +30,28 @@ class StubPlanner:
 
     by_rules = False
 
-    def __init__(self, skills: Sequence[Operator], *, dialogue: bool = False, moves: Sequence[Operator] = ()) -> None:
+    def __init__(
+        self,
+        skills: Sequence[Operator],
+        *,
+        dialogue: bool = False,
+        moves: Sequence[Operator] = (),
+        frame: Frame = "robot",
+    ) -> None:
         """Plan with these skills only.
 
         Args:
             skills: The skills at hand; their names are read, and the words of those that have some.
             dialogue: Let a prompt refer to the ones before: "it", answers to questions, "no, the green one".
             moves: What moves the hand by itself: called where a sentence says so, and nothing is brought about by them.
+            frame: Whose left, right, front and back are meant: the robot's, or those of a viewer who faces it.
+
+        Raises:
+            InputError: There is no such frame.
         """
+        if frame not in ("robot", "viewer"):
+            raise InputError(f"frame: {frame!r} is neither robot nor viewer")
+        self._is_turned = frame == "viewer"
         self._planned = tuple(skills)
         known = (*skills, *moves)
         self._skills = tuple(skill.name for skill in known)
@@ -71,6 +88,12 @@ class StubPlanner:
             scene: What perception sees now.
             history: The attempts so far, oldest first; the new plan covers what they left undone.
         """
+        if not self._is_turned:
+            return self._planned_for(prompt, scene, history)
+        answer = self._planned_for(prompt, turned_scene(scene), turned_attempts(history, scene))
+        return _turned_back(answer, scene)
+
+    def _planned_for(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt]) -> Plan | Refusal:
         draft: Draft | Refusal
         discourse = self._dialogue.discourse if self._dialogue else Discourse()
         asked = not history and language_of(prompt) == ENGLISH
@@ -84,6 +107,8 @@ class StubPlanner:
         if history:
             before = self._last[1] if self._last and self._last[0] == prompt else None
             draft = replan(prompt, scene, self._planned, history, before)
+            if before is not None and isinstance(draft, Draft):
+                draft = replace(draft, tempo=before.tempo)
         elif self._dialogue:
             draft = self._dialogue.interpret(prompt, scene)
         else:
@@ -96,13 +121,27 @@ class StubPlanner:
     def go_on(self, scene: ObservedScene) -> Plan | Refusal:
         """Return what is done now that the last plan's steps are, by what is seen now."""
         prompt, draft = self._last or ("", Draft(()))
-        later = resumed(draft, scene, self._skills)
+        later = resumed(draft, turned_scene(scene) if self._is_turned else scene, self._skills)
         if isinstance(later, Refusal):
             return later
+        later = replace(later, tempo=draft.tempo)
         self._last = (prompt, later)
-        return _plan_of(later)
+        return _turned_back(_plan_of(later), scene) if self._is_turned else _plan_of(later)
+
+
+def _turned_back(answer: Plan | Refusal, scene: ObservedScene) -> Plan | Refusal:
+    """Return a plan for the turned scene as one for the scene itself."""
+    if isinstance(answer, Refusal):
+        return answer
+    return answer.model_copy(update={"steps": turned_calls(answer.steps, scene)})
 
 
 def _plan_of(draft: Draft) -> Plan:
     answer = draft.nothing.message if draft.nothing else ""
-    return Plan(steps=draft.calls, answer=answer, then=draft.rest.text if draft.rest else "", note=draft.note)
+    return Plan(
+        steps=draft.calls,
+        answer=answer,
+        then=draft.rest.text if draft.rest else "",
+        note=draft.note,
+        tempo=draft.tempo if draft.calls else "",
+    )

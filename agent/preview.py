@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from robosandbox.driver import Driver
 from robosandbox.errors import Failure, SkillError
 from robosandbox.types import ObservedScene, Plan, SkillCall, SkillResult
+from robosandbox.values import frozen
 from robosandbox.world.operators import Operator, bind
 from robosandbox.world.scene_json import scene_changes
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from robosandbox.agent.context import AgentContext
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Preview:
     """Outcome of a plan on the twin.
 

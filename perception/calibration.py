@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from robosandbox.perception.frame import TablePrior, make_frame
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.types import Array, Pose, RgbdFrame, StrictModel
 from robosandbox.validation import load_yaml_model
+from robosandbox.values import frozen
 
 _LEAST_TAGS = 3  # Number of tags that must be seen of the board, so that its pose is certain. Chosen.
 
@@ -60,7 +61,7 @@ class Calibration(StrictModel):
         return load_yaml_model(path, cls)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class CameraPoseEstimate:
     """A camera's pose as the tags say.
 

@@ -11,6 +11,7 @@ from robosandbox.perception.naming import Declared, colour_difference
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import Track
+from robosandbox.values import frozen
 
 # Distances, colours and sizes are counted in units; below 1 unit two looks may be at the same thing, which may have been
 # pushed: metres.
@@ -21,7 +22,7 @@ _SIZE_GATE = 0.45  # Mean logarithm of the ratio of sizes that is one unit. Chos
 _WORST = 10.0
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TagNumbers:
     """The numbers that the task describes.
 

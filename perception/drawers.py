@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from robosandbox.perception.support import Form
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import Array, Pose
+from robosandbox.values import frozen
 
 # Extent of a grip, metres, at the most: shapes/drawer.py's is 0.03 high on an arm of 0.04. Chosen with room for noise.
 _LARGEST_GRIP = 0.065
@@ -43,7 +44,7 @@ _ROUND: tuple[Form, ...] = ("lying", "cylinder", "sphere")
 _MOST_OPEN = 0.75  # How far a drawer opens as a share of its depth, before it was seen open. Chosen.
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class SeenDrawer:
     """A drawer as it was seen.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from robosandbox.motion.beliefs import DeclaredProperties
@@ -11,9 +11,10 @@ from robosandbox.perception.naming import Declared
 from robosandbox.perception.protocols import Perception
 from robosandbox.plugins import make_plugin
 from robosandbox.types import Scene
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Setup:
     """Prior knowledge of the place: the table, and names and looks of the task's objects, not where they are.
 

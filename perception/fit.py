@@ -9,7 +9,7 @@ linear least squares, and the heading is searched for on a grid and then refined
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.support import SIZES, TURNS, Form, axes_of, faces_of, support_terms, turn_terms
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Step of the headings that are tried, an angle of 6 degrees. Chosen so that the next steps converge from it.
 _GRID = np.radians(6.0)
@@ -46,7 +47,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 _CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Fit:
     """A fitted shape.
 
@@ -122,7 +123,7 @@ class Fit:
         return float(self.centre[2] - self.terms(_UP[None])[0] @ self.sizes)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Prior:
     """Sizes expected before anything is measured.
 

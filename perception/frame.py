@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from robosandbox.errors import SensorError
 from robosandbox.perception.quantiles import median
 from robosandbox.types import Array, Intrinsics, RgbdFrame
+from robosandbox.values import frozen
 
 Image = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -36,7 +37,7 @@ _MOST_SHIFT = 0.02  # Correction of the height, metres, beyond which it is none 
 _MOST_TILT = 0.025  # The same of the tilt, radians. Chosen.
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class TablePrior:
     """Prior knowledge of the table.
 
@@ -56,7 +57,7 @@ class TablePrior:
         return np.array([[x, y, self.height] for x in (-side, side) for y in (-side, side)])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class PointCloudFrame:
     """A frame with a point of the world for each pixel.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import cv2
@@ -14,6 +14,7 @@ from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrio
 from robosandbox.perception.segments import Segment, find_segments, segment_of
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Number of pixels from one to the next of which the bare table is noted. Chosen so that light is still measured near things.
 BARE_STRIDE = 4
@@ -22,7 +23,7 @@ _FROM_EDGE = 0.005  # Metres from the table's edge within which its light is not
 _TABLE_HUE = 0.15  # Difference of shares of the channels, summed, up to which a pixel has the table's colour. Chosen.
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class SegmentedFrame:
     """One camera's frame, cut into segments, with the robot masked out.
 
@@ -99,7 +100,7 @@ def _bare(frame: PointCloudFrame, table: TablePrior, tags_removed: Mask) -> Mask
     return np.asarray(bare & (off < _TABLE_HUE * total))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class FrameSet:
     """Frames of all cameras.
 

@@ -27,6 +27,7 @@ from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import Track
 from robosandbox.shapes.mesh_file import mesh_bounds, mesh_triangles
 from robosandbox.types import Array, Pose, matrix_from_rotation_vector
+from robosandbox.values import frozen
 
 # Distance of shares of red and green up to which a piece may be of a described colour; chosen as twice that of two views.
 _SAME_CHROMA = 0.12
@@ -129,7 +130,7 @@ def _thing(mesh: KnownMesh, fit: MeshFit, rgb: Array, members: Group, frames: Fr
     )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class MeshFit:
     """Fit of a mesh: the pose of the middle of its box, and the mean distance of what was seen from it, metres."""
 

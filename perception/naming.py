@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from robosandbox.perception.colour import lab_from_rgb
 from robosandbox.shapes import shape_of
 from robosandbox.types import Array, ObjectKind, SceneObject
+from robosandbox.values import frozen
 
 _LIKE_KIND = 0.3  # Cost of a kind that a camera may take for the described one; units as of `_COLOUR_STEP`. Chosen.
 _WRONG_KIND = 1.5  # Cost of another kind, units. Chosen: half of what no name may cost.
@@ -18,7 +19,7 @@ _SIZE_STEP = 0.35  # Mean logarithm of the ratio of sizes that costs one unit. C
 _WORST = 3.0  # Cost from which a thing is not the described one, units. Chosen.
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Declared:
     """Object as a task describes it: what a person could know without a look, and no place.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 from robosandbox.perception.evidence import ShapeEvidence
@@ -11,6 +10,7 @@ from robosandbox.perception.fit import Fit, Prior, fit_near
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.free_space import seen_through
 from robosandbox.perception.groups import Group, same_colour
+from robosandbox.values import frozen
 
 # Cost by which a known size may be worse than any other, because it was well seen before (units: mean squared residual over
 # standard deviation). Chosen.
@@ -22,7 +22,7 @@ _SPREAD = 0.00005  # Standard deviation of a known size, metres. Chosen so small
 _NEAR = 0.03  # Metres from its place within which a known thing may be what is seen. Chosen.
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class KnownShape:
     """A solid thing that was clearly seen before.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.segments import Segment
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _DIRECTIONS = 32  # Number of directions in which an outline's tangents are taken. Chosen.
 _OUTSIDE = np.array([2.0, 3.0, 5.0, 7.0])  # Pixels beyond a tangent point at which is looked what lies there. Chosen.
@@ -49,7 +49,7 @@ _AROUND = _AT_CUT * _NORMALS[::2]
 _OUTER_SIDE = _NORMALS @ _AROUND.T > _OUTER * _AT_CUT
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Rows:
     """Values of a shape's support function: max over its points of normal . x equals value.
 

@@ -7,7 +7,7 @@ or white. Here each cell keeps its grey, and the number is the one whose pattern
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import cv2
@@ -20,6 +20,7 @@ from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.tags import TAG_CELLS, TAG_COUNT, TAG_FAMILY
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _LEAST_HEIGHT = 0.008  # Height over the table, metres, from which a tag's face is looked for. Chosen.
 _LEAST_PIXELS = 40  # Number of pixels of a face in which a tag may be read. Chosen.
@@ -46,7 +47,7 @@ _SURER_THAN_NEXT = 0.1  # Share by which the best number must agree better than 
 _BLUR = 0.35
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Tag:
     """A tag that a view shows.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,9 +11,10 @@ from robosandbox.perception.fit import Fit
 from robosandbox.perception.groups import Group
 from robosandbox.shapes import Shape, shape_of
 from robosandbox.types import Array, ObjectKind, Pose
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@frozen(eq=False, kw_only=True)
 class Thing:
     """Something that was recognized.
 

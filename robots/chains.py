@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import mujoco
 import numpy as np
 
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _JOINT = mujoco.mjtJoint
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Tool:
     """A TCP on a body: position (3,) and rotation (3, 3) (z approach, y closing) in the body's frame.
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CheckResult:
     """The outcome of one check.
 
@@ -25,7 +25,7 @@ class CheckResult:
     counts: bool = True
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FieldEvidence:
     """Reason for a field's value: how sure (0..1), and the evidence in words."""
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import mujoco
@@ -24,6 +23,7 @@ from robosandbox.robots.descent import bounded_step, turn_of_axis
 from robosandbox.robots.limits import commandable
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Metres of position error that count as much as one radian of turn; chosen near the length of a forearm, which makes that
 # way when it turns so far.
@@ -60,7 +60,7 @@ _LIBRARY_SIZE = 4096
 _SEED_SHARE = 0.3
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Solution:
     """A configuration and how far its TCP is from the target.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -36,11 +36,12 @@ from robosandbox.types import TABLE_HEIGHT, Array, Pose, Scene, frozen_array
 from robosandbox.types.outline import Outline
 from robosandbox.types.robot import ARM, RobotFiles
 from robosandbox.validation import load_yaml_model
+from robosandbox.values import frozen
 
 WRIST_CAMERA = "robosandbox_wrist"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class RobotModel:
     """A robot outside any world.
 

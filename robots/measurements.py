@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import platform
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -21,11 +20,12 @@ from robosandbox.robots.infer.tcp import flange_tool
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _TOOL_LENGTH = 0.025  # Metres along the approach from the TCP within which a shape counts as being at it. Chosen.
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Measurements:
     """Measurements of a robot that skills need and its sidecar does not say.
 

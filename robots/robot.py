@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import mujoco
@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from robosandbox.types import Array, GripperState
 from robosandbox.types.robot import GripperSpec, RobotSpec
+from robosandbox.values import frozen
 
 Indices = NDArray[np.integer[Any]]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Gripper(GripperSpec):
     """A gripper bound to a model.
 
@@ -71,7 +72,7 @@ class Gripper(GripperSpec):
         return float(np.mean(values))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Robot(RobotSpec):
     """A robot bound to a model. Arrays over arm joints have shape (n,), in sidecar order.
 

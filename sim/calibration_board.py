@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _DICTIONARY = "DICT_APRILTAG_36h11"
 # Pixels across a gap between two tags; chosen so that a tag has 90 across, more than a bundled camera shows of it.
@@ -18,7 +18,7 @@ _PIXELS_PER_CELL = 20
 _ABOVE = 0.0005
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class CalibrationBoard:
     """Rows of square tags, flat on the table, their upper edges towards +y.
 

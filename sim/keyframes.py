@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Keyframe:
     """A keyframe by joints.
 

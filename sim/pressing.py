@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import groupby
 
 import mujoco
@@ -13,13 +12,14 @@ from numpy.typing import NDArray
 from robosandbox.sim.suction import pulls
 from robosandbox.sim.world import World
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Rows of a contact in MuJoCo's solver, by number: the normal, and the two tangents.
 _NORMAL_AND_TANGENTS = np.arange(3)
 _UNTOUCHED: Mapping[str, Array] = {}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class _Layout:
     """Addresses of the forces of the robot's contacts; the same for as long as the same geoms touch.
 

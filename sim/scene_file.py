@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from robosandbox.spatial import quat_xyzw_from_matrix
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.types import Array, Pose, SceneObject, Vec3
 from robosandbox.types.objects import Area
+from robosandbox.values import frozen
 
 # Hinges in a row with motors that make an arm; a lamp or a crane of three joints stays in the scene.
 _LEAST_HINGES = 4
@@ -48,7 +49,7 @@ _PIXELS = 20_000
 _NO_ID = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Table:
     """The level face that things stand on.
 
@@ -65,7 +66,7 @@ class Table:
     why: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class SceneFile:
     """A scene's file, read.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeVar
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.types import PictureWindow
+from robosandbox.values import frozen
 
 _Pixel = TypeVar("_Pixel", np.float32, np.uint8, np.uint16)
 
@@ -24,7 +24,7 @@ _OWN = 0.7
 _LEVELS = 32
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class NoiseTables:
     """Noise tables, drawn once for a seed.
 

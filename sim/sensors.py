@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from robosandbox.errors import InputError
 from robosandbox.types import Intrinsics, PictureWindow, Pose, RgbdFrame, matrix_from_rotation_vector
 from robosandbox.validation import did_you_mean
+from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.sim.sensor_noise import NoiseTables
@@ -31,7 +32,7 @@ _NEAREST, _FARTHEST = 0.05, 100.0
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Sensor:
     """An RGB-D camera's imperfections.
 

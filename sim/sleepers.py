@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.sim.saved_state import put_state, take_state
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class RestingContacts:
     """The contacts in which nothing moves, for as long as the same bodies sleep.
 

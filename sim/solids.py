@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 
@@ -11,9 +9,10 @@ from robosandbox.errors import InputError
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Convex, frozen_array
 from robosandbox.types.solids import CIRCLE, CORNERS
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Local:
     """A geom in the frame of its body."""
 

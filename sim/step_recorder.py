@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import mujoco
@@ -17,6 +16,7 @@ from robosandbox.sim.sleepers import RestingContacts, Sleepers
 from robosandbox.sim.world import World
 from robosandbox.types import Array
 from robosandbox.types.robot import ARM
+from robosandbox.values import frozen
 
 _SPEC = mujoco.mjtState
 _Number = TypeVar("_Number", bound=np.generic)
@@ -30,7 +30,7 @@ def column_of(arm: str, column: str) -> str:
     return column if arm == ARM else f"{arm}/{column}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ragged:
     """Rows of different lengths: row `i` is `values[offsets[i] : offsets[i + 1]]`."""
 
@@ -38,7 +38,7 @@ class Ragged:
     values: NDArray[np.generic]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StepColumns:
     """Rows of a log by column; what each is, `COLUMNS` in `workcell/recording/columns.py` says.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from robosandbox.errors import Failure
 from robosandbox.types import Intent, SkillCall, SkillResult
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SkillStarted:
     """A call begins; `index` counts from 0 within a plan of `total` calls."""
 
@@ -19,7 +19,7 @@ class SkillStarted:
     total: int = 1
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PhaseEntered:
     """The running skill enters a phase."""
 
@@ -27,7 +27,7 @@ class PhaseEntered:
     phase: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Intended:
     """The running skill is about to follow a path, or has weighed how to hold something."""
 
@@ -35,7 +35,7 @@ class Intended:
     intent: Intent
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SkillEnded:
     """A call reached its post-condition."""
 
@@ -43,7 +43,7 @@ class SkillEnded:
     result: SkillResult
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SkillFailed:
     """A call ended in an error."""
 

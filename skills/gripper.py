@@ -27,12 +27,19 @@ _SHUT = 0.001
 
 _FORCE = Slot(argument="force", kind="force", prepositions=("with", "to", "at", ""))
 
+_HARD = ("as hard as you can", "hard", "tightly", "firmly", "tight")
+_WHOLLY = ("all the way", "fully", "completely", "as far as you can", "as far as they go")
+_SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY))
+
 
 def _of_fingers(verb: str) -> tuple[str, ...]:
     return tuple(
         f"{verb} {whose} {what}" for whose in ("the", "your") for what in ("gripper", "hand", "fingers", "claw")
     )
 
+
+_OPENING = (*_of_fingers("open"), *_of_fingers("spread"))
+_CLOSING = (*_of_fingers("close"), *_of_fingers("shut"))
 
 _GERMAN_OPEN = """
 order : Command
@@ -57,17 +64,37 @@ class OpenGripper(Skill):
 
     name = "open_gripper"
     words = Words(
-        verbs=(*_of_fingers("open"), *(f"{verb} wide" for verb in _of_fingers("open"))),
-        slots=(Slot(argument="width", kind="length", prepositions=("to", "up to", "by", "")),),
+        verbs=(*_OPENING, *(f"{verb} wide" for verb in _OPENING)),
+        slots=(
+            Slot(
+                argument="width",
+                kind="length",
+                prepositions=("to", "up to", "by", "as wide as", ""),
+                endings=(("wide", 1.0), ("apart", 1.0)),
+            ),
+            Slot(
+                argument="share",
+                kind="share",
+                prepositions=("", "to", "by"),
+                phrases=_SHARES,
+            ),
+        ),
     )
 
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_OPEN}
 
-    def run(self, ctx: SkillContext, *, width: Annotated[float, Field(ge=0.0)] | None = None) -> SkillResult:
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        width: Annotated[float, Field(ge=0.0)] | None = None,
+        share: Annotated[float, Field(ge=0.0, le=1.0)] | None = None,
+    ) -> SkillResult:
         """Open the gripper where the arm is; what is held has to be put down by a skill.
 
         Args:
             width: Gap between the fingers, metres; all the way when left out.
+            share: The same as a share of the widest gap.
 
         Raises:
             AlreadyHoldingError: Something is held, which would fall.
@@ -81,6 +108,10 @@ class OpenGripper(Skill):
                 phase=Phase.CHECK,
             )
         widest = arm.geometry.max_aperture
+        if share is not None:
+            if width is not None:
+                raise InvalidArgumentError("share: width says the gap already", phase=Phase.CHECK)
+            width = share * widest
         if width is not None and width > widest:
             raise InvalidArgumentError(
                 f"width: {1e3 * width:.0f} mm; the gripper opens to {1e3 * widest:.0f} mm", phase=Phase.CHECK
@@ -94,8 +125,16 @@ class CloseGripper(Skill):
 
     name = "close_gripper"
     words = (
-        Words(verbs=(*_of_fingers("close"), "squeeze", "grip"), slots=(_FORCE,)),
-        Words(verbs=("squeeze",), object="held", slots=(_FORCE,), hand="holding"),
+        Words(
+            verbs=(*_CLOSING, *(f"{verb} {wholly}" for verb in _CLOSING for wholly in _WHOLLY), "squeeze", "grip"),
+            slots=(_FORCE,),
+        ),
+        Words(
+            verbs=("squeeze", *(f"squeeze {{}} {hard}" for hard in _HARD)),
+            object="held",
+            slots=(_FORCE,),
+            hand="holding",
+        ),
     )
 
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_CLOSE}

@@ -16,9 +16,17 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import bottom
 
-
-def _by(sign: float) -> Slot:
-    return Slot(argument="height", kind="length", beginnings=(("", sign), ("by", sign)), bare=False)
+# Metres that a thing is lifted which is to be lifted a little.
+_LITTLE = 0.03
+_UP = ("up", "off the table", "higher", "into the air")
+_BY = Slot(
+    argument="height",
+    kind="length",
+    prepositions=("", "by", "up", "up by"),
+    phrases=tuple((f"{up}{some}", _LITTLE) for up in ("", "up ") for some in ("a little", "a bit", "slightly")),
+    endings=tuple((said, 1.0) for said in _UP),
+)
+_DOWN_BY = Slot(argument="height", kind="length", beginnings=(("", -1.0), ("by", -1.0)), bare=False)
 
 
 class Lift(Skill):
@@ -29,12 +37,12 @@ class Lift(Skill):
         Words(
             verbs=("lift", "raise", "lift up", "lift {} up", "raise {} up"),
             object="object",
-            slots=(_by(1.0),),
+            slots=(_BY,),
             required=("height",),
             hand="any",
         ),
         Words(
-            verbs=("lower", "lower {} down"), object="object", slots=(_by(-1.0),), required=("height",), hand="holding"
+            verbs=("lower", "lower {} down"), object="object", slots=(_DOWN_BY,), required=("height",), hand="holding"
         ),
     )
 

@@ -6,19 +6,25 @@ They are no part of the catalogue: a sentence may say them, and no plan is made 
 from __future__ import annotations
 
 from robosandbox.skills.base import Skill
+from robosandbox.skills.drop import Drop
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
+from robosandbox.skills.hand_over import HandOver
 from robosandbox.skills.lift import Lift
+from robosandbox.skills.move_beside import MoveBeside
 from robosandbox.skills.move_by import MoveBy
 from robosandbox.skills.move_joint import MoveJoint
 from robosandbox.skills.move_joints import MoveJoints
 from robosandbox.skills.move_over import MoveOver
 from robosandbox.skills.move_through import MoveThrough
 from robosandbox.skills.move_to import MoveTo
+from robosandbox.skills.move_to_height import MoveToHeight
 from robosandbox.skills.move_towards import MoveTowards
 from robosandbox.skills.point_at import PointAt
 from robosandbox.skills.poses import MoveToPose, SavePose
+from robosandbox.skills.press_down import PressDown
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
+from robosandbox.skills.trace import Trace
 from robosandbox.skills.turn_hand import TurnHand
 from robosandbox.skills.wait import Wait
 from robosandbox.skills.weigh import Weigh
@@ -27,6 +33,8 @@ MANUAL: tuple[Skill, ...] = (
     MoveTo(),
     MoveOver(),
     MoveTowards(),
+    MoveBeside(),
+    MoveToHeight(),
     MoveJoint(),
     TurnHand(),
     Lift(),
@@ -42,5 +50,9 @@ MANUAL: tuple[Skill, ...] = (
     PointAt(),
     Shake(),
     Weigh(),
+    HandOver(),
+    Drop(),
+    Trace(),
+    PressDown(),
 )
 """All of them, for `Agent`."""

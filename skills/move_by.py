@@ -9,12 +9,12 @@ import numpy as np
 from pydantic import Field
 
 from robosandbox.driver import require
-from robosandbox.errors import CollisionError, Phase, UnreachableError
-from robosandbox.skills.primitives.guarded import follow_until, nowhere_faster, touching_line
+from robosandbox.errors import Phase
+from robosandbox.skills.primitives.guarded import follow_until
 from robosandbox.skills.primitives.hand_move import HAND_GOES, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
-from robosandbox.types import Array, Pose, SkillResult, Trajectory
+from robosandbox.types import Pose, SkillResult
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
 # Words for the way along an axis, with its sign.
@@ -38,13 +38,10 @@ _UP = {
     "downwards": -1.0,
     "lower": -1.0,
 }
+# Metres that a hand goes which is to go a little.
+_LITTLE = 0.02
 # Metres; farther than any arm on a table reaches down.
 _FAR = 2.0
-# Times that a way which leads out of reach is halved: to a millimetre of the longest.
-_HALVINGS = 11
-# m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
-# twice that at twice the speed.
-_FEELING = 0.005
 # N; what a hand that comes slowly feels before it presses hard.
 _LIGHT = 2.0
 
@@ -56,8 +53,18 @@ def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
         argument=argument,
         kind="length",
         prepositions=("", "by"),
-        beginnings=(*way, *((f"{word} by", sign) for word, sign in way)),
+        beginnings=tuple(
+            (f"{word}{by}", sign)
+            for word, sign in way
+            for by in ("", " by", " a bit ,", " a little ,", " a bit", " a little")
+        ),
         endings=way,
+        phrases=tuple(
+            (said, sign * _LITTLE)
+            for word, sign in way
+            for some in ("a little", "a bit", "a little bit", "slightly")
+            for said in (f"{word} {some}", f"{some} {word}")
+        ),
         bare=False,
     )
 
@@ -122,7 +129,7 @@ class MoveBy(HandMove):
     name = "move_by"
     words = (
         Words(
-            verbs=HAND_GOES,
+            verbs=(*HAND_GOES, "slide over", "reach"),
             slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
             required=("dx", "dy", "dz"),
         ),
@@ -170,13 +177,13 @@ class MoveBy(HandMove):
             return SkillResult(skill=self.name, detail=arm.arrive(way, goal))
         require(ctx.driver, "wrist_wrench", "the way ends where something is felt")
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
-        trajectory = _as_far_as_it_goes(arm, start, goal)
-        before, most = _pressed(arm), 0.0
+        trajectory = arm.as_far_as_it_goes(start, goal)
+        before, most = arm.pressed(), 0.0
 
         def felt() -> bool:
             # Beside what is held, which weighs something.
             nonlocal most
-            most = max(most, float(np.linalg.norm(_pressed(arm) - before)))
+            most = max(most, float(np.linalg.norm(arm.pressed() - before)))
             return most >= until_force
 
         touched = follow_until(arm, trajectory, Phase.TOUCH, felt)
@@ -191,37 +198,3 @@ class MoveBy(HandMove):
                 "force_n": most,
             },
         )
-
-
-def _as_far_as_it_goes(arm: Mover, start: Pose, goal: Pose) -> Trajectory:
-    """Return the slow way to a goal, or as much of it as the arm reaches.
-
-    Raises:
-        UnreachableError: That is next to nothing.
-        CollisionError: The arm itself, or what is fixed, is in the way all along.
-    """
-    failure: UnreachableError | CollisionError | None = None
-    found: Trajectory | None = None
-    near, share = 0.0, 1.0
-    for halving in range(1, _HALVINGS + 1):
-        point = start.position + share * (goal.position - start.position)
-        try:
-            found = touching_line(arm, arm.q, Pose(xyz=tuple(point), quat_xyzw=start.quat_xyzw))
-        except (UnreachableError, CollisionError) as error:
-            failure = failure or error
-        else:
-            near = share
-            if failure is None:
-                break
-        share = near + 0.5**halving
-    if found is None:
-        assert failure is not None
-        raise failure
-    return nowhere_faster(arm, found, _FEELING)
-
-
-def _pressed(arm: Mover) -> Array:
-    """Return the sum of what the arm presses with, N in the world, shape (3,)."""
-    if arm.driver.capabilities.contact == "named":
-        return sum(arm.forces().values(), np.zeros(3))
-    return arm.force_on(None)

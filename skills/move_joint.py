@@ -10,26 +10,46 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 
+_VERBS = ("move", "turn", "rotate", "set", "bring", "bend")
+_HOW_FAR = (
+    Slot(argument="by", kind="angle", prepositions=("by", "")),
+    Slot(argument="to", kind="angle", prepositions=("to",)),
+)
+# Joints by their place along the arm; those that are counted from its end are negative.
+_BY_PLACE = tuple(
+    (f"{whose} {place} joint", float(number))
+    for whose in ("the", "your")
+    for place, number in (
+        *zip(("first", "second", "third", "fourth", "fifth", "sixth", "seventh"), range(1, 8), strict=True),
+        ("base", 1),
+        ("last", -1),
+        ("last but one", -2),
+    )
+)
+
 
 class MoveJoint(HandMove):
     """Turn one joint of the arm."""
 
     name = "move_joint"
-    words = Words(
-        verbs=("move joint", "turn joint", "rotate joint", "set joint", "bring joint"),
-        slots=(
-            Slot(argument="joint", kind="number"),
-            Slot(argument="by", kind="angle", prepositions=("by",)),
-            Slot(argument="to", kind="angle", prepositions=("to",)),
+    words = (
+        Words(
+            verbs=tuple(f"{verb} joint" for verb in _VERBS),
+            slots=(Slot(argument="joint", kind="number"), *_HOW_FAR),
+            required=("by", "to"),
         ),
-        required=("by", "to"),
+        Words(
+            verbs=_VERBS,
+            slots=(Slot(argument="joint", kind="phrase", phrases=_BY_PLACE), *_HOW_FAR),
+            required=("joint",),
+        ),
     )
 
     def run(self, ctx: SkillContext, *, joint: int, by: float | None = None, to: float | None = None) -> SkillResult:
         """Turn a joint on a free way, the others staying as they are in the end; what the hand holds stays held.
 
         Args:
-            joint: Its number, counted from the base, which is 1.
+            joint: Its number, counted from the base, which is 1, or from the hand, which is -1.
             by: By how much, rad; metres for a sliding one.
             to: To which angle, in place of that.
 
@@ -43,6 +63,7 @@ class MoveJoint(HandMove):
         robot = arm.spec
         if (by is None) == (to is None):
             raise InvalidArgumentError("by, to: give one of them", phase=Phase.CHECK)
+        joint = robot.n + 1 + joint if joint < 0 else joint
         if not 1 <= joint <= robot.n:
             raise InvalidArgumentError(f"joint: {robot.name} has joints 1 to {robot.n}, not {joint}", phase=Phase.CHECK)
         goal = arm.q.copy()

@@ -12,13 +12,18 @@ from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import bottom, centre, top
+from robosandbox.world.relations import centre, top
 
 
 def _over(*prepositions: str) -> tuple[Slot, ...]:
     return (
         Slot(argument="object", kind="object", prepositions=prepositions),
-        Slot(argument="height", kind="length", prepositions=("", "by", "at")),
+        Slot(
+            argument="height",
+            kind="length",
+            prepositions=("", "by", "at"),
+            endings=(("up", 1.0), ("higher", 1.0), ("away", 1.0)),
+        ),
         Slot(argument="seconds", kind="duration", prepositions=("for",)),
     )
 
@@ -70,8 +75,7 @@ class MoveOver(HandMove):
         """
         arm = Mover(ctx)
         below = arm.find(object)
-        name = arm.start.held
-        hangs = arm.state.tcp_pose.xyz[2] - bottom(arm.find(name)) if name is not None and name != object else 0.0
+        hangs = 0.0 if arm.start.held == object else arm.hangs
         x, y, _ = centre(below)
         detail = arm.bring((float(x), float(y), top(below) + height + hangs))
         if seconds > 0.0:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from robosandbox.errors import CollisionError, UnreachableError
@@ -15,16 +18,40 @@ from robosandbox.world.relations import centre
 # rad: near enough to tell neighbours apart, and so far that no hand touches what stands there.
 _DISTANCES, _SLANTS = (0.15, 0.2, 0.25), (0.7, 0.5, 0.3, 0.0)
 
+_GERMAN = """
+POINT
+  point = verb zeig, verb deut
+LOOK
+  look = verb schau, verb blick
+order : Command
+  = verb=worded skill=point_at simple(POINT pointed_at)
+  = verb=worded skill=point_at simple(LOOK pointed_at)
+pointed_at
+  = "auf" objects
+"""
+
 
 class PointAt(HandMove):
     """Point at a thing."""
 
     name = "point_at"
     words = Words(
-        verbs=("point at", "point to", "point your hand at", "point the hand at", "show me"),
+        verbs=(
+            "point at",
+            "point to",
+            "point your hand at",
+            "point the hand at",
+            "show me",
+            "look at",
+            "have a look at",
+            "take a look at",
+            "face",
+        ),
         object="object",
         hand="any",
     )
+
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
 
     def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
         """Bring the hand before a thing and point it there; nothing is touched, and what is held stays held.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from robosandbox.types import (
     Trajectory,
     matrix_about_axis,
 )
+from robosandbox.values import frozen
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import LEAST_FRACTION, MOST_SPILLED
 from robosandbox.world.contracts import Contract
@@ -154,7 +155,7 @@ class Pour(Skill):
         )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Way:
     carry: Trajectory
     lean: Trajectory

@@ -27,11 +27,21 @@ class SetTempo(Skill):
                     "be careful",
                     "be gentle",
                     "slower",
-                    "go half as fast",
                 ),
             ),
-            ("brisk", ("go at normal speed", "move at normal speed")),
-            ("fast", ("go faster", "move faster", "speed up", "hurry up", "faster")),
+            ("brisk", ("go half as fast", "move half as fast")),
+            (
+                "fast",
+                (
+                    "go faster",
+                    "move faster",
+                    "speed up",
+                    "hurry up",
+                    "faster",
+                    "go at normal speed",
+                    "move at normal speed",
+                ),
+            ),
         )
     )
 
@@ -41,5 +51,6 @@ class SetTempo(Skill):
         Args:
             tempo: Careful keeps to a share of the joints' limits that leaves a person time; brisk takes half of them, fast all.
         """
+        before = ctx.tempo.name
         ctx.go_at(find_tempo(tempo))
-        return SkillResult(skill=self.name, detail={"tempo": tempo})
+        return SkillResult(skill=self.name, detail={"tempo": tempo, "before": before})

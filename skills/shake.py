@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -23,6 +23,19 @@ _TIMES = Slot(
     phrases=(("once", 1.0), ("twice", 2.0)),
 )
 
+_WIDTH = Slot(argument="width", kind="length", prepositions=("", "by"))
+_SIDEWAYS = ("left and right", "from left to right", "from side to side", "to and fro")
+_UP_AND_DOWN = ("up and down", "down and up")
+
+
+def _to_and_fro(ways: tuple[str, ...]) -> tuple[str, ...]:
+    goes = (
+        "move",
+        "go",
+        *(f"{verb} {whose} hand" for verb in ("move", "swing", "shake", "wave") for whose in ("your", "the")),
+    )
+    return tuple(f"{verb} {way}" for verb in goes for way in ways)
+
 
 class Shake(HandMove):
     """Move the hand to and fro."""
@@ -30,7 +43,24 @@ class Shake(HandMove):
     name = "shake"
     words = (
         Words(verbs=("shake",), object="object", slots=(_TIMES,), hand="holding"),
-        Words(verbs=("wave", "wave your hand", "wave the hand", "shake your hand", "shake the hand"), slots=(_TIMES,)),
+        Words(
+            verbs=(
+                "wave",
+                "wave hello",
+                "wave to me",
+                "wave at me",
+                "wave goodbye",
+                "wave your hand",
+                "wave the hand",
+                *_to_and_fro(_SIDEWAYS),
+            ),
+            slots=(_TIMES, _WIDTH),
+        ),
+        Words(
+            verbs=("nod", "nod your head", *_to_and_fro(_UP_AND_DOWN)),
+            slots=(_TIMES, _WIDTH),
+            means=(("axis", "vertical"),),
+        ),
     )
 
     def contract(self, *, object: str | None = None, **others: Any) -> Contract:
@@ -45,13 +75,15 @@ class Shake(HandMove):
         object: str | None = None,
         times: Annotated[int, Field(ge=1, le=20)] = 3,
         width: Annotated[float, Field(gt=0.0, le=0.3)] = 0.05,
+        axis: Literal["sideways", "vertical"] = "sideways",
     ) -> SkillResult:
-        """Move the tool centre point to the left and to the right of where it is, and back there; what it holds stays held.
+        """Move the tool centre point to and fro about where it is, and back there; what it holds stays held.
 
         Args:
             object: Id of what is held and to be shaken; nothing, or whatever is held, when left out.
             times: How often it goes to each side.
             width: From side to side, metres.
+            axis: To the left and to the right, or up and down.
 
         Raises:
             NotHoldingError: It is not held.
@@ -67,7 +99,8 @@ class Shake(HandMove):
                 phase=Phase.CHECK,
             )
         here = arm.state.tcp_pose
-        sides = [np.array([0.0, sign * width / 2.0, 0.0]) for _ in range(times) for sign in (1.0, -1.0)]
+        along = np.array([0.0, 0.0, width / 2.0] if axis == "vertical" else [0.0, width / 2.0, 0.0])
+        sides = [sign * along for _ in range(times) for sign in (1.0, -1.0)]
         points = [*(here.position + side for side in sides), here.position]
         poses = [Pose(xyz=tuple(point), quat_xyzw=here.quat_xyzw) for point in points]
         way = arm.motion.plan_through(arm.q, poses, speed=arm.speed)

@@ -183,7 +183,7 @@ class Turn(Skill):
         """
         start = Manipulator(ctx)
         before = start.find(object)
-        wanted = angle if angle is not None else yaw_to_align(before.pose, start.find(align_with or "").pose)
+        wanted = angle if angle is not None else yaw_to_align(before, start.find(align_with or ""))
         support = _under(before, start.start)
         left = math.remainder(wanted, math.tau)
         for _ in range(_GRIPS):

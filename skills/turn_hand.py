@@ -16,6 +16,12 @@ from robosandbox.types import Pose, SkillResult, matrix_about_axis
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 _WRISTS = (*HANDS, "the wrist", "your wrist")
 
+_LEANING = tuple(
+    (f"{said}{by}", sign)
+    for said, sign in (("forward", 1.0), ("forwards", 1.0), ("back", -1.0), ("backward", -1.0), ("backwards", -1.0))
+    for by in ("", " by")
+)
+
 
 class TurnHand(HandMove):
     """Turn or tilt the hand where it is."""
@@ -43,7 +49,8 @@ class TurnHand(HandMove):
                     argument="tilt",
                     kind="angle",
                     prepositions=("", "by"),
-                    endings=(("forward", 1.0), ("back", -1.0), ("backwards", -1.0)),
+                    beginnings=_LEANING,
+                    endings=_LEANING,
                 ),
             ),
             required=("tilt",),

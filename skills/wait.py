@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -12,6 +12,8 @@ from robosandbox.skills.primitives.hand_move import HandMove
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 
 _GERMAN = """
 WAITING
@@ -34,29 +36,50 @@ class Wait(HandMove):
     """Let time pass."""
 
     name = "wait"
-    words = Words(
-        verbs=(
-            "wait",
-            "pause",
-            "stay still",
-            "hold still",
-            "stand still",
-            "do nothing",
-            "stay there",
-            "stay where you are",
-            "hold it there",
+    words = (
+        Words(
+            verbs=(
+                "wait",
+                "pause",
+                "stay still",
+                "hold still",
+                "stand still",
+                "do nothing",
+                "stay there",
+                "stay where you are",
+                "hold it there",
+            ),
+            slots=(Slot(argument="seconds", kind="duration", prepositions=("", "for", "another", "for another")),),
+            required=("seconds",),
         ),
-        slots=(Slot(argument="seconds", kind="duration", prepositions=("", "for", "another", "for another")),),
-        required=("seconds",),
+        Words(
+            verbs=("hold", "keep", "keep holding", "hold on to", "hold {} up"),
+            object="held",
+            slots=(Slot(argument="seconds", kind="duration", prepositions=("for",)),),
+            required=("seconds",),
+            hand="holding",
+        ),
     )
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
 
-    def run(self, ctx: SkillContext, *, seconds: Annotated[float, Field(gt=0.0, le=3600.0)]) -> SkillResult:
+    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
+        """Return that what is to be held meanwhile is held, and stays so."""
+        del others
+        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
+
+    def run(
+        self, ctx: SkillContext, *, seconds: Annotated[float, Field(gt=0.0, le=3600.0)], held: str | None = None
+    ) -> SkillResult:
         """Stand still for some time; what is held stays held.
 
         Args:
             seconds: How long, of the driver's clock.
+            held: Id of what is to be held meanwhile; nothing, or whatever is held, when left out.
+
+        Raises:
+            NotHoldingError: What is to be held is not.
         """
+        del held
         ctx.enter(Phase.WAIT)
         began = ctx.driver.time
         ctx.driver.wait(seconds)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
+
+from robosandbox.values import frozen
 
 SlotKind = Literal["object", "angle", "length", "duration", "force", "share", "number", "point", "name", "phrase"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Slot:
     """Words that may follow a verb and its object, and the argument that they fill.
 
@@ -32,7 +33,7 @@ class Slot:
     bare: bool = True
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Words:
     """Words with which people ask for a skill.
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from robosandbox.errors import InputError
 from robosandbox.suggestions import did_you_mean
+from robosandbox.values import frozen
 
 STANDARD_SUITE, ALL_SUITES = "standard", "all"
 """The suite of a task that names none, and the word for all suites."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class TaskEntry:
     """A task as it stands in a list.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from numbers import Integral
 from types import MappingProxyType
 
@@ -15,6 +14,7 @@ from robosandbox.ranges import LAYOUTS
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, Pose, Randomize, Scene, SceneObject
 from robosandbox.types.objects import Area
+from robosandbox.values import frozen
 from robosandbox.world.relations import bottom, bounds, gap
 
 # Least gap between drawn objects, metres; chosen so that a finger's thickness fits in between, as in the seeds' tasks.
@@ -37,7 +37,7 @@ Group = Sequence[SceneObject]
 NO_EXTENTS: Extents = MappingProxyType({})
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Layout:
     """Start of an episode.
 

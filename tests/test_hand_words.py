@@ -12,7 +12,8 @@ from support.processes import SimProcess
 
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance.conformance import check_words
-from robosandbox.errors import NotHoldingError
+from robosandbox.errors import NotHoldingError, TrackingError
+from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manual import MANUAL
 from robosandbox.skills.words import Slot, Words
@@ -68,6 +69,8 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
         ("raise your hand", RefusalCode.AMBIGUOUS, "how far"),
         ("move over", RefusalCode.UNRECOGNIZED, ""),
         ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),
+        ("pick up the red cube three times", RefusalCode.UNRECOGNIZED, "three times"),
+        ("open the gripper 100 times", RefusalCode.UNSUPPORTED, ""),
         ("hover over the moon", RefusalCode.OBJECT_NOT_FOUND, "moon"),
         ("don't move up 5 cm", RefusalCode.UNSUPPORTED, ""),
     ],
@@ -100,12 +103,19 @@ def test_the_hand_does_what_it_is_told(cell: EmbeddedWorkcell) -> None:
     pose, at = cell.state().tcp_pose, cell.truth().objects["red_cube"].pose
     line = at.position - pose.position
     assert pose.rotation[:, 2] @ line / np.linalg.norm(line) > np.cos(np.radians(3.0))
+    cube = cell.truth().objects["blue_cube"].pose.position
+    assert cell.run("bring the hand in front of the blue cube").success
+    assert np.allclose(cell.state().tcp_pose.position, cube + [-0.115, 0.0, 0.015], atol=0.003)
     saved = cell.run("go to the pose camera")
     assert saved.success and np.allclose(
         cell.state().tcp_pose.position, before + np.array([0.0, 0.03, 0.05]), atol=0.002
     )
+    assert cell.run("go down until you are 15 cm above the table").success
+    assert cell.state().tcp_pose.xyz[2] - cell.observe().table_height == pytest.approx(0.15, abs=0.002)
     assert cell.run("open the gripper to 4 cm").success
     assert cell.state().gripper.width == pytest.approx(0.04, abs=0.001)
+    assert cell.run("open the gripper to 75 %").success
+    assert cell.state().gripper.width == pytest.approx(0.06, abs=0.001)
 
 
 def test_what_is_held_is_held_over_a_thing_shaken_and_weighed(cell: EmbeddedWorkcell) -> None:
@@ -165,6 +175,105 @@ def test_what_was_lifted_by_so_much_is_put_down_like_what_was_picked(cell: Embed
     assert where["red_cube"][2] - where["blue_cube"][2] == pytest.approx(0.03, abs=0.002)
 
 
+def test_what_is_held_out_is_let_go_of_when_it_is_pulled_at(cell: EmbeddedWorkcell) -> None:
+    assert cell.run("pick up the red cube").success
+    waits, hand, body = [], Intervention(cell.mujoco), cell.mujoco.object_bodies["red_cube"]
+    leave = cell.ctx.events.subscribe(
+        lambda told: waits.append(cell.driver.time) if getattr(told, "phase", "") == "wait" else None
+    )
+
+    def pull() -> None:
+        # One second after it is held out, for as long as it is in the hand.
+        with hand.state() as data:
+            data.xfrc_applied[body, 0] = 5.0 if waits and cell.driver.time > waits[-1] + 1.0 else 0.0
+
+    end = cell.driver.subscribe(pull)
+    given = cell.run("give it to me")
+    end()
+    leave()
+    assert given.success, given.final_detail
+    detail = given.steps[-1].result.detail
+    assert 4.0 < detail["pulled_n"] < 6.0 and 0.3 < detail["waited_s"] < 0.7
+    assert cell.observe().held is None
+
+
+def test_what_nobody_takes_stays_in_the_hand(cell: EmbeddedWorkcell) -> None:
+    given = cell.run("hand me the red cube")
+    assert not given.success and "nobody pulled at red_cube with 3 N within 20 s" in given.final_detail
+    assert cell.observe().held == "red_cube"
+
+
+def test_what_is_dropped_falls_from_where_it_was_said(cell: EmbeddedWorkcell) -> None:
+    fallen = cell.run("drop the red cube from 8 cm")
+    assert fallen.success and fallen.steps[-1].result.detail["fell_mm"] == pytest.approx(80.0, abs=4.0)
+    assert cell.observe().held is None
+
+
+def test_figures_are_drawn_where_they_were_said(cell: EmbeddedWorkcell) -> None:
+    begun = cell.state().tcp_pose.position
+    way: list[np.ndarray] = []
+    end = cell.driver.subscribe(lambda: way.append(cell.state().tcp_pose.position))
+    assert cell.run("draw a circle of 12 cm with your hand").success
+    end()
+    off = np.linalg.norm(np.array(way) - (begun + np.array([0.0, 0.06, 0.0])), axis=1) - 0.06
+    assert np.abs(off).max() < 0.002 and np.allclose(cell.state().tcp_pose.position, begun, atol=0.002)
+    assert np.ptp([point[0] for point in way]) > 0.118
+    way.clear()
+    end = cell.driver.subscribe(lambda: way.append(cell.state().tcp_pose.position))
+    assert cell.run("trace a square of 6 cm").success
+    end()
+    assert np.allclose(np.ptp(np.array(way), axis=0), [0.06, 0.06, 0.0], atol=0.005), "corners"
+
+
+@pytest.mark.parametrize("driver", ["mujoco", "hardware:wrist_wrench=true"])
+def test_a_force_is_pressed_with(driver: str) -> None:
+    eyes = "ground_truth" if driver == "mujoco" else "rgbd"
+    with open_session(TASK, driver=driver, perception=eyes, what_if=False) as session:
+        for force in (5.0, 20.0):
+            pressed = session.run(f"press down on the red cube with {force:.0f} N for 2 seconds")
+            assert pressed.success, pressed.final_detail
+            detail = pressed.steps[-1].result.detail
+            assert detail["force_n"] == pytest.approx(force, rel=0.05)
+            assert detail["least_n"] > 0.9 * force and detail["most_n"] < 1.1 * force
+
+
+def test_what_is_not_met_is_not_pressed_on(cell: EmbeddedWorkcell) -> None:
+    cell.do("move_to", x=0.2, y=0.1, z=0.6)
+    with pytest.raises(TrackingError, match=r"pressed with 0.0 N at the end, not with 5.0 N"):
+        cell.do("press_down", force=5.0)
+
+
+def test_words_of_speed_and_care_are_obeyed_for_the_order_alone(cell: EmbeddedWorkcell) -> None:
+    took = {}
+    for said, tempo in (("pick up the red cube", ""), ("slowly pick up the red cube", "careful")):
+        cell.reset(0)
+        begun, tempos = cell.driver.time, []
+        leave = cell.driver.subscribe(lambda tempos=tempos: tempos.append(cell.ctx.tempo.name))
+        episode = cell.run(said)
+        leave()
+        assert episode.success and episode.plan is not None and episode.plan.tempo == tempo
+        assert set(tempos) == {tempo or "fast"} and cell.ctx.tempo.name == "fast"
+        assert [step.call.skill for step in episode.steps] == ["pick"]
+        took[said] = cell.driver.time - begun
+    assert took["slowly pick up the red cube"] > 1.3 * took["pick up the red cube"]
+    assert "At the careful tempo: “slowly”." in str(episode.plan)
+
+
+def test_the_tempo_is_as_before_after_a_failure(cell: EmbeddedWorkcell) -> None:
+    assert cell.run("go half as fast").success
+    given = cell.run("carefully hand me the red cube")
+    assert not given.success and given.plan is not None and given.plan.tempo == "careful"
+    assert cell.ctx.tempo.name == "brisk"
+
+
+def test_a_manner_that_nothing_takes_is_told(still: EmbeddedWorkcell) -> None:
+    answer = still.agent.plan("slowly and precisely pick up the red cube")
+    assert isinstance(answer, Plan) and answer.tempo == "careful"
+    assert answer.note == "At the careful tempo: “slowly”. No skill takes “precisely”."
+    both = still.agent.plan("quickly pick up the red cube and slowly put it on the blue cube")
+    assert isinstance(both, Plan) and not both.tempo and "I go at my usual speed" in both.note
+
+
 def test_a_share_of_a_parts_way_is_said_in_percent() -> None:
     with open_session(Scene(world=STOVE), what_if=False) as session:
         for said in (
@@ -192,6 +301,8 @@ def test_a_client_says_the_same_over_the_network() -> None:
         assert with_words.state().tcp_pose.position[2] - before[2] == pytest.approx(0.05, abs=0.002)
         asked = with_words.agent.plan("turn the red cube by 45 degrees")
         assert isinstance(asked, Plan) and asked.steps[0].skill == "turn"
+        slow = with_words.run("slowly pick up the red cube")
+        assert slow.success and slow.plan is not None and slow.plan.tempo == "careful"
 
 
 def test_each_verb_of_the_hand_is_understood(still: EmbeddedWorkcell) -> None:

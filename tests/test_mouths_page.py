@@ -24,7 +24,7 @@ def test_each_row_names_a_test_of_all_mouths(row: list[str]) -> None:
     source = (ROOT / "tests" / "test_mouths.py").read_text(encoding="utf-8")
     found = re.search(rf"((?:@.*\n)*)def {row[1].strip('`')}\((mouth|opened|name): ", source)
     assert found is not None, f"tests/test_mouths.py has no {row[1]}"
-    assert found[2] in ("mouth", "opened") or 'parametrize("name", MOUTHS)' in found[1]
+    assert found[2] in ("mouth", "opened") or 'parametrize("name", NAMES)' in found[1]
     assert len(row) == 2 + len(mouths.MOUTHS) and all(row)
 
 

@@ -35,6 +35,12 @@ QUESTIONS = {
         "are you holding anything?": "I hold nothing",
         "what can you do?": "My skills are ",
         "how heavy is the red cube": None,
+        "where is your hand?": "My hand is at (0.254, 0.000, 0.521) m, 48 cm above the table; I hold nothing",
+        "how wide is your gripper open?": "There are 80 mm between my fingers",
+        "is the gripper closed?": "No: there are 80 mm between my fingers",
+        "is your gripper open?": "Yes: there are 80 mm",
+        "what are your joint angles?": "My joints are at 0.000, 0.000, 0.000, -1.571, 0.000, 1.571, -0.785",
+        "are you moving?": "I stand still",
         "is the red cube in reach?": "Yes: red_cube",
         "which things can't you reach?": "Nothing is out of my reach.",
         "are the cubes all the same size?": "Yes: ",
@@ -161,3 +167,22 @@ def test_a_question_without_things_leaves_what_was_spoken_of() -> None:
     planner.plan("what are you holding?", scene("pick_from_three"))
     answer = planner.plan("pick it up", scene("pick_from_three"))
     assert isinstance(answer, Plan) and [str(call) for call in answer.steps] == ["pick(object=red_cube)"]
+
+
+def test_what_an_arm_says_of_itself_is_of_the_look_and_not_made_up() -> None:
+    with open_session("pick_from_three") as session:
+        session.do("pick", object="red_cube")
+        seen = session.agent.ctx.look()
+        told = StubPlanner(load_skills()).plan("how far is your gripper open?", seen)
+        x, y, z = session.state().tcp_pose.xyz
+        here = StubPlanner(load_skills()).plan("where is your hand?", seen)
+    assert isinstance(told, Plan) and told.answer == "There are 30 mm between my fingers; I hold red_cube."
+    assert isinstance(here, Plan) and f"({x:.3f}, {y:.3f}, {z:.3f})" in here.answer
+    silent = StubPlanner(load_skills()).plan("where is your hand?", replace(seen, arm=None))
+    assert isinstance(silent, Refusal) and silent.message == "I do not know how my own arm stands."
+
+
+def test_what_is_felt_and_not_seen_is_refused_with_what_feels_it() -> None:
+    answer = StubPlanner(load_skills()).plan("how much does the red cube weigh?", scene("pick_from_three"))
+    assert isinstance(answer, Refusal)
+    assert answer.message == "I cannot see how heavy red_cube is; I can feel it: say “weigh the red cube”."

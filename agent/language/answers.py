@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace as changed
+from dataclasses import replace as changed
 
 import numpy as np
 
@@ -36,7 +36,8 @@ from robosandbox.agent.language.seen import (
     without_articles,
 )
 from robosandbox.agent.language.world import World
-from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
+from robosandbox.types import SIDE_AXES, ArmState, DetectedObject, ObservedScene, Refusal, RefusalCode
+from robosandbox.values import frozen
 from robosandbox.world.relations import bounds, centre, contents, gap, loose
 
 _THERE = {
@@ -49,10 +50,12 @@ _THERE = {
     "beyond": "out of my reach",
 }
 _LESS = frozenset({"small", "short", "narrow", "near"})
+# How near the gripper is to open or closed, of the way between them, to be called so; and the speed of a joint that stands, rad/s.
+_ALMOST, _STANDS = 0.05, 0.01
 _ANYTHING = Ref(text="things", determiner="a", nouns=("thing",), plural=True)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Answer:
     """Answer to a question.
 
@@ -338,6 +341,52 @@ class _Answers(Seen):
         return Answer(f"{'Yes' if fits else 'No'}: {sizes}", (item.id,))
 
     # The robot itself.
+
+    @property
+    def _arm(self) -> ArmState:
+        """What the arm says of itself.
+
+        Raises:
+            RefusedError: It was not asked.
+        """
+        if self._scene.arm is None:
+            raise RefusedError(RefusalCode.UNSUPPORTED, "I do not know how my own arm stands.")
+        return self._scene.arm
+
+    def _say_hand(self, asked: Question) -> Answer:
+        x, y, z = self._arm.tcp_pose.xyz
+        above = length(max(z - self._scene.table_height, 0.0))
+        return Answer(f"My hand is at ({x:.3f}, {y:.3f}, {z:.3f}) m, {above} above the table; {self._held()}")
+
+    def _say_grip(self, asked: Question) -> Answer:
+        gripper = self._arm.gripper
+        if gripper is None:
+            return Answer("I have no gripper.")
+        if gripper.seal is not None:
+            return Answer(f"My hand is a suction cup. {self._held()}")
+        told = f"there are {1000.0 * gripper.width:.0f} mm between my fingers; {self._held()}"
+        if not asked.by:
+            return Answer(f"{told[0].upper()}{told[1:]}")
+        wanted = gripper.closed if asked.by == "closed" else 1.0 - gripper.closed
+        word = "Yes" if wanted > 1.0 - _ALMOST else "No" if wanted < _ALMOST else "In part"
+        return Answer(f"{word}: {told}")
+
+    def _say_reach(self, asked: Question) -> Answer:
+        near, far = (length(distance) for distance in self._scene.reach)
+        return Answer(f"I work from {near} to {far} from my base, seen from above.")
+
+    def _say_joints(self, asked: Question) -> Answer:
+        told = ", ".join(f"{value + 0.0:.3f}" for value in self._arm.q.round(3))
+        return Answer(f"My joints are at {told}, from the base on (rad; m where one slides).")
+
+    def _say_speed(self, asked: Question) -> Answer:
+        fastest = float(np.max(np.abs(self._arm.qd), initial=0.0))
+        return Answer("I stand still." if fastest < _STANDS else f"My fastest joint goes at {fastest:.2f} rad/s.")
+
+    def _say_weight(self, asked: Question) -> Answer:
+        names = ids_of(self._meant(asked.things))
+        told = f"I cannot see how heavy {listed(names)} {be(names)}; I can feel it: say “weigh the {asked.things[0].text}”."
+        raise RefusedError(RefusalCode.UNSUPPORTED, told.replace("the the ", "the "), names)
 
     def _say_abilities(self, asked: Question) -> Answer:
         own = ", ".join(name.replace("_", " ") for name in self._skills)

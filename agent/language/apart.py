@@ -8,7 +8,7 @@ from itertools import pairwise
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Command, Ref, Region, Relation, replace
-from robosandbox.agent.language.match import CONTAINERS
+from robosandbox.agent.language.match import holds_things
 from robosandbox.agent.language.readings import part_of
 from robosandbox.types import RefusalCode
 
@@ -178,7 +178,7 @@ def without_what_is_denied(command: Command, ground: Grounder) -> Command:
     spared: dict[Ref, list[Ref]] = {whole: [] for whole in groups}
 
     def holds(name: str) -> bool:
-        return place.kind not in ("in", "to") or ground.world.objects[name].kind in CONTAINERS
+        return place.kind not in ("in", "to") or holds_things(ground.world.objects[name])
 
     for ref in place.refs:
         for denied in (*ref.without, *ref.instead) if ref.determiner != "all" and not ref.plural else ():

@@ -97,7 +97,7 @@ class Arranging(Stacking):
             return False
 
         def holds(name: str) -> bool:
-            return place.kind not in ("in", "to") or self.world.objects[name].kind in match.CONTAINERS
+            return place.kind not in ("in", "to") or match.holds_things(self.world.objects[name])
 
         try:
             targets = self.ground.many(replace(where, determiner="all"), holds).ids
@@ -239,9 +239,7 @@ class Arranging(Stacking):
         objects = self.world.objects
         containers = [item for item in objects.values() if match.is_receptacle(item)]
         if isinstance(command.place, Relation) and command.place.refs:
-            ids = self.ground.many(
-                command.place.refs[0], lambda name: objects[name].kind in match.CONTAINERS, names
-            ).ids
+            ids = self.ground.many(command.place.refs[0], lambda name: match.holds_things(objects[name]), names).ids
             containers = [objects[name] for name in ids]
         colours = {name: match.colour_of(objects[name]) for name in names}
         homes = {colour: match.with_colour(containers, (colour,)) for colour in dict.fromkeys(colours.values())}

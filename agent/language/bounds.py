@@ -7,7 +7,6 @@ resolved on the scene as the prohibitions of a sentence that is understood.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from robosandbox.agent.language.binding import with_nouns
 from robosandbox.agent.language.chart import TooComplicatedError
@@ -20,6 +19,7 @@ from robosandbox.agent.language.text import ENDS, TooLongError, classes_of, said
 from robosandbox.agent.language.tokens import scene_words
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
+from robosandbox.values import frozen
 
 _JOINTS = word_set("and but while so because since as when then for or either only you")
 """Words between marks at which a clause may begin or end."""
@@ -45,7 +45,7 @@ _MAY_BIND = word_set(
 _BINDING = ("forbidding", "leaving", "allowing")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Bounds:
     """What is certain of a sentence.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from copy import deepcopy
-from dataclasses import dataclass
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import RefusedError, cannot_see, listed
@@ -24,6 +23,7 @@ from robosandbox.agent.language.materials import is_familiar
 from robosandbox.agent.language.pushing import Pushing
 from robosandbox.agent.language.things import KINDS_OF
 from robosandbox.types import RefusalCode
+from robosandbox.values import frozen
 
 _SIDES = frozenset({"left", "right", "front", "back"})
 _SPATIAL = _SIDES | {"beside", "between", "than", "opposite"}
@@ -36,7 +36,7 @@ class NotYetError(Exception):
     """Only time can tell whether a condition holds."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Finding:
     """Whether a condition holds, and what it speaks of.
 
@@ -258,7 +258,7 @@ class _Judge:
     def _looked_into(self, relation: Relation, condition: Condition) -> list[str]:
         """Return what a relation is to; what is in a drawer that is shut cannot be seen."""
         anchors = [name for ref in relation.refs for name in self.ground.many(ref, lambda name: True).ids]
-        holds_nothing = [name for name in anchors if self.world.objects[name].kind not in match.CONTAINERS]
+        holds_nothing = [name for name in anchors if not match.holds_things(self.world.objects[name])]
         if relation.kind == "in" and (holds_nothing or any(self._shut(name) for name in anchors)):
             raise _unseen(condition)
         if relation.kind == "in" and self.opened & {*anchors}:
@@ -275,7 +275,7 @@ class _Judge:
         anchors = self._looked_into(relation, condition)
         if relation.kind in _SPATIAL and self.pushed & {name, *anchors}:
             raise NotYetError
-        if relation.kind == "empty" and self.world.objects[name].kind not in match.CONTAINERS:
+        if relation.kind == "empty" and not match.holds_things(self.world.objects[name]):
             raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot see whether {name} is empty.", (name,))
         if relation.kind in ("empty", "holds", "lacks"):
             if self._shut(name):

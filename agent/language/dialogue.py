@@ -133,7 +133,8 @@ class Dialogue:
             names = Grounder(World(scene), Discourse()).many(ref, lambda name: True).ids
         except RefusedError:
             return False
-        return all(World(scene).objects[name].kind in match.CONTAINERS for name in names)
+        objects = World(scene).objects
+        return all(match.holds_things(objects[name]) for name in names)
 
     def _put_down_first(self, draft: Draft, scene: ObservedScene) -> Draft:
         held = scene.held

@@ -48,7 +48,8 @@ class Draft:
         substitutes: For objects chosen among several ("a cube"): what would do as well.
         rest: What is decided when the steps are done and the robot has looked again.
         nothing: Why there are no steps, where a condition does not hold and nothing else is told.
-        note: What of the sentence the steps take no account of, for the person; "" for nothing.
+        note: What of the sentence the steps take no account of, or how it is obeyed beside them, for the person; "" for nothing.
+        tempo: How fast the steps are gone through; "" at the usual tempo.
     """
 
     steps: tuple[Step, ...]
@@ -56,6 +57,7 @@ class Draft:
     rest: Rest | None = None
     nothing: Refusal | None = None
     note: str = ""
+    tempo: str = ""
 
     @property
     def calls(self) -> tuple[SkillCall, ...]:

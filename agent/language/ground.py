@@ -19,6 +19,7 @@ from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.truth import Truth, contradicts
 from robosandbox.types import DetectedObject, RefusalCode
 
+_PLACE_WORDS = frozenset({"left", "right", "front", "back", "top", "middle", "bottom"})
 _SIDEWAYS = frozenset({"left", "right", "front", "back", "near", "far"})
 
 
@@ -326,6 +327,33 @@ class Grounder(Truth):
         return names
 
     def _named(self, ref: Ref, pool: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
+        found = self._parts_or_wholes(ref, self._described(ref, pool, several, fits))
+        if not found and ref.colours and (ref.nouns or ref.names):
+            # "the black bowl" is what is called so, whatever colour it is seen to have.
+            found = self._described(ref, match.called_colour(pool, ref.colours), several, fits)
+        return found
+
+    def _parts_or_wholes(self, ref: Ref, found: list[DetectedObject]) -> list[DetectedObject]:
+        """Of what has parts and its parts, "the cabinet" is the whole, "the top drawer of the cabinet" a part."""
+        names = {item.id for item in found}
+        owners = {match.owner_of(item.id, names) for item in found} - {""}
+        if owners:
+            told = {*ref.nouns, *ref.names}
+            of_parts = any(match.is_word_for_parts(noun) for noun in ref.nouns) or any(
+                told & ({*id_parts(own)} - {*id_parts(owner)})
+                for owner, _, own in (item.id.rpartition(".") for item in found)
+                if owner
+            )
+            found = [item for item in found if not (item.id in owners if of_parts else match.owner_of(item.id, names))]
+        if len(found) < 2 or not all(match.owner_of(item.id, self.world.objects) for item in found):
+            return found
+        # "the back compartment" is the one called so, wherever it is seen from.
+        said = {*ref.text.split()} & _PLACE_WORDS
+        return [item for item in found if said & {*id_parts(item.id.rpartition(".")[2])}] or found
+
+    def _described(
+        self, ref: Ref, pool: list[DetectedObject], several: bool, fits: Fits | None
+    ) -> list[DetectedObject]:
         found = pool
         # Colour first: "the red block" is the red cube where no block is red.
         if ref.colours:

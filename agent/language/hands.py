@@ -85,6 +85,8 @@ class Hands:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} is a drawer; I can open and close it, not pick it up.", (name,)
             )
+        if self.world.objects[name].is_fixed:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is fixed where it is; I cannot pick it up.", (name,))
         if self.world.objects[name].shape.is_granular:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are beads; I can pour them into something.", (name,))
         kind, holder = self.world.parent.get(name, ("", ""))
@@ -100,6 +102,12 @@ class Hands:
         self._add("pick", object=name, **how)
         self._note_moved(name)
         self.world.take(name)
+
+    def _regrip(self, name: str, grip: str) -> None:
+        """Have what the plan has just picked up be held in another way."""
+        if self.steps and self.steps[-1].call == SkillCall(skill="pick", arguments={"object": name}):
+            call = SkillCall(skill="pick", arguments={"object": name, "grip": grip})
+            self.steps[-1] = Step(call, self.steps[-1].others)
 
     def _note_moved(self, name: str) -> None:
         """Remember where a thing comes from, before it is moved."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
+
+from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.agent.language.logic import Control
@@ -61,7 +63,8 @@ class Relation(NamedTuple):
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.
-        order: For than: what is compared, as the key of a `Rank`; "from" for "from under", "over" for "over to".
+        order: For than: what is compared, as the key of a `Rank`; "from" for "from under", "over" for "over to",
+            "top" for "on top of".
     """
 
     kind: str
@@ -71,7 +74,7 @@ class Relation(NamedTuple):
     order: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Region:
     """A part of the table, or of the space around the robot.
 
@@ -90,7 +93,7 @@ class Region:
     directional: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ByRobot:
     """Near the robot's base, on a side of it: front is where it looks; distance in metres, None for not far."""
 
@@ -98,7 +101,7 @@ class ByRobot:
     distance: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class At:
     """Coordinates in the world, metres."""
 
@@ -106,7 +109,7 @@ class At:
     y: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Offset:
     """A shift from where the object is; distance in metres, None for a little way."""
 
@@ -114,7 +117,7 @@ class Offset:
     distance: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Original:
     """Where the object was before this sentence moved it.
 
@@ -125,19 +128,19 @@ class Original:
     vacated: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Spot:
     """Where another thing stands, or stood before this sentence moved it."""
 
     refs: tuple[Ref, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Table:
     """Anywhere free on the table."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Matching:
     """In the container of the same colour.
 
@@ -266,7 +269,7 @@ class Element(NamedTuple):
     value: Any = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sentence:
     """Orders of a sentence, one after the other, and what to keep away from.
 

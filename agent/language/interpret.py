@@ -31,6 +31,8 @@ from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.loosely import loosely
 from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.purposes import where_it_goes
+from robosandbox.agent.language.repeated import several_times
+from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
 from robosandbox.agent.language.spelling import respelled
@@ -53,6 +55,7 @@ from robosandbox.types import ObservedScene, Refusal, RefusalCode
 CLOSE = 0.5
 CLOSE_RULES = 0.35
 _MOST_REMEMBERED = 500  # Characters of a prompt that is remembered and read again. Chosen: longer ones are no commands.
+_OF_THE_HAND = "“move up 5 cm”, “hover over” and a thing, “open the gripper to 4 cm” or “turn the hand by 90 degrees”"
 STRANGE = 20.0  # Strain, a number of units as of strain.py, from which a reading is too strange to act on. Chosen.
 _STEPS_AGAIN = 4_000  # Number of steps of a second reading. Chosen: less than half of the first.
 _ON_THE_WAY = word_set(
@@ -104,15 +107,22 @@ def interpret(
     understood = _by_rules if by_rules else _interpreted
     made = understood(prompt, scene, names, discourse, chosen)
     if isinstance(made, Draft):
-        return made if by_rules else _accounted(prompt, scene, made, goes_on=goes_on)
+        return made if by_rules else _accounted(prompt, scene, names, made, goes_on=goes_on)
     if len(prompt) > _MOST_REMEMBERED:
         return made
 
-    def works(sentence: str) -> bool:
+    def read_anew(sentence: str) -> Draft | Refusal:
         context = deepcopy(discourse) if discourse else None
-        return isinstance(understood(sentence, scene, names, context, chosen), Draft)
+        again = understood(sentence, scene, names, context, chosen)
+        return (
+            again
+            if by_rules or isinstance(again, Refusal)
+            else _accounted(sentence, scene, names, again, goes_on=goes_on)
+        )
 
-    return with_offer(made, prompt, tuple(item.id for item in scene.objects), works)
+    ids = tuple(item.id for item in scene.objects)
+    over = several_times(prompt, ids, read_anew)
+    return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))
 
 
 def _by_rules(
@@ -133,12 +143,15 @@ def _by_rules(
     return _once_each(prompt, choose(found, scene, names, discourse, chosen, close=CLOSE_RULES, far=CLOSE_RULES))
 
 
-def _accounted(prompt: str, scene: ObservedScene, draft: Draft, *, goes_on: bool) -> Draft | Refusal:
+def _accounted(
+    prompt: str, scene: ObservedScene, names: Sequence[str], draft: Draft, *, goes_on: bool
+) -> Draft | Refusal:
     """Return a plan with a note of the words that it takes no account of, or a refusal for one that it may not do without.
 
     Args:
         prompt: What was said.
         scene: What perception sees.
+        names: Of the skills.
         draft: The plan.
         goes_on: Whether there was an order before.
     """
@@ -146,9 +159,33 @@ def _accounted(prompt: str, scene: ObservedScene, draft: Draft, *, goes_on: bool
     anew = [each.words for each in over if each.kind == "repeat" and not (each.follows or goes_on)]
     if anew:
         return _unrecognized(f"I have done nothing yet that “{anew[0]}” could mean.", anew)
-    manners = [f"“{each.words}”" for each in over if each.kind == "manner"]
-    told = f"No skill takes {listed(manners)}: I go at my usual speed." if manners else ""
-    return replace(draft, note=f"{told} {draft.note}".strip())
+    tempo, told = _tempo_of([each.words for each in over if each.kind == "manner"], names)
+    return replace(draft, note=f"{told} {draft.note}".strip(), tempo=tempo)
+
+
+def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
+    """Return the tempo that words of speed and care ask for, "" for none, and a note of what comes of them.
+
+    Args:
+        manners: As they were said.
+        names: Of the skills; where none sets the tempo, it stays as it is.
+    """
+    tempos = ruleset(ENGLISH).vocabulary.classes["TEMPO"]
+    # "not too fast" has a word of each: careful comes first.
+    asked = {
+        words: tempo
+        for words in manners
+        for tempo in reversed(tempos)
+        if not {*tempos[tempo]}.isdisjoint(words.split())
+    }
+    others = [words for words in manners if words not in asked]
+    if "set_tempo" not in names or len({*asked.values()}) != 1:
+        asked, others = {}, [*manners]
+    notes = [f"At the {tempo} tempo: {listed([f'“{words}”' for words in asked])}." for tempo in {*asked.values()}]
+    if others:
+        usual = "" if asked else ": I go at my usual speed"
+        notes.append(f"No skill takes {listed([f'“{words}”' for words in others])}{usual}.")
+    return next(iter(asked.values()), ""), " ".join(notes)
 
 
 def _interpreted_in(
@@ -388,13 +425,10 @@ def choose(
         try:
             draft = build(reading, scene, skills, context, chosen)
             felt = [f"“{word}”" for word in unseen(reading) if word in FEELINGS]
-            notes = (
-                [f"No skill takes {listed([f'“{word}”' for word in reading.manners])}: I go at my usual speed."]
-                if reading.manners
-                else []
-            )
+            tempo, told = _tempo_of(reading.manners, skills)
+            notes = [told] if told else []
             notes += [f"I do not see what is {listed(felt)}."] if felt else []
-            draft = replace(draft, note=" ".join(notes))
+            draft = replace(draft, note=" ".join(notes), tempo=tempo)
         except RefusedError as error:
             # Without its frames it is freed at once, and no garbage piles up.
             refused.append((error.with_traceback(None), reading))
@@ -498,7 +532,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     unable = _unable(tokens, skills)
     if unable:
         return unable
-    unmovable = _unmovable(tokens, known)
+    unmovable = _unmovable(tokens, known, skills)
     if unmovable:
         return unmovable
     if words[0] == "not" or words[:2] == ["do", "not"]:
@@ -507,7 +541,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
             message="That asks me to leave something undone, and I had not begun anything; say it beside an order, "
             "or name what I must not touch.",
         )
-    if any(token.text in ("me", "us") for token in tokens):
+    if "hand_over" not in skills and any(token.text in ("me", "us") for token in tokens):
         return Refusal(
             code=RefusalCode.UNSUPPORTED,
             message=f"I cannot hand things over; I can {VERBS_FOR_PEOPLE}.",
@@ -558,7 +592,7 @@ def known_verbs(skills: Sequence[str]) -> frozenset[str]:
     return frozenset(verb for name, words in known() if name in skills for verb in words.verbs)
 
 
-def _unmovable(tokens: Sequence[Token], known: SceneWords) -> Refusal | None:
+def _unmovable(tokens: Sequence[Token], known: SceneWords, skills: Sequence[str]) -> Refusal | None:
     """Refuse what is asked of the table, the floor or the arm itself."""
     words = [token.text for token in tokens]
     for i in range(len(words)):
@@ -571,10 +605,10 @@ def _unmovable(tokens: Sequence[Token], known: SceneWords) -> Refusal | None:
                 if tag == "TABLE":
                     return Refusal(code=RefusalCode.IMPOSSIBLE, message="The table stays where it is.")
                 if tag == "ARM":
-                    return Refusal(
-                        code=RefusalCode.UNSUPPORTED,
-                        message=f"I move the {words[start]} as the skills need it; I can {VERBS_FOR_PEOPLE}.",
-                    )
+                    able = "move_by" in skills
+                    moves = f"I do not understand what the {words[start]} is to do; say for example {_OF_THE_HAND}."
+                    needed = f"I move the {words[start]} as the skills need it; I can {VERBS_FOR_PEOPLE}."
+                    return Refusal(code=RefusalCode.UNSUPPORTED, message=moves if able else needed)
     return None
 
 

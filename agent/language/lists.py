@@ -189,6 +189,9 @@ class Phrasing(Phrases):
         if i > self.second_last_colour:
             return found
         for j, base in self._determiners(i):
+            if any("and" in said and self._says(j, said) for said, _ in self._stems(j)):
+                # "the yellow and white mug" is one, called so.
+                continue
             colours: list[str] = []
             k = j
             while True:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace as changed
+from dataclasses import replace as changed
 from typing import Any, Literal
 
 from robosandbox.agent.language.intent import Command, Ref, Relation, replace
+from robosandbox.values import frozen
 
 Steps = tuple[Command, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bound:
     """How many there are to be.
 
@@ -31,7 +32,7 @@ class Bound:
         return self.most == 0
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class There:
     """So many things are as a description tells: "there are two cans", "nothing is on the cube", "the bowl has a ball in it"."""
 
@@ -40,7 +41,7 @@ class There:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class More:
     """There are more, fewer or as many of one as of another."""
 
@@ -50,7 +51,7 @@ class More:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Is:
     """Each thing that a description means has a colour, is of a kind, or stands in relations.
 
@@ -67,7 +68,7 @@ class Is:
     among: tuple[Ref, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Alike:
     """Things are of one colour or size."""
 
@@ -75,7 +76,7 @@ class Alike:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Not:
     """It is not so."""
 
@@ -87,7 +88,7 @@ class Not:
         return self.of.text
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Several:
     """All of some conditions are so, or any of them."""
 
@@ -99,7 +100,7 @@ class Several:
 Condition = There | More | Is | Alike | Not | Several
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class If:
     """What is done where a condition holds, and what otherwise.
 
@@ -118,7 +119,7 @@ class If:
     apart: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class While:
     """What is done again as long as a condition holds."""
 
@@ -126,7 +127,7 @@ class While:
     body: Steps
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class UntilLeft:
     """What is done with all things of a kind but so many, or but those named: "put cans in the bin until two are left".
 
@@ -143,7 +144,7 @@ class UntilLeft:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ForEach:
     """What is done with one thing after the other."""
 
@@ -151,7 +152,7 @@ class ForEach:
     body: Steps
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Question:
     """A question, by what it asks.
 
@@ -178,7 +179,7 @@ class Question:
     denied: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Reply:
     """Words that are no sentence of their own: an answer to a question, or what follows an order.
 

@@ -5,7 +5,7 @@ Ids are text from the scene: they are compared with words that were said and are
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from functools import lru_cache
 
 from robosandbox.agent.language import things
@@ -42,6 +42,10 @@ THING_KINDS: dict[str, frozenset[str]] = {
 _FROM_FILES = frozenset(kind for kind, shape in shapes().items() if not shape.size_fields)
 VESSELS = _FROM_FILES.union(*THING_KINDS.values())
 """Kinds that may hold something to pour: what bottles, mugs and cans are made of here, and what a file describes."""
+
+
+# Half of the longest side of what is turned like a knob, metres: a hand goes around it.
+_LARGEST_KNOB = 0.08
 
 
 def _classes() -> dict[str, str]:
@@ -97,6 +101,7 @@ _KEPT = _SOLID | word_set(
     """
 )
 """What containers are named after that are none of it."""
+_PACKAGES = frozenset({"box", "can", "bottle"})
 _ANY_CONTAINER = frozenset({"container", "receptacle"})
 _GROWN = frozenset({"fruit", "vegetable"})
 _OF_IT = frozenset({"half", "slice", "wedge", "piece", "chunk", "quarter"})
@@ -111,7 +116,33 @@ def noun_fit(noun: str, item: DetectedObject) -> int:
         noun: As said, singular.
         item: The object.
     """
-    return _noun_fit(noun, item.id, item.kind, _is_cubic(item))
+    part = _part_fit(noun, item)
+    return _noun_fit(noun, item.id, item.kind, _is_cubic(item)) if part is None else part
+
+
+def owner_of(name: str, names: Container[str]) -> str:
+    """Return the id of what a part is on, if that is seen: "cupboard" of "cupboard.door"; "" for what is no part."""
+    owner = name.rpartition(".")[0]
+    return owner if owner in names else ""
+
+
+def is_word_for_parts(noun: str) -> bool:
+    """Say whether a noun is for what moves on something else: "drawer", "door", "knob"."""
+    return any(noun in words for words in things.PARTS.values())
+
+
+def _part_fit(noun: str, item: DetectedObject) -> int | None:
+    """Return how well a noun names a part of a scene's file by how it moves; None where that tells nothing."""
+    joint = None if item.geometry is None else item.geometry.joint
+    if noun in id_parts(item.id.rpartition(".")[2]) or (joint is None and item.kind != "compartment"):
+        return None
+    if joint is None:
+        sort = "compartment"
+    elif joint.kind == "slide":
+        sort = "drawer" if item.shape.holds_things else "button"
+    else:
+        sort = "door" if max(item.size) > _LARGEST_KNOB else "knob"
+    return NAMED if noun in things.PARTS[sort] else 0 if is_word_for_parts(noun) else None
 
 
 @lru_cache(maxsize=4096)
@@ -133,6 +164,9 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         # "the waste bin" is the bin called waste, rather than a tray.
         return NAMED
     own = {NOUN_CLASS[part] for part in parts if part in NOUN_CLASS} - {"thing", "one"}
+    if _head(parts) in SAME_AS.get(noun, ()) and _head(parts).endswith(noun):
+        # "the pan" is the frypan rather than the pot.
+        return NAMED
     if noun_class in own or _head(parts) in SAME_AS.get(noun, ()):
         return SYNONYM
     if any(part in things.KINDS_OF.get(noun_class, ()) for part in parts):
@@ -144,6 +178,11 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
             # Nor is a pepper mill.
             return 0
         return SHAPE
+    if kind == "cupboard" and noun in ("cabinet", "cupboard"):
+        return SHAPE
+    if kind == "solid" and noun_class in _PACKAGES and not own:
+        # "the cookie box" for what a file calls cookies.
+        return LOOSE
     shapes = SHAPE_KINDS.get(noun_class, frozenset())
     if noun_class == "bin" and noun not in ("bin", *_ANY_CONTAINER) and own - {"bin", "box"}:
         # "the basket" is none that its id calls a bowl.
@@ -221,9 +260,19 @@ def with_colour(items: Iterable[DetectedObject], colours: Sequence[str], shade: 
     """Return the objects that show one of the colours, or a light or dark shade of it; by their ids where none shows it."""
     everything = list(items)
     seen = [item for item in everything if colour_of(item) in colours or (shade and has_shade(item, colours, shade))]
-    return seen or [
-        item for item in everything if any(CANONICAL_COLOUR.get(part) in colours for part in id_parts(item.id))
-    ]
+    # Beside a white mug one that is called red, or white and yellow, is not "the white mug".
+    others = {item.id for item in seen if not _called_colours(item) <= {*colours}}
+    return [item for item in seen if item.id not in others] or seen or called_colour(everything, colours)
+
+
+def _called_colours(item: DetectedObject) -> set[str]:
+    """Return the colours that an id names."""
+    return {CANONICAL_COLOUR[part] for part in id_parts(item.id) if part in CANONICAL_COLOUR}
+
+
+def called_colour(items: Iterable[DetectedObject], colours: Sequence[str]) -> list[DetectedObject]:
+    """Return the objects whose ids name one of some colours."""
+    return [item for item in items if any(CANONICAL_COLOUR.get(part) in colours for part in id_parts(item.id))]
 
 
 def with_noun(
@@ -314,6 +363,11 @@ def is_solid(item: DetectedObject) -> bool:
 def is_receptacle(item: DetectedObject) -> bool:
     """Say whether things are sorted and tidied into it: a bin or a bowl, rather than a cup or a tray."""
     return item.shape.is_open_container and item.shape.stays_put
+
+
+def holds_things(item: DetectedObject) -> bool:
+    """Say whether things can be put into an object: of its kind, or of its own pieces, as a cabinet's drawer."""
+    return item.kind in CONTAINERS or item.shape.holds_things
 
 
 def has_straight_walls(item: DetectedObject) -> bool:

@@ -84,6 +84,15 @@ _NAMED_CALL = lazy_regex.compile(
 )
 
 
+_OF_TABLE = re.compile(r"\b(?:the )?table(?:['’]s)? (center|centre|middle)\b", re.IGNORECASE)
+_FROM_MIDDLE = re.compile(r"\bfrom(?= the (?:center|centre|middle) of the table\b)", re.IGNORECASE)
+_OF_WHOLE = re.compile(
+    r"\bthe (\w+)['’]s ((?:(?:top|middle|bottom|upper|lower|left|right|front|back) )?"
+    r"(?:drawer|door|knob|button|lid|compartment|layer|shelf|front|back))\b",
+    re.IGNORECASE,
+)
+
+
 def written_out(text: str) -> str:
     """Return a prompt with its notation in words: "place_in(nut, tray)" as "place nut in tray", "cubes 1–3" as "cubes 1 to 3"."""
     if "(" in text:
@@ -95,6 +104,8 @@ def written_out(text: str) -> str:
         text = _CALL_OF_TWO.sub(_call_of_two, text)
         text = _CALL_OF_ONE.sub(lambda call: f"{call[1].replace('_', ' ')} {call[2]} ", text)
         text = _CALL_OF_NONE.sub(lambda call: f"{call[1].replace('_', ' ')} ", text)
+    text = _FROM_MIDDLE.sub("in", _OF_TABLE.sub(r"the \1 of the table", text))
+    text = _OF_WHOLE.sub(r"the \2 of the \1", text)
     text = _HEADING.sub("", text)
     text = _NAMED_RANGE.sub(r"\1s \3 to \4", text)
     text = _RANGE.sub(r"\1 \2 to \3", text)

@@ -7,7 +7,7 @@ from typing import Any
 from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, MEASURES, SHAPES, TINTS
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import Determiner, Rank, Ref, replace
-from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
+from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS, is_word_for_parts
 from robosandbox.agent.language.measures import measure_before
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers, coloured_too
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
@@ -116,6 +116,8 @@ class Nouns(Modifiers):
             little = base.determiner == "a" and self.text(j - 1) == "little" and not ref.colours
             thing = ref.colours and (self.text(j - 1) in _NAMES_OF_THINGS or self.text(j - 1) in self.words.hues)
             named = named and not (little or thing)
+            # "the yellow and white mug" is called so.
+            named = named and not any("and" in said and self._says(i, said) for said, _ in self._stems(i))
             if (j > i and bare and named) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))
         return found
@@ -240,6 +242,7 @@ class Nouns(Modifiers):
             for spoken, name in self.words.by_first_word.get(self._part(i), ())
             if tuple(map(self._part, range(i, min(i + len(spoken), len(self.tokens))))) == spoken
         ]
+        in_full += [(i + len(said), replace(ref, names=stem)) for said, stem in self._stems(i) if self._says(i, said)]
         j = i
         parts: list[str] = []
         pointed = i > 0 and (ref.determiner != "bare" or bool(ref.colours or ref.ranks))
@@ -289,6 +292,13 @@ class Nouns(Modifiers):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
         return found
 
+    def _stems(self, i: int) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
+        """Return names in full that begin with a word, as they are said, with the words of the id."""
+        return self.words.stems.get(self._part(i), []) if self.words.stems and i < self.count else []
+
+    def _says(self, i: int, said: tuple[str, ...]) -> bool:
+        return tuple(map(self._part, range(i, min(i + len(said), len(self.tokens))))) == said
+
     def _part(self, i: int) -> str:
         """Return a word as an id would have it: numbers in digits."""
         if i not in self.id_words:
@@ -325,9 +335,16 @@ class Nouns(Modifiers):
             found.append((j + 1, ref))
         of = j + 2 if self.said(j, j + 2) == "of the" else j + 1
         filling = _singular(self.text(of), self.words.parts) if self.text(j) == "of" else ""
-        if filling in self.words.parts and ref.nouns and not ref.plural and ref.nouns != ("tower",):
+        if ref.nouns and is_word_for_parts(ref.nouns[0]) and self.text(j) == "of":
+            # "the middle layer of the drawer": of what has it
+            found += [(end, ref) for end, (noun, _, many) in self.tag(of, "NOUN") if noun == "drawer" and not many]
+        fillings: tuple[str, ...] = (filling,)
+        while filling in self.words.parts and ref.nouns and not ref.plural and ref.nouns != ("tower",):
             # "the bottle of water", "the can of beans", "the drawer of the tools"; "a tower of red, blue" is of both.
-            found.append((of + 1, replace(ref, names=(*ref.names, filling))))
+            found.append((of + len(fillings), replace(ref, names=(*ref.names, *fillings))))
+            # "the top drawer of the wooden cabinet"
+            filling = _singular(self.text(of + len(fillings)), self.words.parts)
+            fillings = (*fillings, filling)
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         # "give the red ball a gentle tap" names no ball called a.
         given = (
@@ -374,4 +391,5 @@ def _singular(word: str, parts: frozenset[str]) -> str:
     for ending, with_ in (("ies", "y"), ("es", ""), ("s", ""), ("ing", ""), ("ing", "e")):
         if word.endswith(ending) and word[: -len(ending)] + with_ in parts:
             return word[: -len(ending)] + with_
-    return word
+    # "the cookie box" for what is called cookies
+    return f"{word}s" if len(word) > 2 and f"{word}s" in parts else word

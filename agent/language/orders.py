@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.intent import Rank, Ref
 from robosandbox.agent.language.world import World, volume
 from robosandbox.types import RefusalCode
+from robosandbox.values import frozen
 
 Fits = Callable[[str], bool]
 _NO_ROW = 0.7  # Ratio of the narrower extent of things to the wider from which they stand in no row. Chosen.
 _CLEAR = 0.25  # Share of the extent by which a half must be clear of the others. Chosen.
 _CENTRAL = 0.5
+_FRONT_OR_BACK = frozenset({"front", "back", "rear", "hind"})
 CONTRARY = {
     one: other
     for pair in (("big", "small"), ("tall", "short"), ("wide", "narrow"), ("near", "far"), ("left", "right"))
@@ -25,7 +26,7 @@ CONTRARY = {
 """The other end of an order, by its key."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Meaning:
     """What a description means.
 
@@ -73,8 +74,10 @@ class Orders(ABC):
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see none.", tuple(self.world.objects))
         if rank.key == "central":
             # "the cube in the middle of the table": the one that lies there, and else the one between the others.
-            central, other, *_ = sorted(names, key=lambda name: math.hypot(*self.world.at[name]))
-            if math.hypot(*self.world.at[central]) < _CENTRAL * math.hypot(*self.world.at[other]):
+            (x0, x1), (y0, y1) = self.world.area
+            away = {name: math.dist(self.world.at[name], ((x0 + x1) / 2.0, (y0 + y1) / 2.0)) for name in names}
+            central, other, *_ = sorted(names, key=lambda name: away[name])
+            if away[central] < _CENTRAL * away[other]:
                 return [central]
         if rank.key in ("middle", "medium", "central"):
             return self._middle(names, rank, ref)
@@ -83,7 +86,7 @@ class Orders(ABC):
             names = stacked or names
             if len(names) == 1:
                 return names
-        score = self._score(names, rank) if rank.key else dict.fromkeys(names, 0.0)
+        score = self._score(names, rank, ref) if rank.key else dict.fromkeys(names, 0.0)
         order = sorted(score, key=lambda name: score[name])
         if not order:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
@@ -125,7 +128,7 @@ class Orders(ABC):
         half = [name for name in order if (self.world.at[name][1 - sign[0]] - centre) * sign[1] > 0.01]
         return half or order[:1]
 
-    def _score(self, names: Sequence[str], rank: Rank) -> dict[str, float]:
+    def _score(self, names: Sequence[str], rank: Rank, ref: Ref) -> dict[str, float]:
         """Return what to sort by, the first in the order lowest."""
         world, objects = self.world, self.world.objects
         if rank.key in ("near", "far"):
@@ -137,6 +140,9 @@ class Orders(ABC):
                 names = [name for name in names if name != target]
             distance = {name: math.dist(world.at[name], origin) for name in names}
             far = 1.0 if rank.key == "near" else -1.0
+            if world.is_turned and not anchor and not _FRONT_OR_BACK.isdisjoint(ref.text.split()):
+                # The front is the viewer's; the nearest is the robot's.
+                return {name: far * world.at[name][0] for name in names}
             scores = {name: far * d for name, d in distance.items()}
             return scores
         keys: dict[str, Callable[[str], float]] = {
@@ -175,6 +181,7 @@ class Orders(ABC):
         if (
             rank.key in ("top", "bottom")
             and rank.strict
+            and not match.owner_of(names[0], self.world.objects)
             and not self.world.level(names[0])
             and not self.world.on_top_of(names[0])
         ):
@@ -184,7 +191,7 @@ class Orders(ABC):
         peers = [item.id for item in match.with_noun(self.world.objects.values(), ref.nouns, several=True)]
         if len(peers) < 2 or names[0] not in peers:
             return names
-        score = self._score(peers, rank)
+        score = self._score(peers, rank, ref)
         worst, best = max(score.values()), min(score.values())
         if score[names[0]] == worst and worst - best > 0.15 * abs(best):
             raise RefusedError(

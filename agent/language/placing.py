@@ -20,8 +20,10 @@ from robosandbox.agent.language.intent import (
     Spot,
     replace,
 )
+from robosandbox.agent.language.orders import Meaning
 from robosandbox.agent.language.world import Parent
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
+from robosandbox.world.parts import is_part
 
 NUDGE = 0.10  # Metres of a move whose distance is not said. Chosen equal to `PUSH_DISTANCE`.
 # Half of the edge of the seeds' table, metres, on which these places are given.
@@ -43,11 +45,11 @@ class Placing(Hands):
         if place.kind == "in":
 
             def fits(name: str) -> bool:
-                return world.objects[name].kind in match.CONTAINERS
+                return match.holds_things(world.objects[name])
         elif place.kind == "to" and place.refs and _told_by_colour(place.refs[0]):
             # "the cans to yellow": to the container that has that colour, and to no yellow ball.
             def fits(name: str) -> bool:
-                return world.objects[name].kind in match.CONTAINERS and name not in names
+                return match.holds_things(world.objects[name]) and name not in names
         else:
 
             def fits(name: str) -> bool:
@@ -83,7 +85,16 @@ class Placing(Hands):
             if ref.determiner == "it" and world.held in self.poured and world.held not in names:
                 # "pour the beads into the bowl and put the ball in it": not in the cup that they were in.
                 barred = (*barred, str(world.held))
-            meaning = self.ground.one(ref, fits, barred)
+            try:
+                meaning = self.ground.one(ref, fits, barred)
+            except RefusedError as refused:
+                owners = {match.owner_of(name, world.objects) for name in refused.refusal.candidates}
+                if place.kind != "on" or len(owners) != 1 or owners == {""}:
+                    raise
+                # "on top of the drawer", of which the cabinet has three: on the cabinet.
+                meaning = Meaning(tuple(owners))
+            if place.kind == "on" and is_part(world.objects[meaning.ids[0]]):
+                meaning = Meaning((match.owner_of(meaning.ids[0], world.objects) or meaning.ids[0],))
             if meaning.others:
                 self.substitutes[meaning.ids[0]] = meaning.others
             targets = meaning.ids
@@ -115,11 +126,16 @@ class Placing(Hands):
             case Relation(kind=kind, distance=distance):
                 target = targets[0]
                 holder = match.is_receptacle(world.objects[target])
+                if world.objects[target].kind == "cupboard":
+                    # On a shelf is on its board, on a cabinet or on top of a shelf is over it.
+                    holder = place.order != "top" and any(
+                        "shelf" in noun for ref in place.refs for noun in (*ref.nouns, *ref.names)
+                    )
                 # "over to the bin" is in it, "over to the mug" may be beside it.
                 over_to_a_mug = place.order == "over" and match.is_cup(world.objects[target])
                 if (
                     kind == "in"
-                    or (kind == "to" and world.objects[target].kind in match.CONTAINERS and not over_to_a_mug)
+                    or (kind == "to" and match.holds_things(world.objects[target]) and not over_to_a_mug)
                     or (kind == "on" and holder)
                 ):
                     self._put_in(name, target)
@@ -236,9 +252,8 @@ class Placing(Hands):
 
     def _put_in(self, name: str, target: str) -> None:
         world = self.world
-        kind = world.objects[target].kind
-        if kind not in match.CONTAINERS:
-            why = f"{target} is a {kind}, which is no container: nothing goes in it."
+        if not match.holds_things(world.objects[target]):
+            why = f"{target} is a {world.objects[target].kind}, which is no container: nothing goes in it."
             if world.objects[target].is_fixed:
                 why = f"{target} has no inside that is open to above or to one side: nothing goes in it."
             raise RefusedError(RefusalCode.IMPOSSIBLE, why, (target,))
@@ -262,14 +277,16 @@ class Placing(Hands):
                 )
             self._add("open_drawer", drawer=target)
             world.opened.add(target)
-        if not holder.is_fixed:
-            self._take(name)
-        else:
-            for door in world.doors_before(name, target):
-                self._need_empty(f"open {door}")
-                self._add("open", part=door)
-                world.opened.add(door)
+        for door in world.doors_before(name, target) if holder.is_fixed else ():
+            self._need_empty(f"open {door}")
+            self._add("open", part=door)
+            world.opened.add(door)
+        if holder.kind == "cupboard":
+            if world.held == name:
+                self._regrip(name, "side")
             self._take(name, grip="side")
+        else:
+            self._take(name)
         self._add("place_in", container=target)
         world.put(name, world.at[target], ("in", target))
 
@@ -290,7 +307,7 @@ class Placing(Hands):
                 RefusalCode.IMPOSSIBLE, f"{name} is a container; I do not stand it on {target}.", (name, target)
             )
         small, large = min(world.extents(target)[:2]), min(world.extents(name)[:2])
-        if world.objects[name].kind in match.CONTAINERS and small < 0.5 * large:
+        if match.holds_things(world.objects[name]) and small < 0.5 * large:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is too wide to stand on {target}.", (name, target))
         if ("on", name) == world.parent.get(target):
             raise RefusedError(

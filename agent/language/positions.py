@@ -55,6 +55,8 @@ class Positions(Chart, ABC):
                         below = tag == "SOURCE" and bool(_BELOW & {self.text(m) for m in range(i, j)})
                         out = Relation("under", refs, order="from")
                         over = "over" if kind == "to" and self.text(i) == "over" else ""
+                        if kind == "on" and not {"top", "atop"}.isdisjoint(self.texts[i:j]):
+                            over = "top"
                         found.append((k, out if below else Relation(kind, refs, None, directional, over)))
         return found
 
@@ -142,6 +144,9 @@ class Positions(Chart, ABC):
                     told.add(_REGION_SIDES[self.text(k)])
                     k += 1
                 named = self.text(k) in ("side", "end", "edge", "hand", "half")
+                if not named and (self.tag(k, "NOUN") or self.text(k) in self.words.parts):
+                    # "the can at the back in the top drawer"
+                    return found
                 k += named
                 if not told and own and named:
                     told = {"near"}

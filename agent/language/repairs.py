@@ -12,6 +12,7 @@ from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.slots import HOLDERS, HOLDING, Said
 from robosandbox.agent.language.tokens import MARKS, Token, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
+from robosandbox.values import frozen
 
 _REVERSED = Phrases()
 _REVERSED.add_all(
@@ -38,7 +39,7 @@ Words = tuple[Token, ...]
 _Change = tuple[int, int, Words]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Thing:
     """One thing that is named: from which token to which, and whether it tells a place."""
 

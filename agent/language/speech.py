@@ -71,6 +71,7 @@ MANNERS = "".join(
         (_ADVERBS,),
         ("very|very very|really|real|nice and|so", _ADVERBS),
         ("as", _ADVERBS, "as", "you can|possible|you are able to"),
+        ("but not too|not too|and not too", "hard|fast|quickly|firmly|tight|tightly|roughly"),
     )
     for words in product(*(part.split("|") for part in said))
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 _GROUPS = """
-eraser rubber; saucepan pan pot; flashlight torch; wrench spanner; pen biro; phone mobile cellphone smartphone telephone;
+eraser rubber; saucepan pan pot; frypan pan skillet; flashlight torch; wrench spanner; pen biro; phone mobile cellphone smartphone telephone;
 cookie biscuit; candy sweetie; aubergine eggplant; courgette zucchini; glasses spectacles specs; trainer sneaker;
 serviette napkin; stone rock pebble; bunny rabbit hare; dog doggy doggie puppy; cat kitty kitten; duck ducky duckie duckling;
 teddy bear; bird birdie; horse pony; car auto automobile; truck lorry; plane airplane aeroplane; train locomotive;

@@ -24,6 +24,7 @@ from robosandbox.agent.language.speech import OPENERS
 from robosandbox.agent.language.things import NUMBERS, ORDINALS
 from robosandbox.agent.language.tokens import MARKS, SceneWords, Token
 from robosandbox.agent.language.wordlist import word_set
+from robosandbox.values import frozen
 
 GUARDED = word_set(
     """
@@ -39,7 +40,7 @@ class TemplateError(ValueError):
     """A template that is no template, or that leaves out what may bind."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Word:
     """One word or mark; `dropped` where the outcome may lack it though it is guarded."""
 
@@ -47,7 +48,7 @@ class Word:
     dropped: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Choice:
     """One of several sequences, `name` to carry over which; optional where one of them is empty."""
 
@@ -55,7 +56,7 @@ class Choice:
     name: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Slot:
     """A phrase of the grammar or of the lexicon."""
 
@@ -67,7 +68,7 @@ class Slot:
         return self.name.strip("_").rstrip("0123456789")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Place:
     """A place in the sentence: start, end, edge or verb."""
 
@@ -78,7 +79,7 @@ Node = Word | Choice | Slot | Place
 Bound = tuple[tuple[str, int, int], ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Step:
     """One node of a pattern and what comes after it.
 

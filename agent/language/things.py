@@ -8,6 +8,14 @@ from __future__ import annotations
 from robosandbox.agent.language.wordlist import phrase_list, word_set
 from robosandbox.shapes import shapes
 
+PARTS: dict[str, frozenset[str]] = {
+    "drawer": word_set("drawer layer"),
+    "door": word_set("door lid flap"),
+    "knob": word_set("knob dial lever handle switch"),
+    "button": word_set("button switch"),
+    "compartment": word_set("compartment section slot"),
+}
+"""Words for what moves on something else, by how it moves."""
 NOUNS: dict[str, str] = {
     "cube": "cube, dice, die, square",
     "block": "block, brick, building block, wooden block, cuboid, lego",
@@ -34,6 +42,7 @@ NOUNS: dict[str, str] = {
     "bowl": "bowl, dish, basin",
     "drawer": "drawer, cabinet, cupboard, cabinet drawer",
     "plate": "plate, saucer",
+    "shelf": "shelf, cabinet shelf, bookshelf",
     "lid": "lid",
     "pad": "pad, mat, coaster",
     "thing": (
@@ -153,7 +162,7 @@ ABSENT_NOUNS = word_set(
     stone rock pebble sand cone pyramid prism ring donut doughnut disc disk star triangle square circle hexagon
     rectangle chair sofa bed shelf door window wall ceiling remote controller puck duck teddy bear doll robot_toy
     figurine chess pawn card ticket photo picture painting mirror cork tongs whisk ladle sieve napkin tissue straw
-    hose domino puzzle jenga peg wedge bead button lever switch knob
+    hose domino puzzle jenga peg wedge bead button lever switch knob compartment layer
     """
 )
 """Common things that have no shape here; an object may bear one as its id, else it is not found."""

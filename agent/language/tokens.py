@@ -28,7 +28,7 @@ from robosandbox.agent.language.notation import written_out
 from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.speech import CONDITIONS, CORRECTION, GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word, sounding_part
-from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
+from robosandbox.agent.language.things import COLOURS, NOUNS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.language.typography import in_sentences, plain_text
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wordlist import phrase_list
@@ -128,6 +128,28 @@ class SceneWords:
         return table
 
     @cached_property
+    def stems(self) -> dict[str, list[tuple[tuple[str, ...], tuple[str, ...]]]]:
+        """Names in full without their number, as they are said, with the words of the id, by the first word.
+
+        Those of which a word describes and another says nothing, as "akita black bowl", and those of two colours, as "yellow and
+        white mug": other readings take their words apart.
+        """
+        table: dict[str, list[tuple[tuple[str, ...], tuple[str, ...]]]] = {}
+        for stem in dict.fromkeys(id_parts(name)[:-1] for name in self.ids if name[-1].isdigit()):
+            told = [part in _TELLING or part in _NOUN_WORDS for part in stem]
+            ways = [stem] if any(told) and not all(told) else []
+            colours = tuple(part for part in stem if part in _COLOUR_WORDS)
+            if len(colours) == 2 and stem[:2] in (colours, colours[::-1]):
+                ways += [
+                    (one, *joint, other, *stem[2:])
+                    for one, other in (colours, colours[::-1])
+                    for joint in ((), ("and",))
+                ]
+            for way in ways:
+                table.setdefault(way[0], []).append((way, stem))
+        return table
+
+    @cached_property
     def lasts(self) -> frozenset[str]:
         """The words that ids end with, which name what they are."""
         return frozenset(id_parts(name)[-1] for name in self.ids)
@@ -144,6 +166,7 @@ _DESCRIBING = frozenset(
     for word in phrase.split()
 )
 _TELLING = _DESCRIBING | GRAMMAR_WORDS
+_NOUN_WORDS = frozenset(word for phrases in NOUNS.values() for word in phrase_list(phrases))
 _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phrase_list(phrases))
 _ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
 ASKED_FOR: dict[str, set[tuple[str, ...]]] = {}
@@ -280,6 +303,9 @@ def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
         if last and last.text == token.text and (token.text in BASE_FORMS or token.text in GRAMMAR_WORDS):
             continue
         whole = last.text + token.text if last else ""
+        if last and last.text.removesuffix("ing") + token.text in words.parts:
+            # "the frying pan" for what is called frypan
+            whole = last.text.removesuffix("ing") + token.text
         known = last and all(word in words.parts or word in GRAMMAR_WORDS for word in (last.text, token.text))
         if last and not known and whole in words.parts and min(len(last.text), len(token.text)) > 2:
             made[-1] = Token(whole, f"{last.raw} {token.raw}", "word")

@@ -11,6 +11,7 @@ from robosandbox.agent.language.notation import in_steps
 _SOME = r"(?:the|those|these|my|your|red|green|blue|yellow|orange|purple|pink|brown|black|white|gr[ea]y)\b(?! (?:other|rest)\b)"
 """How those are named that alone are meant."""
 _WAY = r"(away from (?:you|me)|towards? (?:you|me)|forwards?|backwards?|back|left|right)\b"
+_OWN_HAND = r"(?:the|your) (?:gripper|hand|fingers|claw)"
 _DOING = r"(?:put|place|take|grab|get|move|push|pour|stack|tap|lift|pick|set|drop|open|close|lay|stand|bring|touch|slide|tip)\b"
 
 
@@ -170,6 +171,10 @@ _CONTRACTIONS = [
         (r"\b(u|ya)\b", "you"),
         (r"\bur\b", "your"),
         (r"\bda\b", "the"),
+        (r"\b(can|could|do|are) (you) (?:actually|really)\b", r"\1 \2"),
+        (rf"\b(open|close) and (open|close) ({_OWN_HAND})\b", r"\1 \3 and \2 \3"),
+        # "with 5 N for two seconds".
+        (r"\b(with|at) (\d+(?:\.\d+)?) ?n\b(?= )", r"\1 \2 newtons"),
         (r"\b(n|an')\b(?= )", "and"),
         (r"\bcuz\b|\bcos\b|\bcoz\b", "because"),
         (r"\bluv\b", "love"),

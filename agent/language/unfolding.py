@@ -7,7 +7,6 @@ a push went or what lies in a drawer that was shut, ends the plan there: the res
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from robosandbox.agent.language.deciding import Deciding, NotYetError
 from robosandbox.agent.language.discourse import RefusedError, listed
@@ -25,12 +24,13 @@ from robosandbox.agent.language.logic import (
     substituted,
 )
 from robosandbox.types import RefusalCode
+from robosandbox.values import frozen
 
 _ENDLESS = "That would go on for ever: what is done does not end it; say how often, or with which things."
 _MOST_ROUNDS = 40  # Number of decisions in one plan. Chosen: more things than a table holds.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Unfolded:
     """What of a sentence's steps can be planned now.
 

@@ -6,11 +6,17 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
+import numpy as np
+
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.orders import Orders
 from robosandbox.types import RefusalCode
+from robosandbox.world.relations import top
+
+# Cosine of the angle between an upright axis and the vertical below which a thing lies askew: 18 degrees.
+_LEVEL = 0.95
 
 
 class Vicinity(Orders, ABC):
@@ -38,7 +44,7 @@ class Vicinity(Orders, ABC):
             inner = set(self._loosely(relation.refs[0], list(world.objects)))
             found = [name for name in names if bool(inner & {*world.inside(name)}) == (kind == "holds")]
         elif kind == "empty":
-            holders = [name for name in names if world.objects[name].kind in match.CONTAINERS]
+            holders = [name for name in names if match.holds_things(world.objects[name])]
             found = [name for name in holders if not world.inside(name)] if holders else names
         elif kind == "full":
             found = [name for name in names if world.inside(name)]
@@ -60,6 +66,9 @@ class Vicinity(Orders, ABC):
                 # "off the tower" is its top itself.
                 return [name for name in names if name in anchors] or anchors
             found = [name for name in names if any(self._touches(kind, name, anchor) for anchor in anchors)]
+            if not found and kind == "on":
+                # What has tipped leans on it.
+                found = [name for name in names if any(self._leans(name, anchor) for anchor in anchors)]
         elif kind == "between" and len(relation.refs) == 1 and relation.refs[0].other:
             # "the cube between the other two": of three.
             thirds = [(name, [other for other in names if other != name]) for name in names] if len(names) == 3 else []
@@ -122,7 +131,7 @@ class Vicinity(Orders, ABC):
             anchor: For near and far: from what; the robot where it is "".
         """
         if order not in ("near", "far"):
-            return self._score(names, Rank(order))
+            return self._score(names, Rank(order), Ref(text=""))
         origin = self.world.at[anchor] if anchor else self.world.base_xy
         sign = 1.0 if order == "near" else -1.0
         return {name: sign * math.dist(self.world.at[name], origin) for name in names}
@@ -146,6 +155,12 @@ class Vicinity(Orders, ABC):
         if kind == "under":
             return self.world.parent.get(anchor) == ("on", name)
         return name in self.world.inside(anchor) or (kind == "from" and parent == ("on", anchor))
+
+    def _leans(self, name: str, anchor: str) -> bool:
+        """Say whether a thing that lies askew lies partly over another."""
+        item, base = self.world.objects[name], self.world.objects[anchor]
+        askew = name != anchor and float(np.abs(item.pose.rotation[2]).max()) < _LEVEL
+        return askew and not base.is_fixed and self._gap(name, anchor) == 0.0 and top(item) > top(base)
 
     def _is_straight(self, side: str, name: str, anchor: str) -> bool:
         """Say whether one thing is at most as far across a side of another as along it."""

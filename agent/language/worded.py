@@ -40,8 +40,23 @@ _QUESTIONS = {
 }
 # What a bare number counts: degrees.
 _BARE = {"angle": math.pi / 180.0}
+# What says no more of a number, or of a place, than that it is about so much or right there.
+_ABOUT = frozenset(
+    {"about", "around", "roughly", "approximately", "some", "another", "exactly", "say", "maybe", "like"}
+)
+_RIGHT = frozenset({"right", "just", "directly", "straight", "exactly"})
+_OR_SO = ("or so", "or thereabouts", "or something", "in total")
+# What ends a move as any move ends: the hand stays where it is.
+_STAYS = tuple(
+    f"{joined}{then}"
+    for joined in ("", ", ", "and ", "then ", ", then ", "and then ", ", and ")
+    for then in ("stop", "stop there", "stay there", "hold there", "stay where you are")
+)
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _DIGITS = 6  # Number of digits behind the point of a number that is said: a millionth of a radian or a metre. Chosen.
+_TAKEN = (
+    -0.6
+)  # Strain, a number of units as of strain.py: a reading so much plainer than another is the one meant. Chosen.
 _MOST_SLOTS = 3  # Number of phrases that may follow one verb. Chosen.
 
 Filled = tuple[tuple[str, Any], ...]
@@ -124,7 +139,15 @@ def worded(chart: Conditions, i: int) -> Found[Command]:
                 for end in _follows(chart, middle, behind):
                     for stop, filled in _filled(chart, end, words.slots, _MOST_SLOTS):
                         if not has_own or _is_enough(words, filled):
-                            found.append((stop, Command("worded", refs, skill=name, slots=filled, words=words)))
+                            # A verb of the grammar that a skill takes for itself, asking for nothing beside, is the skill's.
+                            taken = has_own and not words.required
+                            # "drop the cube in the bin": a place behind it is where to, and not which.
+                            somewhere = any(ref.relations or ref.ranks for ref in refs)
+                            bare = (-_TAKEN if somewhere else _TAKEN) if taken else 0.0
+                            command = Command("worded", refs, bare=bare, skill=name, slots=filled, words=words)
+                            found += [
+                                (last, command) for last in (stop, *_after(chart, stop, _STAYS if filled else ()))
+                            ]
     return found
 
 
@@ -196,7 +219,8 @@ def _said(chart: Conditions, i: int, slot: Slot) -> Iterator[tuple[int, Any]]:
         for end in _follows(chart, i, _texts(phrase)):
             yield from _ended(chart, end, slot, value, marked=True)
     for preposition in slot.prepositions:
-        for start in _follows(chart, i, _texts(preposition)):
+        begins = i + (preposition != "" and chart.text(i) in _RIGHT)
+        for start in _follows(chart, begins, _texts(preposition)):
             if slot.kind == "object":
                 yield from ((end, ref) for end, ref in chart.np(start) if not ref.plural)
             elif slot.kind == "name" and _NAME.fullmatch(chart.text(start)):
@@ -213,6 +237,7 @@ def _said(chart: Conditions, i: int, slot: Slot) -> Iterator[tuple[int, Any]]:
 
 def _number(chart: Conditions, i: int, kind: str) -> Iterator[tuple[int, float]]:
     """Yield a number with its unit, in SI units."""
+    i += chart.text(i) in _ABOUT
     if kind == "share" and chart.text(i) in ("half", "halfway"):
         yield i + 1, 0.5
     for end, number in _amounts(chart, i):
@@ -259,12 +284,14 @@ def _point(chart: Conditions, i: int) -> Iterator[tuple[int, tuple[float, ...]]]
 
 
 def _multiplied(chart: Conditions, i: int, phrases: Iterable[tuple[str, float]]) -> list[tuple[int, float]]:
+    i += chart.text(i) in _RIGHT
     return [(end, factor) for phrase, factor in phrases for end in _follows(chart, i, _texts(phrase))]
 
 
 def _ended(chart: Conditions, i: int, slot: Slot, value: Any, *, marked: bool) -> Iterator[tuple[int, Any]]:
+    so = next(iter(_after(chart, i, _OR_SO)), i)
     if marked:
-        yield i, value
+        yield so, value
     if not isinstance(value, str | tuple):
         ends = _multiplied(chart, i, slot.endings)
         yield from ((end, value if factor == 1.0 else factor * value) for end, factor in ends)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError
 from robosandbox.validation import parse_yaml, read_text
+from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from pydantic_ai.messages import ModelResponse
@@ -23,7 +24,7 @@ _VARIABLE = "ROBOSANDBOX_MODEL_"
 _FILE = f"{_VARIABLE}LIMITS"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class SpendingLimits:
     """Limits of spending; None is no limit.
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Generic, TypeVar
 
 from pydantic_ai import Agent, ModelRetry, RunContext, StructuredDict, ToolOutput
@@ -40,6 +40,7 @@ from robosandbox.agent.llm.service import ModelConnection, ModeRefusedError, Ser
 from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import PlannerAnswerError
 from robosandbox.printable import printable
+from robosandbox.values import frozen
 
 AnswerT = TypeVar("AnswerT")
 
@@ -135,7 +136,7 @@ class Endpoint(WrapperModel):
         return told
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Question(Generic[AnswerT]):
     """Question to a model.
 

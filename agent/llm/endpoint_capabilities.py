@@ -17,6 +17,7 @@ from pathlib import Path
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.cache import state_file
+from robosandbox.values import frozen
 
 # Seconds for which an entry is believed. Chosen: 30 days; probing anew costs two or three requests.
 _BELIEVED = 30 * 86_400.0
@@ -27,7 +28,7 @@ EndpointKey = tuple[str, str, str]
 """Service, address and model."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class EndpointCapabilities:
     """Capabilities of a model at an endpoint.
 

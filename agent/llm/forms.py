@@ -8,12 +8,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from pydantic_ai.messages import ModelResponse, TextPart, ThinkingPart, ToolCallPart
 from pydantic_ai.tools import ToolDefinition
 from pydantic_core import from_json
+
+from robosandbox.values import frozen
 
 # How many opening brackets of a text are tried; an answer has one value, prose around it a few brackets more.
 _MOST_VALUES = 60
@@ -52,7 +53,7 @@ class NoAnswerError(MisuseError):
     """An answer holds no JSON at all, so the server has not kept it to any form."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Call:
     """A name and the arguments given with it, unchecked."""
 

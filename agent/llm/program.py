@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import pydantic_monty as monty
@@ -19,6 +18,7 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.tools import not_holding, relations
 from robosandbox.errors import InputError
 from robosandbox.types import Plan, SkillCall
+from robosandbox.values import frozen
 from robosandbox.world.operators import Operator
 from robosandbox.world.scene_json import describe_scene
 
@@ -43,7 +43,7 @@ _POLICY: monty.OSPolicy = {"sleep": "zero", "random_start": {"seed": 0}, "dateti
 _PLAIN = (str, int, float, bool)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class ProgramEnd:
     """A program is over.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal, get_args
 from urllib.parse import urlsplit
@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
+from robosandbox.values import frozen
 from robosandbox.world.verifier import MAX_STEPS
 
 Service = Literal["openai", "responses", "anthropic"]
@@ -24,7 +25,7 @@ KEY_VARIABLES: dict[Service, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class LLMSettings:
     """A model, where it is served, and the limits of one plan.
 

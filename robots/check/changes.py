@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.imported import one_line
+from robosandbox.values import frozen
 
 Value = float | int | tuple[float | int, ...]
 
@@ -62,7 +62,7 @@ _DERIVED = frozenset(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Change:
     """One value that loading changed.
 

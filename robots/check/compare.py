@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 
@@ -19,6 +17,7 @@ from robosandbox.robots.sidecar import EeSite, GripperRoles, Sidecar, SuctionRol
 from robosandbox.robots.singularity import conditioning, singularity
 from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
+from robosandbox.values import frozen
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 _TABLE_HALF = 0.5
@@ -173,7 +172,7 @@ def _fit_the_other(model: mujoco.MjModel, roles: GripperRoles, measured: Gripper
     return inside(np.array([measured.open_qpos, measured.closed_qpos])) and not inside(model.jnt_range[joint])
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _GivenTcp:
     """A sidecar's TCP in the world: its point, its rotation where the sidecar gives one, and the field that says where."""
 

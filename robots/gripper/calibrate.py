@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from robosandbox.robots.surfaces import world_points
 from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Number of samples from one end to the other, so that the gap between two of them is 1 to 2 mm of a wide gripper. Chosen.
 _SAMPLES = 64
@@ -25,7 +25,7 @@ JAWS = 2  # Number of sides of a gripper up to which each closes on the other.
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sweep:
     """A gripper's samples on the way from one end of its controls to the other.
 

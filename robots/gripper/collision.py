@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Self
 
 import mujoco
@@ -15,6 +14,7 @@ from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.meshes import add_mesh
 from robosandbox.shapes.triangles import TriangleMesh, convex_parts
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
 # Radius of the ball around a plain shape, metres, up to which it is no pad. Chosen so that a ball that marks a point is none.
@@ -35,7 +35,7 @@ _QUICK = 0.004
 _STIFF = (0.97, 0.995, 0.001, 0.5, 2.0)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _HandBodies:
     """A gripper's bodies.
 

@@ -7,8 +7,6 @@ equality constraints, for a tendon and for a single moving jaw alike, and no con
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 
@@ -30,6 +28,7 @@ from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.robots.surfaces import points_on, world_points
 from robosandbox.types import Array, frozen_array
 from robosandbox.types.robot import GripperGeometry
+from robosandbox.values import frozen
 
 # Share of the gap's travel from which its middle moves because one jaw stands still: it would move by half. Chosen half of that.
 _FIXED_JAW = 0.25
@@ -50,7 +49,7 @@ _SNAP_CLOSING = np.radians(15.0)
 _SNAP_APPROACH = np.radians(30.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class DerivedGripper:
     """A gripper in names, not indices, so that it outlives the model it was measured on.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -11,6 +11,7 @@ from robosandbox.robots.gripper.calibrate import place
 from robosandbox.robots.gripper.pads import Pads, outer_points, pad_gap
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _CELL = 0.002  # Metres a side of the cells in which facing pads are compared. Chosen: a tenth of a narrow pad.
 _CONTACT = 0.0015  # Metres over the least gap within which pads meet. Chosen below `_CELL`.
@@ -22,7 +23,7 @@ _TYPICAL_OBJECT = 0.025  # Width of a typical object, metres. Chosen: the cubes 
 _BETWEEN = 0.5
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class GraspFrame:
     """A measured TCP in the world of the closed gripper.
 

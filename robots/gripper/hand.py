@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -16,6 +15,7 @@ from robosandbox.robots.importers.servos import GRIP_FORCE, ROTOR_PER_EFFORT, ge
 from robosandbox.robots.infer.kinematic_tree import actuator_joints, tendon_joints
 from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Number of fingers from which a gripper is a hand; chosen as the least that need not close on each other: two jaws are left as
 # their files have them.
@@ -146,7 +146,7 @@ def _left(imported: ImportedModel, joints: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(name for name in joints if name in there)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Coupling:
     """A fixed tendon over two joints of a hand, by ids: its coefficients of leader and follower, and whether its length is set."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 from typing import TypeVar
 
@@ -23,6 +22,7 @@ from robosandbox.robots.gripper.calibrate import (
 from robosandbox.robots.surfaces import points_on
 from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Radius of the probe, metres: as half of a common object, the 24 mm cube of docs/arms.md.
 _PROBE = 0.012
@@ -49,7 +49,7 @@ _CELL = 0.003  # Metres between points on a finger. Chosen: a quarter of the pro
 _T = TypeVar("_T")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Closing:
     """Closing motion of one finger: its actuator and the joint it drives, by ids, and the joint's values.
 
@@ -68,7 +68,7 @@ class Closing:
     closed: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Opposition:
     """A hand closed on a probe.
 

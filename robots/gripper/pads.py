@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 
 import mujoco
@@ -12,6 +11,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.gripper.calibrate import collision_geoms, place
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _MAX_DISTANCE = 1.0
 _LEAST_TRAVEL = 1e-3  # Metres. Sides that come closer by less than this between open and closed do not close. Chosen.
@@ -24,7 +24,7 @@ _ALLY_REACH = 0.9  # Share of the other's reach that it has at least. Chosen.
 _ALLY_COSINE = -0.6
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pads:
     """The two sides of a gripper, and the geoms on them that close on an object."""
 

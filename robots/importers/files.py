@@ -6,12 +6,12 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 from xml.parsers import expat
 
 from robosandbox.errors import InputError
+from robosandbox.values import frozen
 
 PACKAGE_PATH_VARIABLE = "ROS_PACKAGE_PATH"
 MAX_MODEL_BYTES = 20_000_000  # Bytes of a model file. Chosen far above any robot's.
@@ -26,7 +26,7 @@ class MissingFileError(InputError):
     """A file that a model names is nowhere."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ModelFiles:
     """Finds the files that a model names.
 

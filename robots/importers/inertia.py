@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _DENSITY = 500.0  # Kilograms per cubic metre of a link of which nobody says the mass. Chosen between foam and steel.
 _LEAST_MASS = 1e-3  # Mass of a link at the least, kg. Chosen because MuJoCo refuses moving bodies without mass.
@@ -17,7 +16,7 @@ _LEAST_INERTIA = 1e-8
 _TRIANGLE_SLACK = 1e-3
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Inertial:
     """Mass (kg), centre of mass in the body frame (3,), inertia about it in body axes (3, 3)."""
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 
@@ -13,9 +11,10 @@ from robosandbox.robots.infer.tcp import flange_tool
 from robosandbox.robots.sidecar import SuctionRoles
 from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class InferredCup:
     """Suction cup found by names: TCP position (3,) and rotation (3, 3) are in its body's frame."""
 

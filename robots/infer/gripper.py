@@ -22,6 +22,7 @@ from robosandbox.robots.infer.tcp import is_tool
 from robosandbox.robots.measurements import home_by_address, measurements
 from robosandbox.robots.sidecar import GripperRoles, Sidecar
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Metres beside the measured grasp point at which a frame of the model's own may lie to be meant by it. Chosen.
 _SNAP = 0.015
@@ -46,7 +47,7 @@ class InferredGripper:
     findings: dict[str, FieldEvidence]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Travel:
     """A gripper driven over its range: its sides, both ends, where it holds things, and its pads."""
 

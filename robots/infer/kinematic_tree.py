@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from robosandbox.robots.importers.servos import joint_bounds, model_joint_is_single
+from robosandbox.values import frozen
 
 _HINT = re.compile(r"grip|jaw|finger|claw|pinch|knuckle|driver|thumb|hand_?joint", re.IGNORECASE)
 _WRIST = re.compile(r"roll|pitch|yaw|wrist|rotat|swivel|flex", re.IGNORECASE)
@@ -27,7 +27,7 @@ _HINGE = mujoco.mjtJoint.mjJNT_HINGE.value
 _PARTS = 0.015  # Metres by which it opens more than that. Chosen.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Chain:
     """An arm in a tree, by ids of the model that it was found in.
 
@@ -172,7 +172,7 @@ def tendon_joints(model: mujoco.MjModel, tendon: int) -> list[int]:
     return [int(model.wrap_objid[w]) for w in wraps if model.wrap_type[w] == mujoco.mjtWrap.mjWRAP_JOINT.value]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Ending:
     """End of a chain from the base: the nodes of the arm, the palm, the nodes of the hand, and why these."""
 

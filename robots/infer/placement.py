@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -12,6 +11,7 @@ from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.singularity import centring, conditioning, is_singular, singularity
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 # Angles from straight down at which the tool is tried, radians, the first as good as straight. Chosen: arms with five joints,
@@ -43,7 +43,7 @@ _HOME_STARTS = 38
 _HOME_HEIGHTS, _LEAST_HOME_HEIGHT, _GOOD_HOME = (0.55, 0.4, 0.7, 0.3), 0.08, 0.35
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TableWorkspace:
     """Workspace of an arm over a table on which it stands; lengths in metres, in the robot's frame.
 
@@ -190,7 +190,7 @@ def base_pose(space: TableWorkspace, table_height: float) -> tuple[tuple[float, 
     return (round(float(x), 3), round(float(y), 3), round(float(z), 4)), yaw
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class HomePosture:
     """A start configuration and where it comes from."""
 

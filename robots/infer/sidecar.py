@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import mujoco
@@ -37,9 +37,10 @@ from robosandbox.robots.sidecar import (
 from robosandbox.robots.tolerances import ROBOT_TOLERANCES
 from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Inference:
     """Inferred sidecar of a robot, with the evidence.
 
@@ -207,7 +208,7 @@ def _site(palm: str, position: Array, rotation: Array) -> EeSite:
     )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Place:
     """Placement and start of an arm: what it reaches, its home (n,), its base, and the evidence."""
 

@@ -190,7 +190,7 @@ class RobotAbilities(GripperAbilities):
         gripper = self._ctx.arm.spec.gripper
         if gripper is None or not spots:
             return None
-        level = levelled(item.pose.rotation)
+        level = levelled(item)
         there = with_pose(item, resting_pose(item, spots[0], about_z(spots[0].yaws[0]) @ level))
         emptied = scene.holding(None)
         others = replace(emptied, objects=tuple(one for one in scene.objects if one.id not in (item.id, *allowed)))

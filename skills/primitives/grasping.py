@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from robosandbox.skills.primitives.manipulator import (
 from robosandbox.skills.primitives.rising import check_rise
 from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, Pose, Trajectory
 from robosandbox.types.robot import GripperGeometry
+from robosandbox.values import frozen
 from robosandbox.world.relations import support
 
 # How much wider than the object the fingers come on each side, metres, the widest that is free first; chosen as a
@@ -60,7 +60,7 @@ _SAME_TURN = 0.97
 _THINNEST = 0.001
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class GraspPlan:
     """A grasp and the way to it.
 

@@ -11,16 +11,29 @@ from robosandbox.evidence import CollisionEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.carrying import MOST_TILT, carried_along, tilt, transfer
+from robosandbox.skills.primitives.guarded import nowhere_faster, touching_line
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, Pose, Speed, Trajectory
 from robosandbox.world.contracts import Contract
+from robosandbox.world.relations import bottom
 
 # Configurations at random from which others are looked for where those at hand touch something.
 _SEEDS = 12
 # What people call the hand, and how they say that it goes somewhere.
 HANDS = ("the hand", "your hand", "the gripper", "your gripper", "the arm", "your arm", "the tool", "the fingers")
-HAND_GOES = ("move", "go", *(f"{verb} {hand}" for verb in ("move", "bring", "drive") for hand in HANDS))
+HAND_GOES = (
+    "move",
+    "go",
+    "come",
+    "shift",
+    *(f"{verb} {hand}" for verb in ("move", "bring", "drive") for hand in HANDS),
+)
+# m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
+# twice that at twice the speed.
+_FEELING = 0.005
+# Times that a way which leads out of reach is halved: to a millimetre of the longest.
+_HALVINGS = 11
 # How near the hand comes to where its way ends, metres and rad, and the seconds of integral action that it may take.
 _NEAR, _TURNED, _SECONDS = 0.0005, 0.003, 1.5
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -151,6 +164,44 @@ class Mover(Manipulator):
             return self.arrive(way, goal)
         assert failure is not None
         raise failure
+
+    def as_far_as_it_goes(self, start: Pose, goal: Pose) -> Trajectory:
+        """Return the slow straight way to a goal on which things may be touched, or as much of it as the arm reaches.
+
+        Raises:
+            UnreachableError: That is next to nothing.
+            CollisionError: The arm itself, or what is fixed, is in the way all along.
+        """
+        failure: UnreachableError | CollisionError | None = None
+        found: Trajectory | None = None
+        near, share = 0.0, 1.0
+        for halving in range(1, _HALVINGS + 1):
+            point = start.position + share * (goal.position - start.position)
+            try:
+                found = touching_line(self, self.q, Pose(xyz=tuple(point), quat_xyzw=start.quat_xyzw))
+            except (UnreachableError, CollisionError) as error:
+                failure = failure or error
+            else:
+                near = share
+                if failure is None:
+                    break
+            share = near + 0.5**halving
+        if found is None:
+            assert failure is not None
+            raise failure
+        return nowhere_faster(self, found, _FEELING)
+
+    def pressed(self) -> Array:
+        """Return the sum of what the arm presses with, N in the world, shape (3,)."""
+        if self.driver.capabilities.contact == "named":
+            return sum(self.forces().values(), np.zeros(3))
+        return self.force_on(None)
+
+    @property
+    def hangs(self) -> float:
+        """How far what is held reaches below the tool centre point, metres; 0 with nothing in the hand."""
+        name = self.start.held
+        return 0.0 if name is None else self.state.tcp_pose.xyz[2] - bottom(self.find(name))
 
     def _poses(
         self, point: tuple[float, float, float], heading: float | None, tilt: float, towards: float

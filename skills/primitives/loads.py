@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -13,6 +12,7 @@ from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.gripping import GRAVITY
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.types import Array, DetectedObject, ObservedScene
+from robosandbox.values import frozen
 from robosandbox.world.containers import walls
 from robosandbox.world.nearness import nearer
 from robosandbox.world.relations import bottom, centre, contents, moved, on_top, top
@@ -76,7 +76,7 @@ class LoadMeter:
         return max(steady, default=None)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Held:
     """Cause, besides its weight, that holds a thing back.
 

@@ -156,6 +156,10 @@ class Manipulator(Fingers):
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
         self._arm.trim(goal)
 
+    def send(self, trajectory: Trajectory) -> None:
+        """Have the arm follow a short trajectory, and do not wait until it has arrived."""
+        self._arm.follow(trajectory)
+
     def follow(
         self, trajectory: Trajectory, phase: str, *, yielding: bool = False, guards: Sequence[Guard] = ()
     ) -> None:

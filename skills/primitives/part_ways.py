@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise, permutations, product
 from typing import Literal, TypeVar
 
@@ -22,6 +21,7 @@ from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator,
 from robosandbox.skills.primitives.strokes import flange_depth
 from robosandbox.spatial import matrix_about_axis, matrix_from_quat_xyzw
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, Trajectory
+from robosandbox.values import frozen
 from robosandbox.world.parts import joint_of, lever, part_value
 
 T = TypeVar("T")
@@ -47,6 +47,9 @@ _TURNS = (1.0, 0.7, 0.4)
 _RUBS = 0.8
 # Leans of the hand about its closing line, radians, and the least cosine between its approach and the way from where it is at home.
 _LEANS, _FROM_BEHIND = tuple(np.radians([0.0, 30.0, -30.0])), -0.3
+# Turns of the hand about the length of what it holds, radians, tried in this order: a hand that is square to a bar may have no room
+# between what is over and under it.
+_ROLLS = ((0.0,), tuple(np.radians([10.0, -10.0, 25.0, -25.0, 45.0, -45.0])))
 # Metres of the fingertips by which a part is held at the least.
 _TIPS = 0.008
 # Metres by which what is held is wider than closed fingers.
@@ -68,7 +71,7 @@ _LEVEL = 0.05
 _YAWS = 8
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PartWay:
     """Motions that bring the hand to a part, and poses on which it moves it.
 
@@ -110,22 +113,24 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
         UnreachableError: Its handle, or its way, is out of reach.
         CollisionError: Something is in the way.
     """
-    grasps = _handles(arm, part)
-    if not grasps:
-        raise no_grip(arm, part, "none_found", arm.gripper.width)
     failures: list[SkillError] = []
+    is_knob = _is_knob(arm, part)
     # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
-    turns = _TURNS if joint_of(part).kind == "hinge" and not _is_knob(arm, part) else _TURNS[:1]
-    free: dict[int, Array | None] = {}
-    for goal, share, (number, grasp) in product(goals, turns, enumerate(grasps)):
-        try:
-            if number not in free:
-                free[number] = None
-                free[number] = _free(arm, grasp)
-            if (near := free[number]) is not None:
-                return _led(arm, part, grasp, goal, share, near)
-        except (UnreachableError, CollisionError) as error:
-            failures.append(error)
+    turns = _TURNS if joint_of(part).kind == "hinge" and not is_knob else _TURNS[:1]
+    for rolls in _ROLLS[:1] if is_knob else _ROLLS:
+        grasps = _handles(arm, part, rolls)
+        free: dict[int, Array | None] = {}
+        for goal, share, (number, grasp) in product(goals, turns, enumerate(grasps)):
+            try:
+                if number not in free:
+                    free[number] = None
+                    free[number] = _free(arm, grasp)
+                if (near := free[number]) is not None:
+                    return _led(arm, part, grasp, goal, share, near)
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+    if not failures:
+        raise no_grip(arm, part, "none_found", arm.gripper.width)
     # What stands in the way tells more than that there is no room for fingers at the part itself.
     in_the_way = [error for error in failures if not _is_own(part, error)]
     raise most_telling(in_the_way or failures)
@@ -187,11 +192,16 @@ def pressing_poses(arm: Manipulator, part: DetectedObject, axis: Array) -> Itera
         yield Pose.from_matrix(face - tip * axis, rotation)
 
 
-def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
+def _handles(arm: Manipulator, part: DetectedObject, rolls: Sequence[float]) -> list[Grasp]:
     """Return grips on the pieces of a part that have a lever there, the surest first.
 
     Fingers close across two faces of a piece's own box, and the hand comes along a third axis, straight or leaning, from the side
-    on which it is at home. Whether there is room for it is the collision checker's to say.
+    on which it is at home, or it is turned about the piece's length. Whether there is room for it is the collision checker's to say.
+
+    Args:
+        arm: Whose hand.
+        part: What is to be held.
+        rolls: Turns of the hand about the length of what it holds, radians.
     """
     joint, hand = joint_of(part), arm.state.tcp_pose.rotation
     home = arm.motion.forward(arm.spec.home_q).position
@@ -210,17 +220,21 @@ def _handles(arm: Manipulator, part: DetectedObject) -> list[Grasp]:
             along_it = dict.fromkeys((0.0, spare / 2.0, -spare / 2.0, spare, -spare))
             # Or only by the tips, where what the part is on leaves no room beside it.
             short = max(0.0, float(half[a]) + arm.geometry.tip_depth - _TIPS)
-            grips = product((1.0, -1.0), (1.0, -1.0), _LEANS, along_it, dict.fromkeys((0.0, short)))
-            for sign, side, lean, along, back in grips:
-                closing = side * axes[:, c]
-                approach = turned(sign * axes[:, a], axes[:, c], lean)
+            grips = product((1.0, -1.0), (1.0, -1.0), _LEANS, along_it, dict.fromkeys((0.0, short)), rolls)
+            for sign, side, lean, along, back, roll in grips:
+                if roll and lean:
+                    continue
+                square = side * axes[:, c], turned(sign * axes[:, a], axes[:, c], lean)
+                closing, approach = (turned(one, axes[:, long], roll) for one in square)
+                # Across a corner it is wider.
+                width = 2.0 * float(half[c] * abs(math.cos(roll)) + half[a] * abs(math.sin(roll)))
                 if approach @ away < _FROM_BEHIND or (is_knob and abs(approach @ np.array(joint.axis)) < _AGAINST):
                     continue
                 at = middle + along * axes[:, long]
                 if _arm_of(joint, at) < _LEAST_LEVER * longest and not is_knob:
                     continue
                 point = at - back * approach
-                grasp = _grip(arm, part, point, closing, approach, 2.0 * float(half[c]), float(half[a]) - back)
+                grasp = _grip(arm, part, point, closing, approach, width, float(half[a]) - back)
                 if grasp is not None:
                     # A hand that comes from where it is at home has its arm behind it; one along a knob's axis only turns.
                     line = np.sign(approach @ np.array(joint.axis)) * np.array(joint.axis) if is_knob else away

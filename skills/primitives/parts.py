@@ -219,13 +219,20 @@ def _step_back(arm: Manipulator, part: DetectedObject, way: PartWay) -> None:
     """Take the hand off what it pushes against the way, if it can: one that rises while it presses pulls the part along."""
     arm.use(arm.look())
     arm.motion.allow(*around(part))
-    direction = way.poses[-1].position - way.poses[-2].position
-    goal = moved(arm.state.tcp_pose, -STAND_OFF * direction / max(float(np.linalg.norm(direction)), 1e-9))
+    step = way.poses[-1].position - way.poses[-2].position
+    direction = step / max(float(np.linalg.norm(step)), 1e-9)
+    goal = moved(arm.state.tcp_pose, -STAND_OFF * direction)
     try:
         back = arm.motion.plan_line(arm.q, goal, speed=SPEED)
     except (UnreachableError, CollisionError):
         return
-    arm.follow(back, Phase.RETREAT)
+
+    def pulls() -> bool:
+        """Tell whether the hand has come against what is behind it, as a handle that it pushed on from within."""
+        pressed = arm.force_on(part.id)
+        return float(np.linalg.norm(pressed)) > RESISTED and float(pressed @ direction) < RESISTED
+
+    follow_until(arm, back, Phase.RETREAT, pulls)
 
 
 def _withdraw(arm: Manipulator, part: DetectedObject) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -21,6 +20,7 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
 )
 from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Timing, Trajectory
+from robosandbox.values import frozen
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.effects import put
 from robosandbox.world.facts import TABLE, fact
@@ -55,7 +55,7 @@ _EDGE_MM = 4.0
 _MOST_BLOCKED = 5
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PlacePlan:
     """Pose at which an object is put down, the ways there, and how far the fingers open to let go, metres.
 
@@ -190,7 +190,7 @@ class _PlaceSearch:
         self._q = observation.q
         self._width = arm.gripper.width
         self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()
-        self._level = levelled(held.pose.rotation)
+        self._level = levelled(held)
         self._load = carried_along(held, scene)
         self._speed = carry_speed(arm, held, scene, arm.tempo.carry)
         lower = arm.tempo.lower

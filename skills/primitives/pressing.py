@@ -18,6 +18,7 @@ from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import MAX_FORCE_N, Array, Trajectory
+from robosandbox.values import frozen
 
 # m/s, each at the force that a robot may press with by default and in proportion below it. A servo trails its target by its
 # damping over its stiffness, and presses with what it trails by where it is stopped at once: 1.8 N for each mm/s on the
@@ -56,7 +57,7 @@ _OFF_SECONDS = 3.0
 _DAMPING = 1e-4
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pressed:
     """Result of a push.
 
@@ -96,7 +97,7 @@ def press_along(
     return Pressed(force=push.force, arrived=arrived)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StraightPath:
     """A straight way as places along it, metres, with the configuration and the upward motion of the joints at each.
 

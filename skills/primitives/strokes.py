@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableErr
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
 from robosandbox.types.robot import RobotSpec
+from robosandbox.values import frozen
 from robosandbox.world.relations import bottom, centre, support, top
 
 # Metres between fingers and object before a stroke; chosen as ten times perception's error (halved 2 % shorter
@@ -26,7 +26,7 @@ _TIP_HOLD = 0.012
 _PUSH_SPEED = 0.12
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Stroke:
     """The ways of a push: to over where it begins, down to there, and along."""
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Judgement:
     """Result of a check, and the measurements that say so.
 

@@ -8,6 +8,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
 import executed
 import language
+import libero_sentences
 import sentences
 
-__all__ = ["executed", "language", "sentences"]
+__all__ = ["executed", "language", "libero_sentences", "sentences"]

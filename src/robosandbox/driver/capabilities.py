@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
 from robosandbox.driver.clamps import TOLERANCES
 from robosandbox.errors import Phase, UnsupportedError
+from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.driver.protocols import Driver, Simulated
@@ -30,7 +31,7 @@ _LACKS = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class CameraSpec:
     """A camera as it is built in; each frame tells its own pose and intrinsics, as calibrated.
 
@@ -47,7 +48,7 @@ class CameraSpec:
     windows: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Capabilities:
     """Capabilities of a driver. One that it lacks is None in its values, and an UnsupportedError where it is asked for.
 

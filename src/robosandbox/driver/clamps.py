@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
+from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.types import Array, Trajectory
     from robosandbox.types.robot import RobotSpec
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Tolerances:
     """How exactly limits are kept; nothing else in this room is a number of its own.
 

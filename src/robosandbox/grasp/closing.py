@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from robosandbox.grasp.solid import STEEPEST
 from robosandbox.grasp.surface import Surface
 from robosandbox.types import Array, Grasp, cross
 from robosandbox.types.robot import GripperGeometry
+from robosandbox.values import frozen
 
 # Metres that the fingers are open beyond what they hold at the least; chosen as where `_OPENINGS` in
 # `skills/primitives/grasping.py` ends.
@@ -43,7 +43,7 @@ _MOST_LINES, _MOST_OF_TIER = 120, 24
 _LEVER_COST, _TILT_COST, _MET_COST = 4.0, 0.5, 0.5
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Meeting:
     """Contact of two pads with what is between them: width and the middle's offset along the line, metres, and the lesser share of a pad."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
@@ -12,6 +11,7 @@ from robosandbox.grasp.hand import UP, unit
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, SphereHull
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.types import Array, DetectedObject
+from robosandbox.values import frozen
 from robosandbox.world.relations import centre, support
 
 _ROUND_DIRECTIONS = 8  # Number of closing lines across a round object, over half a turn. Chosen.
@@ -24,7 +24,7 @@ _FACES = 8  # Number of faces of a mesh that are tried, the largest first. Chose
 _ROLLS = np.radians([0.0, 25.0, -25.0])  # Angles about its axis, radians, at which what lies round is held. Chosen.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ConvexObject:
     """A convex shape where it stands.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import assert_never
 
 import numpy as np
@@ -13,6 +13,7 @@ from robosandbox.shapes.box import Box
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, SphereHull
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.types import Array, DetectedObject, Grasp, Pose
+from robosandbox.values import frozen
 from robosandbox.world.relations import centre
 
 _EDGE = 0.001  # Metres that a lip stays inside a face's edge. Chosen: perception's error of a size is 0.8 mm (docs/measured.md).
@@ -27,7 +28,7 @@ _SAME = (
 _BEYOND = 0.002  # Metres before a face at which nothing else of the object may be. Chosen as two voxels of a cut mesh.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Face:
     """A flat face in the world: middle (3,), outward unit normal (3,), and the radius of a circle about the middle inside it."""
 
@@ -93,7 +94,7 @@ def _on(target: DetectedObject, face: Face, base: Array) -> Iterator[Grasp]:
         yield Grasp(object=target.id, tcp_pose=pose, width=0.0, quality=quality, how="suction")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Piece:
     """A convex part: its flat faces, and all its outward planes (f, 4) in the world."""
 

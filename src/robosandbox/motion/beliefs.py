@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,12 +13,13 @@ from robosandbox.shapes.beads import stacked
 from robosandbox.sim.objects.weight import DEFAULT_DENSITY, weighed
 from robosandbox.sim.scene_file import read_scene_file
 from robosandbox.types import DetectedObject, Pose, Scene, SceneObject
+from robosandbox.values import frozen
 
 # The smallest half size that a body is compiled with, metres; chosen below what a depth camera resolves.
 _LEAST_SIZE = 0.001
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class DeclaredProperties:
     """Properties that a task tells of one of its objects and no camera shows; no place.
 

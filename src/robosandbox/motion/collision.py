@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.objects.geoms import GRAIN_BIT
 from robosandbox.types import Array, Pose
+from robosandbox.values import frozen
 
 # A contact bit that only this module uses: movers carry it as type, obstacles as affinity, so that MuJoCo looks at
 # robot-obstacle and robot-robot pairs and spends nothing on objects that stand on the table.
@@ -35,7 +35,7 @@ _REPEATS = 0.0001
 _LEAST_STRIDE = 0.001
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DeepestContact:
     """The deepest contact of a configuration.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array, Posture
+from robosandbox.values import frozen
 
 # Geoms of these groups are drawn, as MuJoCo's own viewer does by default.
 _DRAWN_GROUPS = 3
@@ -20,7 +20,7 @@ _ROUND = 14
 _MOST_VERTICES = 150
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Part:
     body: int
     vertices: Array

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 from robosandbox.shapes.hull import Hull
 from robosandbox.spatial import Vec3
+from robosandbox.values import frozen
 
 Rgba = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Piece:
     """A convex piece of a rigid body.
 
@@ -32,7 +33,7 @@ class Piece:
     rgba: Rgba | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Contact:
     """Contact parameters of a surface.
 
@@ -51,7 +52,7 @@ class Contact:
     stiffness_seconds: float | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Free:
     """A body that moves freely.
 
@@ -62,7 +63,7 @@ class Free:
     drag: float = 0.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Slide:
     """A body that slides along an axis of the object's first body.
 
@@ -81,7 +82,7 @@ class Slide:
     damping: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class PartJoint:
     """Hinge or slide of what moves on something else, as it stands in the world.
 
@@ -108,7 +109,7 @@ class PartJoint:
         return low if abs(low) <= abs(high) else high
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Body:
     """A rigid body of an object.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -14,6 +13,7 @@ from robosandbox.shapes.hull import BoxHull
 from robosandbox.shapes.room import CONTAINER_WALL, Room
 from robosandbox.shapes.shape import Shape, Size, Solid, Written
 from robosandbox.spatial import Array, Vec3, frozen_array
+from robosandbox.values import frozen
 
 # Width, depth and height, metres, at the least. Chosen: walls of cabinet and box, and something between.
 LEAST_DRAWER = 0.03
@@ -33,7 +33,7 @@ _GRIP_COLOUR: Rgba = (0.32, 0.32, 0.34, 1.0)  # Dark grey, each channel a fracti
 _BOX_SHADE = 0.82  # Ratio of the box's colour channels to the cabinet's. Chosen so that people see where it opens.
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class DrawerParts:
     """A drawer's parts when it is closed; opening moves box and grip by that much towards local -x.
 

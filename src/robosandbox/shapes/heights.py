@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from robosandbox.shapes.room import Room
 from robosandbox.spatial import Array, frozen_array
+from robosandbox.values import frozen
 
 # Columns of the grid along the longer side, a number, and the least width of one, metres: what a wall of 4 mm needs in a thing of
 # 0.2 m, and what a table of 1 m can do with.
@@ -33,7 +33,7 @@ _OPEN = 0.7
 _FILLS = 0.82
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class LevelSurface:
     """A level face on which things can stand, in the frame of the solid.
 
@@ -80,7 +80,7 @@ class LevelSurface:
         return float(self.inside[nearest]) if off <= self.cell else -off
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ConvexPiece:
     """A convex piece as inequalities: `normals @ x <= offsets`.
 

@@ -7,7 +7,6 @@ The support function of a convex body is h(d) = max over its points of d . x (Bo
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -15,9 +14,10 @@ from pydantic import Field
 
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.spatial import Array
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BoxHull:
     """A box.
 
@@ -56,7 +56,7 @@ class BoxHull:
         return inertia
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SphereHull:
     """A ball.
 
@@ -92,7 +92,7 @@ class SphereHull:
         return np.full(3, 0.4 * mass * self.size[0] ** 2)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CylinderHull:
     """A cylinder along local z.
 
@@ -134,7 +134,7 @@ class CylinderHull:
         return np.array([side, side, 0.5 * mass * radius**2])
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CapsuleHull:
     """A cylinder along local z with half a ball on either end.
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from robosandbox.spatial import Array
+from robosandbox.values import frozen
 
 # Walls and floors of all containers, metres: as of household plastic and crockery.
 CONTAINER_WALL = 0.004
@@ -18,7 +18,7 @@ _AROUND = 16  # Number of places around a round rim. Chosen.
 _ALONG = (0.0, 0.5, -0.5)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Room:
     """The inside of a container.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.cache import cached, content_key
 from robosandbox.spatial import Array
+from robosandbox.values import frozen
 
 # V-HACD's settings: pieces at most, voxels, and the share of its volume, percent, by which a piece may differ from its hull. With them
 # the meshes of the arms in docs/arms.md keep their fingers' gaps open; chosen with `robot check` on those arms.
@@ -20,7 +20,7 @@ _VOXELS = 200_000
 _VOLUME_ERROR_PERCENT = 0.5
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TriangleMesh:
     """Triangles in metres, in the file's frame.
 
@@ -35,7 +35,7 @@ class TriangleMesh:
     rgba: tuple[float, float, float, float] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Parts:
     """Convex parts as the cache keeps them."""
 

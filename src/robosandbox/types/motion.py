@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from robosandbox.spatial import Array, Pose
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Trajectory:
     """Configurations at equal steps of time.
 
@@ -27,7 +26,7 @@ class Trajectory:
         return (len(self.q) - 1) * self.dt
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Grasp:
     """A way to hold an object: where the TCP is when the fingers close.
 
@@ -48,7 +47,7 @@ class Grasp:
     how: str = "top-down"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class GraspSearch:
     """The ways to hold an object that a skill has weighed.
 

@@ -35,13 +35,15 @@ class Plan(StrictModel):
         steps: The calls; none where nothing has to move.
         answer: What the person is told, where a question was asked.
         then: What only time can tell, and the planner looks at when the steps are done; "" where all is decided.
-        note: What of the prompt the steps take no account of, as how fast; "" where there is nothing.
+        note: What of the prompt the steps take no account of, or how it is obeyed beside them; "" where there is nothing.
+        tempo: How fast they are gone through, by the name of a tempo; "" at the usual one.
     """
 
     steps: tuple[SkillCall, ...]
     answer: str = ""
     then: str = ""
     note: str = ""
+    tempo: str = ""
 
     def __str__(self) -> str:
         steps = ", ".join(map(str, self.steps)) or self.answer or "nothing to do"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from robosandbox.spatial import Array
 from robosandbox.types.limits import Limits
 from robosandbox.types.outline import Outline
 from robosandbox.types.scene import TABLE_HEIGHT
+from robosandbox.values import frozen
 
 # Names of the only arm and of the only hand of a cell.
 ARM, HAND = "arm", "hand"
@@ -26,7 +26,7 @@ def hand_of(arm: str) -> str:
 _SEALED = 0.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class GripperGeometry:
     """Geometry of a gripper from its model; lengths in metres, directions in the TCP frame (z approach, y closing).
 
@@ -93,7 +93,7 @@ class GripperGeometry:
         return np.array([np.interp(joint, self.joint_samples, column) for column in self.control_samples.T])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class GripperSpec:
     """A gripper.
 
@@ -106,7 +106,7 @@ class GripperSpec:
     force_limits: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class RobotFiles:
     """The files of a robot whose sidecar somebody wrote for it.
 
@@ -123,7 +123,7 @@ class RobotFiles:
     table_height: float = TABLE_HEIGHT
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class RobotSpec:
     """A robot. Arrays over arm joints have shape (n,), in sidecar order.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Annotated, TypeVar
 
 import numpy as np
@@ -15,6 +15,7 @@ from robosandbox.shapes.compound import Geometry
 from robosandbox.spatial import Array, Pose, Unsent, Vec3
 from robosandbox.types.objects import FIXED_KINDS, TABLE_AREA, Area, ObjectKind
 from robosandbox.types.robot import HAND
+from robosandbox.values import frozen
 
 T = TypeVar("T")
 
@@ -37,7 +38,7 @@ def the_only(named: Mapping[str, T], what: str) -> T:
     return value
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class GripperState:
     """The gripper as its own encoders and motor know it.
 
@@ -58,7 +59,7 @@ class GripperState:
     seal: float | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class ArmState:
     """Proprioception of one arm and of the gripper that it carries.
 
@@ -77,7 +78,7 @@ class ArmState:
     gripper: GripperState | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Observation:
     """Proprioception of every arm, and pictures when they were asked for.
 
@@ -114,7 +115,7 @@ class Observation:
         return the_only(self.arms, "arms").gripper
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Intrinsics:
     """A camera's pinhole and lens: x right, y down, z along the optical axis; pixel centres at whole numbers.
 
@@ -137,7 +138,7 @@ class Intrinsics:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class PictureWindow:
     """A part of a picture, in pixels from its upper left corner; right and bottom are outside."""
 
@@ -166,7 +167,7 @@ class PictureWindow:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Posture:
     """Joints of an arm and of its gripper.
 
@@ -179,7 +180,7 @@ class Posture:
     gripper_q: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class RgbdFrame:
     """A colour picture with a depth for each pixel, and how robot and camera stood when it was taken.
 
@@ -204,7 +205,7 @@ class RgbdFrame:
     arms: Mapping[str, Posture]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class DetectedObject:
     """Object as perception sees it.
 
@@ -250,7 +251,7 @@ class DetectedObject:
         return self.kind in FIXED_KINDS
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class ObservedScene:
     """The planner's scene: what perception sees, and what each hand holds.
 
@@ -267,6 +268,7 @@ class ObservedScene:
         reach: Least and largest distance from `base_xy` at which that arm works, metres.
         grips: Whether the arm that calls are made with has a gripper to hold things with.
         notes: What could not be seen well and why, in sentences.
+        arm: What that arm and its gripper said of themselves at the look; None where they were not asked.
     """
 
     time: float
@@ -279,6 +281,7 @@ class ObservedScene:
     grips: bool = True
     notes: tuple[str, ...] = ()
     table_area: Area = TABLE_AREA
+    arm: ArmState | None = field(default=None, compare=False)
 
     def __hash__(self) -> int:
         """Return a hash of the look and of what was seen: what is worked out of a scene is kept by it."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from robosandbox.errors import InputError
 from robosandbox.suggestions import did_you_mean
+from robosandbox.values import frozen
 
 # Share of the joints' speed limits with something in hand, or near things; chosen: halved, episodes of six tasks take
 # 25 % longer, doubled 15 % less, and all succeed at either.
@@ -30,7 +31,7 @@ _UNSURE = 0.007
 _REDUCED = 0.25
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Timing:
     """A motion that is timed optimally: along each stretch of its path as fast as the joints' limits let it go there.
 
@@ -66,7 +67,7 @@ def share_of(speed: Speed) -> float:
     return speed.share if isinstance(speed, Timing) else speed
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Tempo:
     """Speeds of the arm in each situation. Where a skill works in contact it has speeds of its own, at every tempo.
 

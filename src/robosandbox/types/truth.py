@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,9 +10,10 @@ from robosandbox.shapes.compound import Geometry
 from robosandbox.spatial import Array, Pose, Vec3
 from robosandbox.types.objects import TABLE_AREA, Area, ObjectKind
 from robosandbox.types.sensed import DetectedObject, the_only
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Convex:
     """A convex piece of what an object is made of, as it is simulated: all that lies within `radius` of the hull of points.
 
@@ -28,7 +28,7 @@ class Convex:
     part: int = 0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Touch:
     """A contact of an object with something else.
 
@@ -43,7 +43,7 @@ class Touch:
     force: Vec3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class ObjectTruth:
     """One object as simulated.
 
@@ -101,7 +101,7 @@ class ObjectTruth:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class ArmTruth:
     """State of one arm as simulated.
 
@@ -114,7 +114,7 @@ class ArmTruth:
     home_q: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Truth:
     """The whole simulated state that success is judged on.
 
@@ -150,7 +150,7 @@ class Truth:
         return the_only(self.hands, "hands") if self.hands else None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Verdict:
     """Verdict on a task's success.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections import ChainMap
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -22,13 +21,14 @@ from robosandbox.tasks.evaluate import aside, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Checkpoint, Observation, Scene, Truth, Verdict
+from robosandbox.values import frozen
 from robosandbox.workcell.pictures import encode
 from robosandbox.workcell.workcell import Workcell, nobody_judges
 from robosandbox.workcell.zenoh.messages import Picture
 from robosandbox.world.episode_cache import clear_episode_caches
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class OpenedTask:
     """A task in a world of this process, and an agent that acts there.
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.tasks.task import Task
     from robosandbox.types import Scene
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class WorkcellOptions:
     """A robot with its world, and who plans there; options of plugins that are None count as not given.
 

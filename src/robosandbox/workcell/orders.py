@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from pydantic import Field, ValidationError
@@ -21,6 +20,7 @@ from robosandbox.agent.tools import (
 )
 from robosandbox.errors import Failure, InputError, InvalidArgumentError, PlannerError, RefusedPromptError
 from robosandbox.types import MAX_PROMPT_LENGTH, Plan, Refusal, StrictModel
+from robosandbox.values import frozen
 from robosandbox.workcell.workcell import Workcell
 
 _STOP_WORDS = frozenset({"stop", "halt", "stop it"})
@@ -56,7 +56,7 @@ class JudgeArguments(StrictModel):
     """Ask whether the task has succeeded since the last reset, by the simulated state; time may pass while it is watched."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class OrderResult:
     """Result of an order.
 
@@ -69,7 +69,7 @@ class OrderResult:
     failure: Failure | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class OrderKind:
     """A kind of order.
 
@@ -86,7 +86,7 @@ class OrderKind:
     undoes: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BoundOrder:
     """An order whose arguments are checked.
 

@@ -7,11 +7,11 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from robosandbox.driver import Driver
 from robosandbox.errors import BusyError, RenderingError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
+from robosandbox.values import frozen
 from robosandbox.workcell.loop import Loop
 from robosandbox.workcell.pictures import Develop, Format, Kind, Photographer, encode, photographer
 from robosandbox.workcell.zenoh.messages import Picture
@@ -19,7 +19,7 @@ from robosandbox.workcell.zenoh.messages import Picture
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Shot:
     """One picture to be drawn."""
 
@@ -28,7 +28,7 @@ class Shot:
     format: Format
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Moment:
     photographer: Photographer
     develop: Develop

@@ -111,14 +111,18 @@ class Workcell(ABC, Generic[ContextT]):
         return self.agent.calls
 
     def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
-        """Carry out a prompt, or the task's own.
+        """Carry out a prompt, or the task's own; see `say`."""
+        return self.say(self.task.prompt if prompt is None else prompt, timeout=timeout)
+
+    def say(self, sentence: str, *, timeout: float | None = None) -> Episode:
+        """Carry out a sentence: an order, a question, or where the last one was answered with a question, its answer.
 
         Args:
-            prompt: A sentence; where the last one was answered with a question, its answer.
+            sentence: What is said.
             timeout: Simulated seconds after which the running skill is stopped.
         """
         with self.ctx.goal(timeout):
-            return self.agent.run(self.task.prompt if prompt is None else prompt)
+            return self.agent.run(sentence)
 
     def follow(self, plan: Plan, *, timeout: float | None = None) -> Episode:
         """Carry out a plan as it is; a failure ends it."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TypeVar
 
 from robosandbox.types import DetectedObject, ObservedScene, Workspace
+from robosandbox.values import frozen
 from robosandbox.world.placement_sampling import Placement
 
 # An object farther away than this many times the distance at which the robot works easily is out of reach whatever its
@@ -25,7 +25,7 @@ _DIGITS = 4
 _Found = TypeVar("_Found")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Obstruction:
     """Obstacle that keeps the hand from where it has to be.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from robosandbox.errors import InvalidArgumentError
 from robosandbox.types import SkillCall
+from robosandbox.values import frozen
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, Fact
 from robosandbox.world.operators import Operator
@@ -16,7 +16,7 @@ from robosandbox.world.operators import Operator
 HAND_RELATIONS = ("holding", "hand_empty", "hand_ready")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Achiever:
     """Call whose effects include a goal, for the object that the goal is about.
 

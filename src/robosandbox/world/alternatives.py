@@ -7,6 +7,7 @@ from functools import cached_property
 
 from robosandbox.errors import ErrorCode, Failure, Phase
 from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.values import frozen
 from robosandbox.world.contracts import Contract, first_refuted, lookup
 from robosandbox.world.facts import Fact
 from robosandbox.world.predicate import View
@@ -28,7 +29,7 @@ NOT_OF_THE_WORLD = frozenset(
 BEFORE_MOVING = (Phase.CHECK, Phase.PERCEIVE, Phase.PLAN)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Attempt:
     """A plan that ended early.
 
@@ -98,7 +99,7 @@ class FailedCall:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Alternative:
     """Another way to what a failed call was to bring about.
 

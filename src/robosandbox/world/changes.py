@@ -47,7 +47,7 @@ def _aligned(scene: ObservedScene, a: str, b: str) -> ObservedScene:
     item, other = scene.find(a), scene.find(b)
     if item is None or other is None:
         return scene
-    return _turned(scene, a, yaw_to_align(item.pose, other.pose))
+    return _turned(scene, a, yaw_to_align(item, other))
 
 
 def turn_between(before: DetectedObject, after: DetectedObject) -> float:
@@ -95,7 +95,7 @@ def turned(view: View, a: str, angle: float) -> Finding:
 def aligned(view: View, a: str, b: str) -> Finding:
     """The sides of one object are parallel to those of another."""
     item, other = view.get(a), view.get(b)
-    off = abs(yaw_to_align(item.pose, other.pose))
+    off = abs(yaw_to_align(item, other))
     return Finding(
         holds=off < TURN_TOLERANCE,
         margin=TURN_TOLERANCE - off,

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from robosandbox.errors import InputError, Phase, PlacementError, SkillError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import ObservedScene
+from robosandbox.values import frozen
 from robosandbox.world.facts import HELD, Fact
 from robosandbox.world.hand import not_seen, not_seen_error
 from robosandbox.world.predicate import Finding, Predicate, View, predicates
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Contract:
     """Preconditions and effects of a call of a skill.
 

@@ -110,7 +110,7 @@ def poured_into(scene: ObservedScene, source: str, target: str) -> ObservedScene
             grains = [tuple(map(float, spot)) if k in parts else grain for k, grain in enumerate(item.grains)]
             moved.append(replace(item, grains=tuple((x, y, z) for x, y, z in grains)))
         else:
-            there = Pose.from_matrix(spot, levelled(item.pose.rotation))
+            there = Pose.from_matrix(spot, levelled(item))
             up = float(floor[2]) - bottom(replace(item, pose=there)) + 1e-3
             moved.append(replace(item, pose=Pose.from_matrix(spot + [0.0, 0.0, up], there.rotation)))
     return with_objects(scene, moved)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from robosandbox.values import frozen
 
 Argument = str | float
 
@@ -16,7 +17,7 @@ TABLE = "table"
 _FACT = re.compile(r"\s*([a-z_]+)\s*(?:\(([^()]*)\))?\s*(?:,|;|and\b|$)")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fact:
     """A relation between named things.
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.values import frozen
 from robosandbox.world.achievers import Achievers, subject_of
 from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import Fact
@@ -47,7 +48,7 @@ class SearchState:
         return next((found for one in facts if (found := self.find(one)).is_refuted), None)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Estimate:
     """Estimate of the work that a state leaves.
 
@@ -92,8 +93,14 @@ class _RelaxedRegression:
             # A tower is built from below.
             known = lookup(goal).objects(goal.arguments)
             self._waits[subject_of(goal)].update(name for name in known[1:] if name in names)
-        order = sorted(self._lacking, key=lambda goal: (lookup(goal).is_last, len(self._waits[subject_of(goal)])))
+        order = sorted(self._lacking, key=lambda goal: (self._comes_last(goal), len(self._waits[subject_of(goal)])))
         return Estimate(self._calls + _CALLS_PER_CYCLE * feedback_vertex_count(self._waits), tuple(order))
+
+    def _comes_last(self, goal: Fact) -> bool:
+        """Tell whether a goal waits for others: a drawer is shut at last, but before other parts of its cabinet are opened."""
+        others = (self._state.scene.find(subject_of(one)) for one in self._lacking if one != goal)
+        about_parts = all(item is not None and item.is_fixed and item.id not in goal.arguments for item in others)
+        return lookup(goal).is_last and not (goal.arguments and about_parts)
 
     def _unmet_needs(self, goal: Fact) -> list[Fact]:
         """Return what has to be brought about before a goal that nothing counted yet brings about; count the goal's call."""

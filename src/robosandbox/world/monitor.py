@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.values import frozen
 from robosandbox.world.alternatives import Attempt
 from robosandbox.world.contracts import Contract, find, lookup, lost
 from robosandbox.world.facts import HELD, Fact
@@ -16,7 +17,7 @@ from robosandbox.world.predicate import View
 _SLACK = 0.010
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Effect:
     """Something that a call brought about.
 

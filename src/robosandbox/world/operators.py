@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from typing_extensions import TypeVar
@@ -11,6 +10,7 @@ from typing_extensions import TypeVar
 from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import SkillCall
+from robosandbox.values import frozen
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD
 
@@ -52,7 +52,7 @@ class Operator(Protocol):
 OperatorT = TypeVar("OperatorT", bound=Operator, default=Any, covariant=True)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BoundCall(Generic[OperatorT]):
     """A call of a skill that can be carried out: `bind` makes it.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from robosandbox.shapes.heights import LevelSurface
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
+from robosandbox.values import frozen
 from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.relations import (
     BESIDE_GAP,
@@ -67,12 +68,14 @@ _FROM_EDGE = 0.06
 _HAND_ROOM = 0.07
 
 
+# Cosine of the tilt up to which what holds things is set down with its mouth up; chosen as 75 degrees: beyond that it lies on its side.
+_MOUTH_UP = 0.25
 # Of what is left to turn, what is tried with one grip, the most first; chosen because an arm's last joint goes about half a
 # turn at a time.
 _TURN_SHARES = (1.0, 0.75, 0.5, 0.25)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Placement:
     """Placement for the held object.
 
@@ -113,7 +116,7 @@ def tried_on_table(
     """
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
-    level = levelled(held.pose.rotation)
+    level = levelled(held)
     headings = turns(0.0)
     # Around the table's middle, to be compared with what is there before it is put to each point.
     here = extent(with_pose(held, resting_pose(held, Placement((0.0, 0.0), scene.table_height, headings), level)))
@@ -191,9 +194,9 @@ def turns(first: float) -> tuple[float, ...]:
     return (*quarters, *eighths)
 
 
-def yaw_to_align(held: Pose, target: Pose) -> float:
+def yaw_to_align(held: DetectedObject, target: DetectedObject) -> float:
     """Return the turn about z, radians, that squares the held object's sides with the target's."""
-    return _wrap_quarter(target.yaw - Pose.from_matrix(held.position, levelled(held.rotation)).yaw)
+    return _wrap_quarter(target.pose.yaw - Pose.from_matrix(held.pose.position, levelled(held)).yaw)
 
 
 def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
@@ -207,9 +210,10 @@ def resting_pose(held: DetectedObject, spot: Placement, rotation: Array) -> Pose
     return Pose.from_matrix(np.array([*spot.xy, spot.height + _DROP - bottom(there)]), rotation)
 
 
-def levelled(rotation: Array) -> Array:
-    """Return the rotation turned by the least angle that makes its most vertical axis vertical."""
-    column = int(np.abs(rotation[2]).argmax())
+def levelled(item: DetectedObject) -> Array:
+    """Return an object's rotation turned by the least angle that makes its most vertical axis vertical; what holds things has its mouth up."""
+    rotation = item.pose.rotation
+    column = 2 if item.shape.holds_things and rotation[2, 2] > _MOUTH_UP else int(np.abs(rotation[2]).argmax())
     axis = rotation[:, column] * np.sign(rotation[2, column])
     up = np.array([0.0, 0.0, 1.0])
     cross, cosine = np.cross(axis, up), float(axis @ up)
@@ -272,13 +276,15 @@ def _nested(
         edge: Height of its rim, metres.
     """
     x, y, _ = vessel.pose.position + vessel.pose.rotation @ np.array([*_inside(vessel)[0], 0.0])
-    upright = with_pose(held, Pose.from_matrix(held.pose.position, levelled(held.pose.rotation)))
+    upright = with_pose(held, Pose.from_matrix(held.pose.position, levelled(held)))
     height = None if contents else let_down(upright, vessel, (float(x), float(y)))
     if height is not None and height < edge - _STEP:
         # The object's origin need not be its middle.
         aside = (upright.pose.position - centre(upright))[:2]
         yaws = turns(0.0) if np.hypot(*aside) < _ABOVE else (0.0,)
-        yield Placement((float(x + aside[0]), float(y + aside[1])), height + _ABOVE, yaws)
+        # Fingers on its rim may reach down beside the other's, and then let go of it from over that.
+        for drop in _DROPS:
+            yield Placement((float(x + aside[0]), float(y + aside[1])), height + _ABOVE + drop, yaws)
 
 
 @cached_for_episode(_CACHED)
@@ -302,10 +308,10 @@ def _places(
     middle, half, floor, _ = _inside(vessel)
     rotation, origin = vessel.pose.rotation, vessel.pose.position
     axes = rotation[:, :2].T
-    level = levelled(held.pose.rotation)
+    level = levelled(held)
     there = [(*_span(item, axes, origin), top(item)) for item in contents]
     points, heights, frees, ranks, offsets, yaws = [], [], [], [], [], []
-    for rank, yaw in enumerate(turns(yaw_to_align(held.pose, vessel.pose))):
+    for rank, yaw in enumerate(turns(yaw_to_align(held, vessel))):
         upright = with_pose(held, Pose.from_matrix(held.pose.position, about_z(yaw) @ level))
         at, size = _span(upright, axes, origin)
         room = half - size - _WALL_ROOM
@@ -353,7 +359,7 @@ def placements_on(
         base: What it is to stand on.
         others: What else there is.
     """
-    headings = turns(yaw_to_align(held.pose, base.pose))
+    headings = turns(yaw_to_align(held, base))
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
     surface = base.shape.surface(base, float(np.min(half)))
@@ -370,13 +376,13 @@ def _on_face(
 
     On a face that is covered, what is nearest to the side from which it comes in is best.
     """
-    headings = turns(yaw_to_align(held.pose, base.pose))
+    headings = turns(yaw_to_align(held, base))
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
     height = base.pose.xyz[2] + face.height
     if high[2] - low[2] + 2.0 * CARRIED_OVER > face.headroom:
         return [], ()
-    level = levelled(held.pose.rotation)
+    level = levelled(held)
     near = [
         item
         for item in others

@@ -8,6 +8,7 @@ from typing import Any
 
 from robosandbox.errors import InvalidArgumentError, Phase, SkillError
 from robosandbox.types import DetectedObject, ObservedScene
+from robosandbox.values import frozen
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.facts import Fact
 
@@ -15,7 +16,7 @@ from robosandbox.world.facts import Fact
 _SURE = 0.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class View:
     """Scene, start and robot from which relations are told.
 
@@ -53,7 +54,7 @@ class View:
         return [item for item in self.scene.objects if item.id not in left_out]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Finding:
     """Truth of a relation, its margin, and the cause where it does not hold.
 
@@ -89,7 +90,7 @@ Choices = Callable[..., Iterator[tuple[float, ...]]]
 Blame = Callable[[View, Sequence[Any], Finding], SkillError]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Predicate:
     """A relation by name.
 

@@ -199,7 +199,7 @@ def room_to_turn(view: View, a: str, angle: float) -> Finding:
 @predicate("object", "object", blame=_blocked)
 def room_to_align(view: View, a: str, b: str) -> Finding:
     """The hand has room to put an object back where it stands, turned until its sides are parallel to another's."""
-    return room_to_turn(view, a, yaw_to_align(view.get(a).pose, view.get(b).pose))
+    return room_to_turn(view, a, yaw_to_align(view.get(a), view.get(b)))
 
 
 @predicate("number", fixed=True, blame=_limited)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from robosandbox.shapes.body import Piece
 from robosandbox.shapes.compound import Geometry
 from robosandbox.shapes.shape import Primitive
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Pose, Side, Vec3
+from robosandbox.values import frozen
 from robosandbox.world.episode_cache import cached_for_episode
 
 # Metres between a thing and what it rests on; chosen as twice perception's 2.2 mm (p95, docs/measured.md).
@@ -44,7 +45,7 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 _BOTH_WAYS = np.vstack([np.eye(3), -np.eye(3)])
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class MeasuredRelation:
     """Truth of a geometric relation, and the numbers that say so.
 

@@ -103,14 +103,14 @@ def _put_on(scene: ObservedScene, a: str, b: str) -> ObservedScene:
         point, height = (
             (centre(base), rest_height(item, base)) if not spots else (np.array(spots[0].xy), spots[0].height)
         )
-        heading = yaw_to_align(item.pose, base.pose)
+        heading = yaw_to_align(item, base)
     return _stood(scene, item, (float(point[0]), float(point[1])), height, heading)
 
 
 def _stood(
     scene: ObservedScene, item: DetectedObject, xy: tuple[float, float], height: float, heading: float
 ) -> ObservedScene:
-    rotation = about_z(heading) @ levelled(item.pose.rotation)
+    rotation = about_z(heading) @ levelled(item)
     return put(scene, item.id, resting_pose(item, Placement(xy, height, ()), rotation))
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from robosandbox.types import SIDE_AXES, ObservedScene
+from robosandbox.values import frozen
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, Fact, fact
@@ -13,7 +13,7 @@ from robosandbox.world.predicate import Finding, View
 from robosandbox.world.standing import standing_on
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Stated:
     """Fact of the symbolic state.
 

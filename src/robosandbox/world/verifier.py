@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from robosandbox.errors import ErrorCode, Failure, InvalidArgumentError, Phase
 from robosandbox.types import ObservedScene, Plan, SkillCall
+from robosandbox.values import frozen
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.contracts import apply_effects, error_for, find, first_refuted, lookup
 from robosandbox.world.facts import HELD, Fact, fact
@@ -21,7 +21,7 @@ MAX_STEPS = 40
 _SHOWN = 120
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Constraints:
     """Constraints of a person on a plan beside its goal.
 
@@ -46,7 +46,7 @@ class Constraints:
     put_back: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Problem:
     """Failure that a plan would end in, and where.
 
@@ -78,7 +78,7 @@ class Problem:
         return f"step {self.step} {_short(self.call)}: {said}" if self.call else said
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Verification:
     """Result of verifying a plan.
 

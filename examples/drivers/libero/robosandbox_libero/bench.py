@@ -69,7 +69,12 @@ def play(suite: str, number: int, state: int, by: str) -> Row:
     with LiberoEnvironment(task, state) as environment:
         try:
             with open_session(
-                environment.scene, driver="libero", driver_options={"environment": environment}, dialogue=False
+                environment.scene,
+                driver="libero",
+                driver_options={"environment": environment},
+                # Left, right, front and back are those of the person in front of the robot.
+                planner_options={"frame": "viewer"},
+                dialogue=False,
             ) as cell:
                 if by == "relations":
                     goal = ", ".join(map(str, relations_of(environment, cell.observe())))

@@ -8,13 +8,15 @@ from robosandbox.errors import InputError
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
 from robosandbox.types import Array, ObservedScene
 from robosandbox.world.facts import Fact, fact
-from robosandbox.world.placement_sampling import table_placements
+from robosandbox.world.placement_sampling import tried_on_table
 from robosandbox_libero.environment import LiberoEnvironment
 
 # Metres by which a region's middle may lie over or under what it is in.
 _BESIDE = 0.03
 # Share of a region in which a place is looked for, and number of places along each of its sides.
 _WITHIN, _PLACES = 0.9, 11
+# Free space around a place, metres, the most first: a hand that opens takes some, and what is put down beside it later.
+_SPACES = (0.07, 0.05, 0.03, 0.008)
 
 
 def relations_of(environment: LiberoEnvironment, seen: ObservedScene) -> tuple[Fact, ...]:
@@ -64,13 +66,13 @@ def _relation(predicate: tuple[str, ...], environment: LiberoEnvironment, file: 
 
 
 def _free_point(name: str, middle: Array, half: Array, seen: ObservedScene) -> tuple[float, float]:
-    """Return the point of a region (3,) of these half-extents (3,) nearest to its middle at which a thing has room, x and y."""
+    """Return the point of a region (3,) of these half-extents (3,) at which a thing has most room, x and y; the nearest to its middle of several."""
     shares = np.linspace(-_WITHIN, _WITHIN, _PLACES)
     offsets = sorted(((u, v) for u in shares for v in shares), key=lambda one: (round(np.hypot(*one), 6), one))
     points = [middle[:2] + np.array(offset) * half[:2] for offset in offsets]
     item = seen.find(name)
-    free = [] if item is None else table_placements(seen, item, points)[0]
-    x, y = free[0].xy if free else points[0]
+    tried = ([] if item is None else [*tried_on_table(seen, item, points, space)] for space in _SPACES)
+    x, y = next((spot.xy for found in tried for spot, names in found if not names), points[0])
     return round(float(x), 4), round(float(y), 4)
 
 

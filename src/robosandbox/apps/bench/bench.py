@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
 from itertools import groupby, islice
 from operator import itemgetter
 
@@ -15,6 +14,7 @@ from robosandbox.apps.bench.results import BenchSettings, Rate, Row, Tally
 from robosandbox.apps.bench.results_file import ResultsFile
 from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.tasks.task import Task
+from robosandbox.values import frozen
 from robosandbox.versions import versions
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
 
@@ -27,7 +27,7 @@ _log = logging.getLogger(__name__)
 _CHUNK, _SHARE = 10, 2
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BrokenTask:
     """A task that no episode of can be run.
 

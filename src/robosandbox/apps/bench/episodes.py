@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
@@ -18,6 +18,7 @@ from robosandbox.errors import (
 )
 from robosandbox.sim.opening import mujoco_behind
 from robosandbox.tasks.task import Task
+from robosandbox.values import frozen
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.recording.settings import open_recorder
@@ -33,7 +34,7 @@ _log = logging.getLogger(__name__)
 _ENDS_BENCH = (ServiceError, ServiceUnavailableError, RenderingError)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Chunk:
     """Episodes that are run in one process, one after another.
 

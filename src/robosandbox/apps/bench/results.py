@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, asdict, dataclass, fields
+from dataclasses import KW_ONLY, asdict, fields
 from typing import Any, Self
 
 from robosandbox.apps.bench.interval import beta_interval
+from robosandbox.values import frozen
 from robosandbox.versions import versions
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.recording.settings import RecordSettings
@@ -30,7 +31,7 @@ _RECORDED = (
 _OF_THE_ROBOT = ("robot", "sidecar", "arm", "gripper")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BenchSettings(WorkcellOptions):
     """Settings that all episodes of a bench share: how their workcells are opened, task and seed apart.
 
@@ -56,7 +57,7 @@ class BenchSettings(WorkcellOptions):
         return {**found, "planner_options": dict(self.planner_options or {})}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Row:
     """One episode.
 
@@ -139,7 +140,7 @@ class Row:
         return asdict(self)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Rate:
     """Success rate of a task, with its 95% Beta interval."""
 

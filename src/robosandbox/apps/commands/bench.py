@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,6 +19,7 @@ from robosandbox.apps.commands.world import Connection, takes_world
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
 from robosandbox.ranges import LAYOUTS
+from robosandbox.values import frozen
 from robosandbox.workcell.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _LISTS = ("--tasks", "--task-file")
 _TASK_SUFFIXES = (".yaml", ".yml")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class BenchRun:
     """Run of a bench: its tasks, its engine, and the file for its rows.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
@@ -11,9 +10,10 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from robosandbox.errors import InputError
+from robosandbox.values import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LazyCommand:
     """Location of a command that is imported when it is called, and its line in the group's help.
 

@@ -6,7 +6,6 @@ import re
 import signal
 import sys
 import threading
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,6 +16,7 @@ from robosandbox.apps.commands.recording import Video, VideoFps, record_settings
 from robosandbox.apps.commands.world import takes_world
 from robosandbox.driver import robot_name
 from robosandbox.errors import InputError
+from robosandbox.values import frozen
 from robosandbox.workcell.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ ZenohConfig = Annotated[
 _SWITCH_SECONDS = 0.001
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Serving:
     """Settings of a served world, and the rights of its clients.
 

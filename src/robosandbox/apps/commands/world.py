@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
 from robosandbox.apps.commands.connecting import Connect, RobotId, ZenohConfig
@@ -41,6 +41,7 @@ from robosandbox.apps.commands.options import (
 from robosandbox.apps.commands.packages import PackagePath
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
+from robosandbox.values import frozen
 from robosandbox.workcell.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def check_remote(world: WorkcellOptions) -> None:
             )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Connection:
     """Connection to the sim process that a command works in.
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
 from robosandbox.apps.envs.env import ManipulationEnv
 from robosandbox.errors import InputError
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # From an observation to an action of the environment's spaces.
 Policy = Callable[[dict[str, Any]], Array]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PolicyRun:
     """Result of an episode run by a policy.
 

@@ -11,10 +11,10 @@ import json
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from robosandbox import __version__
+from robosandbox.values import frozen
 
 NAME = "robosandbox"
 INSTRUCTIONS = """\
@@ -34,7 +34,7 @@ CAPABILITIES = {
 _LONGEST = 65536
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FirstLine:
     """First line that a client sent.
 

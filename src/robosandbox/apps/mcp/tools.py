@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import mcp_types as types
@@ -32,6 +31,7 @@ from robosandbox.types import (
     SkillResult,
     StrictModel,
 )
+from robosandbox.values import frozen
 from robosandbox.workcell.orders import (
     FollowArguments,
     JudgeArguments,
@@ -79,7 +79,7 @@ def _object(**fields: str | list[str]) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Own:
     """A tool of the server's own.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -23,6 +22,7 @@ from robosandbox.errors import (
     SkillError,
 )
 from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, RefusalCode
+from robosandbox.values import frozen
 from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.workcell import Workcell
 
@@ -39,7 +39,7 @@ _BARE = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LogEntry:
     """A line of the log."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -15,6 +14,7 @@ from robosandbox.apps.repl.showing import aligned, scene_table, signature
 from robosandbox.errors import InputError
 from robosandbox.types import Plan
 from robosandbox.validation import did_you_mean
+from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.apps.repl.shell import Shell
@@ -23,7 +23,7 @@ _FORMATS: dict[str, Literal["png", "jpeg"]] = {".png": "png", ".jpg": "jpeg", ".
 _LOG_LINES = 10  # Number of lines that are shown. Chosen: what fits on a screen.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SlashCommand:
     """Something that the shell does itself.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import queue
-from dataclasses import dataclass
 
 import numpy as np
 import viser
@@ -14,12 +13,13 @@ from robosandbox.apps.viewer.scene import BodyScene
 from robosandbox.apps.viewer.source import Blueprint, WorldSource
 from robosandbox.errors import InputError
 from robosandbox.types import Array, Pose
+from robosandbox.values import frozen
 
 _LIFT = 0.02  # Metres that a dragged thing is lifted, so that it does not scrape. Chosen.
 _LOST_SECONDS = 20.0  # Seconds after which a drag that is heard of no more has ended. Chosen.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Drag:
     targets: queue.Queue[Array | None]
     grabbed: Array

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from robosandbox.apps.viewer.source import Blueprint
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Vertical field of view, radians. Chosen about that of a 35 mm lens, which shows depth without bending what stands at the
 # edge.
@@ -26,7 +26,7 @@ _HALVINGS = 20
 _STEPS = 20
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Viewpoint:
     """A camera pose that orbits about what it looks at; metres in the world.
 
@@ -39,7 +39,7 @@ class Viewpoint:
     look_at: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Window:
     """The part of a picture that nothing covers.
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 from robosandbox.agent.episode import AgentEvent
 from robosandbox.types import Refusal, RefusalCode
+from robosandbox.values import frozen
 from robosandbox.workcell.orders import BoundOrder, OrderResult
 
 
@@ -23,7 +23,7 @@ class Doing(StrEnum):
     RECOVERING = "recovering"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Began:
     """Something is under way now; `what` says it in words."""
 
@@ -31,14 +31,14 @@ class Began:
     what: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Idle:
     """Nothing is under way any more; `ways_back` is how often Step back can be used."""
 
     ways_back: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Came:
     """What came of an order."""
 
@@ -57,31 +57,31 @@ class Came:
         return self.refusal if self.refusal is not None and is_question(self.refusal) else None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Stopped:
     """What was under way, and is no order, was stopped."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Went:
     """The world was put into another state: `how` says by what."""
 
     how: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Loaded:
     """There is another world."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Complaint:
     """Something could not be done, for the reason in `message`."""
 
     message: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Presence:
     """The process that has the world went away, which `away` says in words, or is back, and `away` is empty."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,11 +11,12 @@ from robosandbox.errors import InputError
 from robosandbox.sim.opening import require_mujoco
 from robosandbox.sim.step_recorder import column_of
 from robosandbox.types import ArmState, Array, GripperState, Observation, Pose, frozen_array
+from robosandbox.values import frozen
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.recording.episode import RecordedEpisode
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class RecordedFrames:
     """States in the order in which they were.
 

@@ -6,7 +6,6 @@ import io
 import math
 import os
 import tempfile
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -19,11 +18,12 @@ from robosandbox.robots.loader import load_robot, robot_of
 from robosandbox.robots.locate import SIDECAR_SUFFIX, find_sidecar, resolve_robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.types import Pose, Scene, Vec3
+from robosandbox.values import frozen
 
 _DIGITS = 5  # Number of decimals that are written: hundredths of a millimetre. Chosen.
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Changes:
     """Values of a sidecar that the viewer edits; SI units.
 
@@ -40,7 +40,7 @@ class Changes:
     base_yaw: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SidecarFile:
     """The sidecar that a scene's robot runs on.
 

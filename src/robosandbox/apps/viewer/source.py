@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from typing import Protocol
 
 import mujoco
@@ -13,10 +12,11 @@ import numpy as np
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Observation, Pose, Scene
+from robosandbox.values import frozen
 from robosandbox.workcell.host import WorkcellHost
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Frame:
     """State of the world at one moment.
 
@@ -35,7 +35,7 @@ class Frame:
     state: Array | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Blueprint:
     """Constant parts of a world: all that drawing needs besides a frame.
 

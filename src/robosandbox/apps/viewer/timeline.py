@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 
 from robosandbox.apps.viewer.source import Blueprint, Frame
 from robosandbox.apps.viewer.stream import FRAME_HZ
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Ten minutes of frames; an episode that lasts longer loses its beginning.
 _KEPT = int(600 * FRAME_HZ)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PhaseSpan:
     """A phase that begins at `start`, simulated seconds; `failed` once an error has ended it."""
 
@@ -25,7 +25,7 @@ class PhaseSpan:
     failed: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Recording:
     """Series that the timeline draws.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from robosandbox.driver import made_safe
@@ -14,6 +12,7 @@ from robosandbox.sim.step_recorder import Ragged, column_of
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Verdict
 from robosandbox.validation import validate
+from robosandbox.values import frozen
 from robosandbox.versions import versions
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.recording.episode import RecordedEpisode
@@ -22,7 +21,7 @@ from robosandbox.workcell.session import open_session
 TOLERANCE_MM = 1.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Replayed:
     """Result of recorded actions that were carried out again.
 

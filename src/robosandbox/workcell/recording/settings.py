@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
+from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.driver import Driver
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from robosandbox.workcell.recording.recorder import Recorder
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class VideoSettings:
     """Settings of the films.
 
@@ -29,7 +29,7 @@ class VideoSettings:
     fps: float = 20.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class RecordSettings:
     """Settings of a recorder.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import viser
@@ -13,6 +12,7 @@ from robosandbox.apps.viewer import html
 from robosandbox.apps.viewer.control import Control
 from robosandbox.apps.viewer.source import Teleop, WorldSource
 from robosandbox.types import Pose, Vec3
+from robosandbox.values import frozen
 
 _STEP_MM = 10.0  # Millimetres of one press at the start. Chosen.
 _TURN_DEG = 5.0  # Degrees of one press. Chosen.
@@ -23,7 +23,7 @@ _WRITTEN = (
 Key = Literal["I", "J", "K", "L", "U", "O", "N", "M", "G"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Move:
     """A step: a direction in the world, or a turn about the approach axis."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
 from html import escape
 
 import numpy as np
@@ -17,6 +16,7 @@ from robosandbox.apps.viewer.source import Blueprint, Frame
 from robosandbox.apps.viewer.timeline import PhaseSpan, Recording, Timeline
 from robosandbox.error_codes import ErrorCode
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Seconds between drawings. Chosen: each is some 15 kB of SVG; four a second read as live and cost a browser little.
 _SECONDS = 0.25
@@ -61,7 +61,7 @@ _BANDS = ("#dfe9f4", "#eef3f9")
 _FAILED_BAND = "#f7d6d6"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Lane:
     """One curve.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,6 +15,7 @@ from robosandbox.tasks.loader import resolve_task, with_robot
 from robosandbox.tasks.task import Task
 from robosandbox.types import Observation, ObservedScene, Scene, Truth
 from robosandbox.validation import validate
+from robosandbox.values import frozen
 from robosandbox.workcell.options import USUAL, WorkcellOptions
 from robosandbox.workcell.workcell import Workcell
 from robosandbox.workcell.zenoh.client.context import RemoteContext
@@ -23,7 +23,7 @@ from robosandbox.workcell.zenoh.client.robot import RemoteRobot
 from robosandbox.workcell.zenoh.messages import Picture
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class RemoteCheckpoint:
     """A world that a sim keeps.
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from robosandbox.errors import InputError
+from robosandbox.values import frozen
 from robosandbox.workcell.loop import Loop
 from robosandbox.workcell.studio import Read
 from robosandbox.workcell.zenoh.messages import Goal
@@ -21,7 +21,7 @@ _PERIOD_SECONDS = 2.0
 Freeze = Callable[[Goal | None], SavedWorld]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Frozen:
     number: int
     world: SavedWorld

@@ -1,0 +1,63 @@
+"""Orders that are done several times over: “open and close the gripper three times”, “every two seconds wave, three times”."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection
+from dataclasses import replace
+
+from robosandbox.agent.language.draft import Draft
+from robosandbox.agent.language.speech import TIMES
+from robosandbox.types import Refusal
+
+# How often something may be done over.
+_MOST = 20
+_OFTEN = "|".join(
+    sorted((*(words for words, times in TIMES.items() if times > 1), r"\d+ times"), key=len, reverse=True)
+)
+_TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over)?\b", re.IGNORECASE)
+_EVERY = re.compile(r"\bevery (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
+# What only says that something is said over.
+_LEADS = re.compile(r"^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b", re.IGNORECASE)
+# What says behind an order that it is done over.
+_TAIL = re.compile(
+    r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that)(?P<more> again)?$",
+    re.IGNORECASE,
+)
+_MARKS = " ,:;.!"
+
+
+def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft | Refusal]) -> Draft | None:
+    """Return the plan of an order that says how often it is done, without the words for that; None where it is another one.
+
+    One call that is about a thing is not done over: what is picked up is held then.
+
+    Args:
+        prompt: What was said.
+        ids: Of the things in the scene.
+        read: Reads a sentence.
+    """
+    often = _TIMES.search(prompt)
+    if often is None:
+        return None
+    order, pause = prompt[: often.start()] + prompt[often.end() :], Draft(())
+    times = TIMES.get(often["often"].lower()) or int(often["often"].split()[0])
+    every = _EVERY.search(order)
+    if every is not None:
+        order = order[: every.start()] + order[every.end() :]
+        waits = read(f"wait {every['pause']}")
+        if isinstance(waits, Refusal):
+            return None
+        pause = waits
+    order = order.strip(_MARKS)
+    if (tail := _TAIL.search(order)) is not None:
+        order, times = order[: tail.start()], times + (tail["more"] is not None)
+    order = _LEADS.sub("", order).strip(_MARKS)
+    once = read(order) if order and times <= _MOST else None
+    if not isinstance(once, Draft) or not once.steps or once.rest is not None:
+        return None
+    named = any(value in ids for call in once.calls for value in call.arguments.values() if isinstance(value, str))
+    if named and len(once.calls) == 1:
+        return None
+    note = f"{once.note} So long from the end of one to the next: “{every[0]}”." if every else once.note
+    return replace(once, steps=(*once.steps, *(pause.steps + once.steps) * (times - 1)), note=note.strip())

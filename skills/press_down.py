@@ -1,0 +1,102 @@
+"""Press down: push on what is below the hand with a force, for some time."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from robosandbox.driver import require
+from robosandbox.errors import Phase, TrackingError
+from robosandbox.skills.primitives.force import press_with
+from robosandbox.skills.primitives.hand_move import HANDS, HandMove, Mover
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
+from robosandbox.types import Pose, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.relations import centre, top
+
+# Metres above a thing from which the hand comes down on it, and how far below where it is it looks for something to press on.
+_ABOVE, _DEEPEST = 0.01, 0.5
+# Metres beyond what is met that the hand may be sent: a soft arm presses with 20 N where it is sent so far into what is hard.
+_INTO = 0.02
+
+_SAID = (
+    Slot(argument="force", kind="force", prepositions=("with", "by", "")),
+    Slot(argument="seconds", kind="duration", prepositions=("for",)),
+)
+
+
+class PressDown(HandMove):
+    """Press down on what is below the hand."""
+
+    name = "press_down"
+    words = (
+        Words(
+            verbs=("press down", "push down", "press", *(f"press {hand} down" for hand in HANDS)),
+            slots=(*_SAID, Slot(argument="object", kind="object", prepositions=("on", "onto", "on top of"))),
+            required=("force",),
+        ),
+        Words(
+            verbs=("press down on", "push down on", "press on", "press", "press {} down"),
+            object="object",
+            slots=_SAID,
+            required=("force",),
+            hand="any",
+        ),
+    )
+
+    def contract(self, *, object: str | None = None, **others: Any) -> Contract:
+        """Return that what is held stays held."""
+        del object, others
+        return Contract(keeps_hold=True)
+
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        force: Annotated[float, Field(gt=0.0, le=60.0)] = 5.0,
+        seconds: Annotated[float, Field(gt=0.0, le=600.0)] = 1.0,
+        object: str | None = None,
+    ) -> SkillResult:
+        """Come down slowly until something is met, press on it with a force for some time, and go back up; what is held stays held.
+
+        Args:
+            force: N.
+            seconds: For how long.
+            object: Id of what is pressed on; what is below the hand when left out.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            UnsupportedError: The driver feels no force at the wrist.
+            UnreachableError: The hand cannot be there.
+            CollisionError: Something is in the way.
+            LimitError: The force is beyond what the robot or the task allows.
+            TrackingError: Nothing was met, or the force was not reached.
+        """
+        arm = Mover(ctx)
+        require(ctx.driver, "wrist_wrench", "what the hand presses with is felt")
+        if object is not None:
+            if arm.spec.gripper is not None and arm.start.held is None:
+                arm.open(0.0)
+            below = arm.find(object)
+            x, y, _ = centre(below)
+            arm.bring((float(x), float(y), top(below) + _ABOVE + arm.hangs))
+        above = arm.state.tcp_pose
+        arm.motion.allow("table", *(item.id for item in arm.start.objects))
+        deepest = (_ABOVE + _INTO) if object is not None else _DEEPEST
+        goal = Pose(xyz=(above.xyz[0], above.xyz[1], above.xyz[2] - deepest), quat_xyzw=above.quat_xyzw)
+        way = arm.as_far_as_it_goes(above, goal)
+        before = arm.pressed()
+        done = press_with(arm, way, lambda: float(before[2] - arm.pressed()[2]), force, seconds)
+        felt = float(before[2] - arm.pressed()[2])
+        arm.arrive(arm.motion.plan_line(arm.q, above, speed=arm.tempo.leave), above)
+        if done is None:
+            raise TrackingError(
+                f"the hand went down and pressed with {max(felt, 0.0):.1f} N at the end, not with {force:.1f} N",
+                phase=Phase.PUSH,
+            )
+        return SkillResult(
+            skill=self.name,
+            detail={"force_n": done.mean, "least_n": done.least, "most_n": done.most, "object": object or ""},
+        )

@@ -1,0 +1,77 @@
+"""A force that the hand keeps up on what it has met, by how far it is sent beyond where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from robosandbox.errors import Phase
+from robosandbox.skills.primitives.guarded import follow_until
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.pressing import StraightPath
+from robosandbox.types import Trajectory
+from robosandbox.values import frozen
+
+# N at which something is met, and share of a force by which what is felt may be off it.
+_MET, _CLOSE_ENOUGH = 1.0, 0.05
+# m/s for each newton that is missing, and at most; chosen so that a servo of 18 N/mm takes half a second for most of it, and one
+# of 60 N/mm whose force is told 40 ms late does not swing.
+_FOLLOWING, _FASTEST = 0.0001, 0.004
+# Seconds in which a force is to be reached, and over which its mean counts as it: readings of a wrist are noisy.
+_REACHED_WITHIN, _MEAN = 30.0, 0.3
+
+
+@frozen
+class Kept:
+    """A force that was kept up.
+
+    Attributes:
+        mean: Over the time, N.
+        least: Of the readings, N.
+        most: The same.
+    """
+
+    mean: float
+    least: float
+    most: float
+
+
+def press_with(
+    arm: Manipulator, way: Trajectory, felt: Callable[[], float], force: float, seconds: float
+) -> Kept | None:
+    """Go along a straight way until something is met, and press on it with a force for some time.
+
+    Args:
+        arm: Its hand is where the way begins.
+        way: Of the TCP, straight and slow, farther than to what is met.
+        felt: Tells what the hand presses with along the way, N.
+        force: With which it is to press, N.
+        seconds: For how long.
+
+    Returns:
+        None where nothing was met, or the force was not reached.
+
+    Raises:
+        LimitError: The robot pressed too hard on something.
+    """
+    path = StraightPath.of(arm, way)
+    if not follow_until(arm, way, Phase.TOUCH, lambda: felt() > _MET):
+        return None
+    arm.ctx.enter(Phase.PUSH)
+    tick = arm.driver.control_timestep
+    place = path.place(arm.state.tcp_pose.position)
+    row, deadline = path.at(place, 0.0), arm.driver.time + _REACHED_WITHIN
+    last, kept = list[float](), list[float]()
+    while len(kept) < round(seconds / tick):
+        now = felt()
+        last = [*last, now][-round(_MEAN / tick) :]
+        reached = len(last) * tick >= _MEAN and abs(float(np.mean(last)) - force) <= _CLOSE_ENOUGH * force
+        if kept or reached:
+            kept.append(now)
+        elif arm.driver.time > deadline or place >= path.length:
+            return None
+        place += float(np.clip(_FOLLOWING * (force - now), -_FASTEST, _FASTEST)) * tick
+        before, row = row, path.at(place, 0.0)
+        arm.send(Trajectory(q=np.array([before, row]), dt=tick))
+    return Kept(mean=float(np.mean(kept)), least=min(kept), most=max(kept))

@@ -1,0 +1,82 @@
+"""Trace: move the hand along a circle or a polygon."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Slot, Words
+from robosandbox.types import Array, Pose, SkillResult
+
+ShapeName = Literal["circle", "square", "triangle"]
+# Corners of each; a circle's chords are off it by a 500th of its radius.
+_CORNERS: dict[str, int] = {"circle": 50, "square": 4, "triangle": 3}
+_SHAPES = tuple(
+    (f"{before} {name}".strip(), name) for name in _CORNERS for before in ("a", "in a", "along a", "around in a")
+)
+
+
+class Trace(HandMove):
+    """Move the hand along a figure."""
+
+    name = "trace"
+    words = Words(
+        verbs=("draw", "trace", *HAND_GOES),
+        slots=(
+            Slot(argument="shape", kind="phrase", phrases=_SHAPES),
+            Slot(argument="size", kind="length", prepositions=("of", "with a diameter of", "with sides of")),
+            Slot(argument="times", kind="number", endings=(("times", 1.0),), bare=False, phrases=(("twice", 2.0),)),
+        ),
+        required=("shape",),
+    )
+
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        shape: ShapeName,
+        size: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1,
+        times: Annotated[int, Field(ge=1, le=20)] = 1,
+    ) -> SkillResult:
+        """Move the tool centre point along a level figure; what is held stays held.
+
+        It begins and ends where the hand is, goes forward first, and lies to the left of there.
+
+        Args:
+            shape: The figure.
+            size: Its diameter, or the length of its sides, metres.
+            times: How often it goes along it.
+
+        Raises:
+            UnreachableError: The hand cannot go there in straight lines.
+            CollisionError: Something is in the way.
+            UnsupportedError: What lies in what is held would fall out.
+            TrackingError: The arm did not arrive.
+        """
+        arm = Mover(ctx)
+        here = arm.state.tcp_pose
+        points = [here.position + corner for corner in _figure(shape, size)]
+        poses = [Pose(xyz=tuple(point), quat_xyzw=here.quat_xyzw) for _ in range(times) for point in points]
+        way = arm.kept_level(arm.motion.plan_through(arm.q, poses, speed=arm.speed))
+        if shape == "circle":
+            detail = arm.arrive(way, here)
+        else:
+            # An arm that does not stop cuts corners, or goes beyond them.
+            *sides, last = poses
+            for pose in sides:
+                arm.arrive(arm.motion.plan_line(arm.q, pose, speed=arm.speed), pose)
+            detail = arm.arrive(arm.motion.plan_line(arm.q, last, speed=arm.speed), last)
+        return SkillResult(skill=self.name, detail={**detail, "shape": shape, "size_m": size})
+
+
+def _figure(shape: str, size: float) -> Array:
+    """Return the corners of a figure after the one at the origin, in order and back to it, metres, shape (n, 3)."""
+    corners = _CORNERS[shape]
+    # A circle's tangent is forward where it begins, and its first chord half a corner off that.
+    side, first = (size * np.sin(np.pi / corners), 0.5) if shape == "circle" else (size, 0.0)
+    headings = 2.0 * np.pi * (np.arange(corners) + first) / corners
+    return np.cumsum(side * np.column_stack([np.cos(headings), np.sin(headings), np.zeros(corners)]), axis=0)
