@@ -89,6 +89,27 @@ def test_a_word_that_nobody_knows_moves_nothing(sentence: str) -> None:
         assert isinstance(answer, Refusal), (k, answer)
 
 
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "after lunch, tap the white block",
+        "in an hour, tap the white block",
+        "tap the white block, while I hold it",
+        "tap the white block, or I will",
+        "tap the white block. That was a test",
+        "the middle one first. Tap the cubes",
+    ],
+)
+def test_when_and_on_what_condition_is_no_chat(sentence: str) -> None:
+    assert isinstance(plan_of(sentence), Refusal)
+
+
+def test_what_an_act_takes_no_account_of_is_refused() -> None:
+    answer = plan_of("line up the cubes from left to right")
+    assert isinstance(answer, Refusal) and "takes no account of an order" in answer.message
+    assert isinstance(plan_of("line up the cubes"), Plan)
+
+
 def test_manner_is_told_of_in_the_note() -> None:
     for sentence, word in (("slowly tap the green can", "slowly"), ("give the green can a gentle tap", "gentle")):
         answer = plan_of(sentence)

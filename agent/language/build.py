@@ -167,6 +167,7 @@ class _Builder(Deciding):
             check_where_told(spared, Grounder(self.world, Discourse()))
             if spared.times != 1 and spared.verb in _ONCE:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"I cannot do that {spared.times} times: it is done once.")
+            _check_slots(spared)
             before = self.steps[begun:]
             begun = len(self.steps)
             getattr(self, f"_{command.verb}")(spared)
@@ -429,6 +430,45 @@ def _each_spared(command: Command) -> Command:
     if isinstance(place, Relation) and any(ref.options for ref in place.refs):
         raise RefusedError(RefusalCode.UNSUPPORTED, "Tell me where it may go, rather than where not.")
     return replace(command, objects=objects)
+
+
+# What an act takes beside its things; what else is said of it would be dropped from the plan.
+_SLOTS: dict[str, frozenset[str]] = {
+    "put": frozenset({"place", "tower", "order", "distance"}),
+    "stack": frozenset({"place", "tower", "order"}),
+    "push": frozenset({"place", "direction", "distance", "times", "order"}),
+    "pour": frozenset({"place", "order"}),
+    "tap": frozenset({"times", "order"}),
+    "sort": frozenset({"place"}),
+    "swap": frozenset(),
+    "line_up": frozenset(),
+    "home": frozenset(),
+}
+_TOLD = {
+    "place": "a place",
+    "tower": "what stands below",
+    "order": "an order",
+    "direction": "a way",
+    "distance": "a distance",
+    "times": "how often",
+}
+
+
+def _check_slots(command: Command) -> None:
+    """Refuse what the plan would take no account of, as in "line up the cubes, the red one first"."""
+    takes = _SLOTS.get(command.verb)
+    if takes is None:
+        return
+    told = {name for name in _TOLD if (command.times != 1 if name == "times" else getattr(command, name))}
+    if any(rank.nth == 0 for ref in command.objects for rank in ref.ranks) and command.verb != "stack":
+        # "from left to right"
+        told.add("order")
+    over = [_TOLD[name] for name in _TOLD if name in told - takes]
+    if over:
+        act = command.verb.replace("_", " ")
+        raise RefusedError(
+            RefusalCode.UNSUPPORTED, f"To {act} takes no account of {listed(over)}; say it without that."
+        )
 
 
 def _acted_on(call: SkillCall) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ _ACTS = frozenset({"GO", "GO_HOME"})
 _A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
+_IT = frozenset({"it", "them"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
 
@@ -102,12 +103,19 @@ def _add_until(
     def add(name: str) -> None:
         found[i].setdefault(name, []).append(Hit(clause.end, None, EVERYTHING))
 
-    if opens and not clause.named and (person or not (clause.bearing and clause.denies)):
+    # "after lunch", "or I will", "while I hold it": when, or on what condition, it is to be done.
+    own = told[0] == "while" and told[1] in lists["persons"] and _IT.isdisjoint(told) if len(told) > 1 else False
+    adjoined = not own and not lists["adjoining"].isdisjoint((told[0], first))
+    # "the middle one first"
+    adjoined |= not person and told[-1] in ("first", "last")
+    if opens and not clause.named and not adjoined and (person or not (clause.bearing and clause.denies)):
         add("CHAT")
     if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
         add("STATED")
     remark = first in lists["remarks"] and not (clause.bearing or clause.binding)
-    if opens and not clause.named and (person or remark) and not clause.nouns and clause.end > i + 1:
+    # "that was a test" is said of the order, and may take it back.
+    remark = remark and not (first in ("this", "that") and "was" in told)
+    if opens and not clause.named and not adjoined and (person or remark) and not clause.nouns and clause.end > i + 1:
         add("REMARK")
     if (
         i
@@ -121,7 +129,7 @@ def _add_until(
         if person or owned or (clause.denies and first in ("it", "they")):
             # "so that they look pretty" would be asked for; "so it does not fall" is not.
             add("PURPOSE")
-    if i and person and not clause.named and clause.end > i + 1:
+    if i and person and not clause.named and clause.end > i + 1 and _IT.isdisjoint(told):
         add("OWN_DOING")
     if tells and not (clause.bearing or clause.seen):
         # What can be seen of it has to be so, and is no talk.

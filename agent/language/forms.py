@@ -192,10 +192,6 @@ def _product(values: dict[str, Any], text: str) -> float:
     return float(round(math.prod(values["of"]), 12))
 
 
-def _sum(values: dict[str, Any], text: str) -> float:
-    return float(sum(values["of"]))
-
-
 def _of_kind(ref: Ref, whole: Ref) -> Ref:
     """As in "the cubes, all but the red one": a cube."""
     if ref.one and not ref.nouns and not ref.names and (whole.nouns or whole.names):
@@ -399,10 +395,13 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     # "the ball lives in the crate, put it back": there, rather than back from there.
     pairs = pairwise(told)
     back = any(isinstance(b.place, Original) and b.objects[:1] == (IT,) and a.verb == "put" for a, b in pairs)
+    # "the peg furthest from you: tap it": what "it" is was said there rather than in a sentence before.
+    spoken_of = bool(told) and bool(told[0].spoken or values.get("avoid"))
+    unsaid = bool(told) and any(map(_is_it, told[0].objects)) and not spoken_of
     return Costly(
         (
             Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))),
-            COSTS[2] * (further or back),
+            COSTS[2] * (further or back) + COSTS[2] * unsaid,
         )
     )
 
@@ -466,27 +465,8 @@ def _reversed(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     return (*done_first, *last)
 
 
-def _tower(values: dict[str, Any], text: str) -> Command:
-    """As in "red on blue on white": what is on what, from the top down."""
-    return Command(values.pop("verb"), (values["on"][0],), Relation("on", (values["on"][1],)), tuple(values["on"][2:]))
-
-
 def _at(values: dict[str, Any], text: str) -> At:
     return At(float(values["x"]) * values.get("unit", 1), float(values["y"]) * values.get("unit", 1))
-
-
-def _levels(values: dict[str, Any], text: str) -> Command:
-    """As in "red at the bottom, then green, and blue on top"."""
-    items = with_nouns(values["item"])
-    if len(items) == 2 and all(len(ref.ranks) == 1 and ref.ranks[0].strict for ref in items):
-        # "the biggest cube at the bottom, the smallest on top": all cubes.
-        named = next((ref for ref in items if ref.nouns), None)
-        if named is None:
-            raise Misfit
-        every = Ref(text=named.text, determiner="all", nouns=named.nouns, plural=True)
-        ends = ("bottom", "top") if values["order"] == "up" else ("top", "bottom")
-        return Command("stack", (every,), order=tuple(zip(ends, items, strict=True)))
-    return Command("stack", items, order=values["order"])
 
 
 def _level(values: dict[str, Any], text: str) -> tuple[tuple[str, Ref], ...]:
@@ -1012,12 +992,12 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "any": lambda values, text: values["is"],
     "list": _list,
     "Commas": _commas, "slot": lambda values, text: tuple(values.items()),
-    "product": _product, "sum": _sum, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
+    "product": _product, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
     "Fix": _fix, "Corrected": _corrected, "Specified": _specified,
     "Replaced": _replaced,
-    "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "Tower": _tower, "At": _at, "Level": _level, "Levels": _levels, "Amended": _amended, "Rank": _rank,
+    "Spare": lambda values, text: tuple(values["avoid"]), "Split": _split, "Turns": _turns, "At": _at, "Level": _level, "Amended": _amended, "Rank": _rank,
     "Relation": _relation,
     "Region": lambda values, text: Region(**{**values, "sides": tuple(values.get("sides", ()))}), "ByRobot": _plain(ByRobot), "Offset": _plain(Offset), "Original": _plain(Original), "Spot": _plain(Spot),
     "Table": _plain(Table), "Matching": _plain(Matching), "Bound": _bound, "If": _if, "While": _while, "UntilLeft": _until, "ForEach": _each,

@@ -140,7 +140,7 @@ def _by_rules(
         )
     if isinstance(found, Refusal):
         return found
-    return _once_each(prompt, choose(found, scene, names, discourse, chosen, close=CLOSE_RULES))
+    return _once_each(prompt, choose(found, scene, names, discourse, chosen, close=CLOSE_RULES, far=CLOSE_RULES))
 
 
 def _accounted(
@@ -402,8 +402,19 @@ def choose(
     chosen: Mapping[str, str] | None = None,
     *,
     close: float = CLOSE,
+    far: float = 3 * CLOSE,
 ) -> Draft | Refusal:
-    """Return the plan of the plainest reading that has one; two different plans of equal right are ambiguous."""
+    """Return the plan of the plainest reading that has one; two different plans of equal right are ambiguous.
+
+    Args:
+        readings: What a sentence may mean, and what each costs.
+        scene: What perception sees.
+        skills: Names of the skills at hand.
+        discourse: What was spoken of before; updated when a plan comes out.
+        chosen: Answers to questions asked before.
+        close: Costs that differ by no more are of equal right.
+        far: How much more a reading may cost that is taken in place of one whose things are unclear.
+    """
     plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
     refused: list[tuple[RefusedError, Sentence]] = []
     best, limit = 0.0, float("inf")
@@ -424,7 +435,7 @@ def choose(
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
                 unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS) and not error.firm
-                limit = min(limit, strain + (3 * CLOSE if unclear else CLOSE))
+                limit = min(limit, strain + (far if unclear else min(far, CLOSE)))
             continue
         best = strain if not plans else best
         if not any(_same_in_the_end(_effect(draft), other) for other in plans):

@@ -122,12 +122,6 @@ class Nouns(Modifiers):
                 found.append((j, replace(ref, one=True)))
         return found
 
-    def adjectives(self, i: int) -> Found[Ref]:
-        """Properties asked of a thing without a noun: "round", "big and round", "in the middle"."""
-        found = self._adjectives(i, Ref(text="", one=True), 0)
-        found += [(j, Ref(text="", one=True, ranks=(rank,))) for j, rank in self._place_rank(i)]
-        return [(j, replace(ref, text=self.said(i, j), determiner="bare")) for j, ref in found if j > i]
-
     def _adjectives(self, i: int, ref: Ref, depth: int) -> Found[Ref]:
         found: Found[Ref] = [(i, ref)]
         if depth > 5:
