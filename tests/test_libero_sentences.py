@@ -112,4 +112,4 @@ def test_wholes_and_parts_are_told_apart(sentence: str, calls: str) -> None:
 
 def test_what_is_fixed_is_not_picked_up() -> None:
     answer = _asked("pick up the stove", suite="libero_goal", task=0)
-    assert isinstance(answer, Refusal) and "fixed" in answer.message
+    assert isinstance(answer, Refusal) and "fixture" in answer.message

@@ -194,7 +194,7 @@ def test_planners_of_an_outside_package_carry_out_a_task(outside: None) -> None:
         ),
         (
             {"planner_options": {"dialogue": True}},
-            "--dialogue: the planner 'stub' takes no such option; it takes none",
+            "--dialogue: the planner 'stub' takes no such option; it takes --frame",
         ),
         (
             {"perception": "rgbd", "perception_options": {"setup": None, "model": "m"}},

@@ -86,7 +86,9 @@ class Hands:
                 RefusalCode.IMPOSSIBLE, f"{name} is a drawer; I can open and close it, not pick it up.", (name,)
             )
         if self.world.objects[name].is_fixed:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is fixed where it is; I cannot pick it up.", (name,))
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{name} is a fixture, which stays where it is; I cannot pick it up.", (name,)
+            )
         if self.world.objects[name].shape.is_granular:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are beads; I can pour them into something.", (name,))
         kind, holder = self.world.parent.get(name, ("", ""))

@@ -6,6 +6,7 @@ import logging
 import shutil
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -288,7 +289,8 @@ class Recorder:
         seen = self._host.ctx.seen
         if self._simulated is None and seen is not self._seen:
             self._seen = seen
-            self.note("seen", scene=seen)
+            # What the arm said of itself is in every step.
+            self.note("seen", scene=None if seen is None else replace(seen, arm=None))
 
     def _jumped(self) -> None:
         self.finish()
