@@ -170,6 +170,8 @@ def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
         manners: As they were said.
         names: Of the skills; where none sets the tempo, it stays as it is.
     """
+    if not manners:
+        return "", ""
     tempos = ruleset(ENGLISH).vocabulary.classes["TEMPO"]
     # "not too fast" has a word of each: careful comes first.
     asked = {
