@@ -235,8 +235,12 @@ class Agent(Generic[WorldT]):
         # Who decides call by call has asked for each of them.
         failed = None if last is None or course.goes_on else last.failure
         asked = answer.steps if failed is None else (*failed.completed, failed.failed, *failed.remaining)
-        with self._at(answer.tempo if isinstance(answer, Plan) else ""):
-            failure = self._execute(answer, calls, told.steps, monitor, asked, ends=not course.goes_on)
+        try:
+            with self._at(answer.tempo):
+                failure = self._execute(answer, calls, told.steps, monitor, asked, ends=not course.goes_on)
+        except SkillError as error:
+            # The tempo could not be set, and nothing was done.
+            failure = Attempt(completed=(), failed=answer.steps[0], error=error.failure, remaining=answer.steps[1:])
         return Report(steps=tuple(told.steps[begun:]), failure=failure)
 
     @contextmanager

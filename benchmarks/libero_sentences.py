@@ -148,7 +148,7 @@ def _metres(values: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What came of a sentence: right, wrong, short or refused, and the calls or the refusal."""
+    """Outcome of a sentence: right, wrong, short or refused, and the calls or the refusal."""
 
     case: Case
     verdict: str

@@ -18,9 +18,9 @@ from robosandbox.types import ObservedScene, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
-# Where a thing is held out when nobody says where: share of the arm's reach from its base, and metres above the table; there a
-# person who stands at the far side takes it without reaching over the arm.
-_SHARE, _ABOVE = 0.7, 0.3
+# Where a thing is held out when nobody says where: shares of the arm's reach from its base and above the table; there a person
+# who stands at the far side takes it without reaching over the arm.
+_SHARE, _ABOVE = 0.7, 0.35
 # N beside its weight by which a thing is pulled at, and for how many seconds: more than a hand that brushes against it.
 _PULL, _PULLED = 3.0, 0.1
 # Seconds of standing still before what the thing weighs is felt, and over which it is.
@@ -131,4 +131,4 @@ def _in_front(scene: ObservedScene) -> tuple[float, float, float]:
     length = float(np.linalg.norm(away))
     ahead = away / length if length > 0.0 else np.array([1.0, 0.0])
     x, y = base + _SHARE * scene.reach[1] * ahead
-    return float(x), float(y), scene.table_height + _ABOVE
+    return float(x), float(y), scene.table_height + _ABOVE * scene.reach[1]

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from robosandbox.driver import require
-from robosandbox.errors import Phase, TrackingError
+from robosandbox.errors import CollisionError, Phase, TrackingError, UnreachableError
 from robosandbox.skills.primitives.force import press_with
 from robosandbox.skills.primitives.hand_move import HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
@@ -16,8 +16,10 @@ from robosandbox.types import Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.relations import centre, top
 
-# Metres above a thing from which the hand comes down on it, and how far below where it is it looks for something to press on.
-_ABOVE, _DEEPEST = 0.01, 0.5
+# Metres above a thing from which the tool centre point comes down on it, the first that is free: closed fingers may reach beyond it.
+_ABOVE = (0.01, 0.03, 0.06)
+# Metres below where the hand is down to which it looks for something to press on, where no thing is named.
+_DEEPEST = 0.5
 # Metres beyond what is met that the hand may be sent: a soft arm presses with 20 N where it is sent so far into what is hard.
 _INTO = 0.02
 
@@ -77,14 +79,10 @@ class PressDown(HandMove):
         arm = Mover(ctx)
         require(ctx.driver, "wrist_wrench", "what the hand presses with is felt")
         if object is not None:
-            if arm.spec.gripper is not None and arm.start.held is None:
-                arm.open(0.0)
-            below = arm.find(object)
-            x, y, _ = centre(below)
-            arm.bring((float(x), float(y), top(below) + _ABOVE + arm.hangs))
+            _come_over(arm, object)
         above = arm.state.tcp_pose
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
-        deepest = (_ABOVE + _INTO) if object is not None else _DEEPEST
+        deepest = above.xyz[2] - top(arm.find(object)) - arm.hangs + _INTO if object is not None else _DEEPEST
         goal = Pose(xyz=(above.xyz[0], above.xyz[1], above.xyz[2] - deepest), quat_xyzw=above.quat_xyzw)
         way = arm.as_far_as_it_goes(above, goal)
         before = arm.pressed()
@@ -100,3 +98,27 @@ class PressDown(HandMove):
             skill=self.name,
             detail={"force_n": done.mean, "least_n": done.least, "most_n": done.most, "object": object or ""},
         )
+
+
+def _come_over(arm: Mover, name: str) -> None:
+    """Bring the hand close over a thing, its fingers closed where they hold nothing.
+
+    Raises:
+        UnreachableError: The hand cannot be there.
+        CollisionError: Something is in the way.
+    """
+    if arm.spec.gripper is not None and arm.start.held is None:
+        arm.open(0.0)
+        arm.use(arm.look())
+    below = arm.find(name)
+    x, y, _ = centre(below)
+    failure: UnreachableError | CollisionError | None = None
+    for above in _ABOVE:
+        try:
+            arm.bring((float(x), float(y), top(below) + above + arm.hangs))
+        except (UnreachableError, CollisionError) as error:
+            failure = failure or error
+        else:
+            return
+    assert failure is not None
+    raise failure

@@ -44,6 +44,18 @@ def test_arm_picks_with_a_sidecar_written_from_the_users_page(name, tmp_path):
             assert session.judge().success, (seed, episode.final_detail)
 
 
+@pytest.mark.parametrize("name", ["so101", "ur5e"])
+@pytest.mark.sample(every=2)
+def test_a_force_is_pressed_with_by_soft_and_by_stiff_arms(name, tmp_path):
+    model, path = written(name, tmp_path)
+    with open_session(cube_task(model, path, work_point(load_robot(model, path))), what_if=False) as session:
+        before = session.truth().objects["red_cube"].pose.position
+        detail = session.do("press_down", object="red_cube", force=5.0, seconds=1.0).detail
+        assert detail["force_n"] == pytest.approx(5.0, rel=0.05)
+        assert 4.5 < detail["least_n"] <= detail["most_n"] < 5.5
+        assert np.allclose(session.truth().objects["red_cube"].pose.position, before, atol=0.003)
+
+
 @pytest.mark.parametrize("symptom", SYMPTOMS)
 @pytest.mark.parametrize("name", ["toy", "toy_jaw"])
 @pytest.mark.sample(every=4)

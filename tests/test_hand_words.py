@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from support.processes import SimProcess
 
+from robosandbox.agent.episode import Planned
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance.conformance import check_words
-from robosandbox.errors import NotHoldingError, TrackingError
+from robosandbox.errors import ConnectionLostError, NotHoldingError, TrackingError
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.base import Skill
+from robosandbox.skills.events import PhaseEntered
 from robosandbox.skills.manual import MANUAL
+from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Plan, Pose, Refusal, RefusalCode, Scene, SceneObject, SkillResult
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -71,6 +74,7 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
         ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),
         ("pick up the red cube three times", RefusalCode.UNRECOGNIZED, "three times"),
         ("open the gripper 100 times", RefusalCode.UNSUPPORTED, ""),
+        ("put the red cube on the blue cube and turn the hand by 9 degrees three times", RefusalCode.UNRECOGNIZED, ""),
         ("hover over the moon", RefusalCode.OBJECT_NOT_FOUND, "moon"),
         ("don't move up 5 cm", RefusalCode.UNSUPPORTED, ""),
     ],
@@ -179,7 +183,7 @@ def test_what_is_held_out_is_let_go_of_when_it_is_pulled_at(cell: EmbeddedWorkce
     assert cell.run("pick up the red cube").success
     waits, hand, body = [], Intervention(cell.mujoco), cell.mujoco.object_bodies["red_cube"]
     leave = cell.ctx.events.subscribe(
-        lambda told: waits.append(cell.driver.time) if getattr(told, "phase", "") == "wait" else None
+        lambda told: waits.append(cell.driver.time) if isinstance(told, PhaseEntered) and told.phase == "wait" else None
     )
 
     def pull() -> None:
@@ -264,6 +268,23 @@ def test_the_tempo_is_as_before_after_a_failure(cell: EmbeddedWorkcell) -> None:
     given = cell.run("carefully hand me the red cube")
     assert not given.success and given.plan is not None and given.plan.tempo == "careful"
     assert cell.ctx.tempo.name == "brisk"
+
+
+def test_a_tempo_that_cannot_be_set_ends_the_order(cell: EmbeddedWorkcell, monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(self: SetTempo, ctx: object, *, tempo: str) -> SkillResult:
+        raise ConnectionLostError("the sim went away", phase="check")
+
+    monkeypatch.setattr(SetTempo, "run", lost)
+    episode = cell.run("slowly pick up the red cube")
+    assert not episode.success and "the sim went away" in episode.final_detail and not episode.steps
+
+
+def test_who_stops_a_slow_order_has_the_tempo_of_before(cell: EmbeddedWorkcell) -> None:
+    leave = cell.ctx.events.subscribe(lambda told: cell.stop() if isinstance(told, Planned) else None)
+    episode = cell.run("slowly pick up the red cube")
+    leave()
+    assert episode.final_reason == "cancelled" and not episode.steps
+    assert cell.ctx.tempo.name == "fast" and cell.observe().held is None
 
 
 def test_a_manner_that_nothing_takes_is_told(still: EmbeddedWorkcell) -> None:

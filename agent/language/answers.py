@@ -344,7 +344,7 @@ class _Answers(Seen):
 
     @property
     def _arm(self) -> ArmState:
-        """What the arm says of itself.
+        """State of the arm, as it tells it.
 
         Raises:
             RefusedError: It was not asked.
@@ -385,8 +385,8 @@ class _Answers(Seen):
 
     def _say_weight(self, asked: Question) -> Answer:
         names = ids_of(self._meant(asked.things))
-        told = f"I cannot see how heavy {listed(names)} {be(names)}; I can feel it: say “weigh the {asked.things[0].text}”."
-        raise RefusedError(RefusalCode.UNSUPPORTED, told.replace("the the ", "the "), names)
+        told = f"I cannot see how heavy {listed(names)} {be(names)}; I can feel it: say “weigh {asked.things[0].text}”."
+        raise RefusedError(RefusalCode.UNSUPPORTED, told, names)
 
     def _say_abilities(self, asked: Question) -> Answer:
         own = ", ".join(name.replace("_", " ") for name in self._skills)

@@ -608,7 +608,7 @@ def _unmovable(tokens: Sequence[Token], known: SceneWords, skills: Sequence[str]
                     return Refusal(code=RefusalCode.IMPOSSIBLE, message="The table stays where it is.")
                 if tag == "ARM":
                     able = "move_by" in skills
-                    moves = f"I do not understand what the {words[start]} is to do; say for example {_OF_THE_HAND}."
+                    moves = f"I do not understand what to do with the {words[start]}; say for example {_OF_THE_HAND}."
                     needed = f"I move the {words[start]} as the skills need it; I can {VERBS_FOR_PEOPLE}."
                     return Refusal(code=RefusalCode.UNSUPPORTED, message=moves if able else needed)
     return None

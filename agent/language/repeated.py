@@ -30,7 +30,8 @@ _MARKS = " ,:;.!"
 def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft | Refusal]) -> Draft | None:
     """Return the plan of an order that says how often it is done, without the words for that; None where it is another one.
 
-    One call that is about a thing is not done over: what is picked up is held then.
+    One call that is about a thing is not done over: what is picked up is held then. Nor are several about several things, unless
+    the sentence says that it means all of them ("three times: ...", "... and do that three times").
 
     Args:
         prompt: What was said.
@@ -50,14 +51,18 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
             return None
         pause = waits
     order = order.strip(_MARKS)
+    leads = _LEADS.match(order) is not None or often.start() == 0
     if (tail := _TAIL.search(order)) is not None:
         order, times = order[: tail.start()], times + (tail["more"] is not None)
     order = _LEADS.sub("", order).strip(_MARKS)
     once = read(order) if order and times <= _MOST else None
     if not isinstance(once, Draft) or not once.steps or once.rest is not None:
         return None
-    named = any(value in ids for call in once.calls for value in call.arguments.values() if isinstance(value, str))
-    if named and len(once.calls) == 1:
+    given = (value for call in once.calls for value in call.arguments.values())
+    named = {value for value in given if isinstance(value, str) and value in ids}
+    # Behind several clauses about several things it may be said of the last alone.
+    whole = leads or tail is not None or len(named) <= 1
+    if not whole or (named and len(once.calls) == 1):
         return None
     note = f"{once.note} So long from the end of one to the next: “{every[0]}”." if every else once.note
     return replace(once, steps=(*once.steps, *(pause.steps + once.steps) * (times - 1)), note=note.strip())

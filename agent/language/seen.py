@@ -51,7 +51,7 @@ class NotSeenError(Exception):
 
 
 class Seen:
-    """What a scene shows of the things that a question speaks of.
+    """View of a scene for the things that a question speaks of.
 
     Args:
         scene: What perception sees.

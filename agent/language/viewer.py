@@ -25,7 +25,8 @@ def turned_scene(scene: ObservedScene) -> ObservedScene:
     bx, by = scene.base_xy
     (x0, x1), (y0, y1) = scene.table_area
     area = ((2.0 * bx - x1, 2.0 * bx - x0), (2.0 * by - y1, 2.0 * by - y0))
-    return replace(scene, objects=tuple(_turned(item, scene) for item in scene.objects), table_area=area)
+    objects = tuple(_turned(item, scene) for item in scene.objects)
+    return replace(scene, objects=objects, table_area=area, is_turned=not scene.is_turned)
 
 
 def turned_calls(calls: Sequence[SkillCall], scene: ObservedScene) -> tuple[SkillCall, ...]:

@@ -54,9 +54,9 @@ _STAYS = tuple(
 )
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _DIGITS = 6  # Number of digits behind the point of a number that is said: a millionth of a radian or a metre. Chosen.
-_TAKEN = (
-    -0.6
-)  # Strain, a number of units as of strain.py: a reading so much plainer than another is the one meant. Chosen.
+# Strain by which a skill's reading of a verb that it takes for itself is plainer than the grammar's: what a corrected order is
+# plainer by.
+_TAKEN = -0.6
 _MOST_SLOTS = 3  # Number of phrases that may follow one verb. Chosen.
 
 Filled = tuple[tuple[str, Any], ...]

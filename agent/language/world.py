@@ -104,8 +104,7 @@ class World:
         self.at: dict[str, tuple[float, float]] = {
             item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects
         }
-        # Whether the scene is told in the frame of a person who faces the robot.
-        self.is_turned = sum(self.area[0]) / 2.0 < scene.base_xy[0]
+        self.is_turned = scene.is_turned
         self.start_at: dict[str, tuple[float, float]] = dict(self.at)
         self.held = scene.held
         self._table_height = scene.table_height

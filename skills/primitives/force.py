@@ -15,9 +15,11 @@ from robosandbox.values import frozen
 
 # N at which something is met, and share of a force by which what is felt may be off it.
 _MET, _CLOSE_ENOUGH = 1.0, 0.05
-# m/s for each newton that is missing, and at most; chosen so that a servo of 18 N/mm takes half a second for most of it, and one
-# of 60 N/mm whose force is told 40 ms late does not swing.
-_FOLLOWING, _FASTEST = 0.0001, 0.004
+# Share of what is missing by which the hand follows it in a second, and m/s at most; chosen so that a force that is told 40 ms late
+# does not swing. What a metre beyond the contact presses with is measured on the way, once the hand is so many metres beyond.
+_FOLLOWING, _FASTEST, _MEASURED = 2.0, 0.004, 0.0002
+# N/m until it is: of a stiff arm, which presses hard at once.
+_STIFF = 20_000.0
 # Seconds in which a force is to be reached, and over which its mean counts as it: readings of a wrist are noisy.
 _REACHED_WITHIN, _MEAN = 30.0, 0.3
 
@@ -60,8 +62,8 @@ def press_with(
         return None
     arm.ctx.enter(Phase.PUSH)
     tick = arm.driver.control_timestep
-    place = path.place(arm.state.tcp_pose.position)
-    row, deadline = path.at(place, 0.0), arm.driver.time + _REACHED_WITHIN
+    place = met = path.place(arm.state.tcp_pose.position)
+    row, deadline, stiffness = path.at(place, 0.0), arm.driver.time + _REACHED_WITHIN, _STIFF
     last, kept = list[float](), list[float]()
     while len(kept) < round(seconds / tick):
         now = felt()
@@ -71,7 +73,9 @@ def press_with(
             kept.append(now)
         elif arm.driver.time > deadline or place >= path.length:
             return None
-        place += float(np.clip(_FOLLOWING * (force - now), -_FASTEST, _FASTEST)) * tick
+        if place - met > _MEASURED and now > 0.0:
+            stiffness = now / (place - met)
+        place += float(np.clip(_FOLLOWING * (force - now) / stiffness, -_FASTEST, _FASTEST)) * tick
         before, row = row, path.at(place, 0.0)
         arm.send(Trajectory(q=np.array([before, row]), dt=tick))
     return Kept(mean=float(np.mean(kept)), least=min(kept), most=max(kept))

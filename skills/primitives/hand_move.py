@@ -199,7 +199,7 @@ class Mover(Manipulator):
 
     @property
     def hangs(self) -> float:
-        """How far what is held reaches below the tool centre point, metres; 0 with nothing in the hand."""
+        """Distance that what is held reaches below the tool centre point, metres; 0 with nothing in the hand."""
         name = self.start.held
         return 0.0 if name is None else self.state.tcp_pose.xyz[2] - bottom(self.find(name))
 

@@ -268,7 +268,8 @@ class ObservedScene:
         reach: Least and largest distance from `base_xy` at which that arm works, metres.
         grips: Whether the arm that calls are made with has a gripper to hold things with.
         notes: What could not be seen well and why, in sentences.
-        arm: What that arm and its gripper said of themselves at the look; None where they were not asked.
+        arm: State of that arm and its gripper at the look, as they told it; None where they were not asked.
+        is_turned: Whether it is told in the frame of a person who faces the robot, turned by half a turn about its base.
     """
 
     time: float
@@ -282,6 +283,7 @@ class ObservedScene:
     notes: tuple[str, ...] = ()
     table_area: Area = TABLE_AREA
     arm: ArmState | None = field(default=None, compare=False)
+    is_turned: bool = False
 
     def __hash__(self) -> int:
         """Return a hash of the look and of what was seen: what is worked out of a scene is kept by it."""
