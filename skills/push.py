@@ -1,8 +1,9 @@
-"""Push: slide an object along the table with closed fingers."""
+"""Push, push to: slide an object along the table with closed fingers, so far or to a point."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -28,9 +29,10 @@ from robosandbox.types import (
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import push_allowance
 from robosandbox.world.contracts import Contract
-from robosandbox.world.facts import fact
+from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.nearness import nearer
-from robosandbox.world.relations import centre, displacement, top
+from robosandbox.world.relations import centre, displacement, on_table, top
+from robosandbox.world.standing import AT_TOLERANCE
 
 # Share of what an object stands above the fingertips by which the hand may rise; chosen: at the whole of it the hand passes over.
 _PASSES = 0.7
@@ -144,7 +146,11 @@ class Push(Skill):
         start = arm.find(object)
         allowance = push_allowance(distance)
         axis = np.array([*DIRECTION_AXES[direction], 0.0])
-        pressed = _strokes(arm, start, direction, distance, allowance)
+
+        def left(target: DetectedObject) -> Array:
+            return max(distance - float((centre(target) - centre(start)) @ axis), 0.0) * axis
+
+        pressed = _strokes(arm, object, left, allowance / 2.0)
         scene = arm.settle(object)
         after = arm.find(object, scene)
         relation = displacement(start, after, direction, distance - allowance)
@@ -166,25 +172,120 @@ class Push(Skill):
         )
 
 
-def _strokes(
-    arm: Manipulator, start: DetectedObject, direction: Direction, distance: float, allowance: float
-) -> Pressed | None:
-    """Push an object until it is there, or resists, or the last stroke is done; return what the last one came to."""
-    axis = np.array([*DIRECTION_AXES[direction], 0.0])
-    missed, before = 0, -np.inf
+class PushTo(Skill):
+    """Slide an object along the table to a point of it."""
+
+    name = "push_to"
+
+    def contract(self, *, object: str, x: float, y: float) -> Contract:
+        """Return what sliding an object to a point needs and brings about; what can be carried there is."""
+        return Contract(
+            needs=(
+                fact("slides", object),
+                fact("hand_empty"),
+                fact("accessible", object),
+                fact("on", object, TABLE),
+                fact("on_the_open", object),
+                fact("room_at", object, x, y),
+                fact("reachable", object),
+                fact("reachable_at", object, x, y),
+                fact("room_to_push_to", object, x, y),
+            ),
+            gives=(fact("at", object, x, y), fact("on", object, TABLE)),
+            rank=1,
+        )
+
+    def alternatives(self, failed: FailedCall, *, object: str, x: float, y: float) -> Iterator[Alternative]:
+        """Yield the rest of the way, and carrying it there in place of pushing."""
+        before, now = failed.before.find(object), failed.scene.find(object)
+        if before is None or now is None:
+            return
+        if failed.had_begun and _missing(before, x, y) - _missing(now, x, y) > _PROGRESS:
+            yield Alternative(why="what is left of the way", call=failed.call)
+        evidence = failed.error.evidence
+        if isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and not evidence.blocking:
+            return
+        yield Alternative(why="carried there in place of pushed", first=(fact("at", object, x, y),))
+
+    def run(self, ctx: SkillContext, *, object: str, x: float, y: float) -> SkillResult:
+        """Slide an object along the table to a point, straight, with the closed fingers.
+
+        Args:
+            object: Id of the object.
+            x: World x, metres; forward from the robot.
+            y: World y, metres; to the robot's left.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            AlreadyHoldingError: The gripper is full.
+            UnreachableError: A stroke leaves the robot's reach.
+            CollisionError: Something is in the way.
+            PushError: The object went elsewhere or not far enough.
+            TrackingError: The hand met something on its way behind the object, each time.
+        """
+        arm = Manipulator(ctx)
+        start, goal = arm.find(object), np.array([x, y])
+        way = np.array([*(goal - centre(start)[:2]), 0.0])
+        wanted = float(np.linalg.norm(way))
+
+        def left(target: DetectedObject) -> Array:
+            return np.array([*(goal - centre(target)[:2]), 0.0])
+
+        pressed = _strokes(arm, object, left, AT_TOLERANCE / 2.0)
+        scene = arm.settle(object)
+        after = arm.find(object, scene)
+        standing = on_table(after, scene.table_height)
+        off = _missing(after, x, y)
+        if not standing.holds or off >= AT_TOLERANCE:
+            axis = way / wanted if wanted else np.array([1.0, 0.0, 0.0])
+            gone = centre(after) - centre(start)
+            evidence = PushEvidence(
+                object=object,
+                wanted=wanted,
+                along=float(gone @ axis),
+                across=abs(float(np.cross(axis, gone)[2])),
+                reason="resisted" if pressed is not None and not pressed.arrived else "missed",
+                force=None if pressed is None or pressed.force is None else round(pressed.force, 2),
+                blocking=_ahead(scene, after, axis),
+            )
+            raise PushError(
+                _why(evidence, f"towards ({x:.3f}, {y:.3f})", ctx.max_force_n), phase=Phase.VERIFY, evidence=evidence
+            )
+        force = {} if pressed is None or pressed.force is None else {"force_n": pressed.force}
+        return SkillResult(
+            skill=self.name, detail={"object": object, "off_mm": 1000.0 * off, **standing.detail, **force}
+        )
+
+
+def _missing(target: DetectedObject, x: float, y: float) -> float:
+    """Return how far an object is from a point of the table, metres."""
+    return math.dist(centre(target)[:2], (x, y))
+
+
+def _strokes(arm: Manipulator, name: str, left: Callable[[DetectedObject], Array], near: float) -> Pressed | None:
+    """Push an object until it is there, or resists, or the last stroke is done; return what the last one came to.
+
+    Args:
+        arm: Whose hand.
+        name: Id of the object.
+        left: Returns the way (3,) that is left for it, level, metres.
+        near: Length of that way at which it is there, metres.
+    """
+    missed, before = 0, np.inf
     pressed: Pressed | None = None
     for stroke in range(_STROKES):
         scene = arm.look()
-        target = arm.find(start.id, scene)
-        along = displacement(start, target, direction).detail["along_mm"] / 1000.0
-        stayed = along - before < _PROGRESS
-        if along >= distance - allowance / 2.0 or (stayed and pressed is not None and not pressed.arrived):
+        target = arm.find(name, scene)
+        way = left(target)
+        distance = float(np.linalg.norm(way))
+        stayed = before - distance < _PROGRESS
+        if distance <= near or (stayed and pressed is not None and not pressed.arrived):
             break
         # A hand that passed by the object, as between two fixed fingers, is turned for the next stroke.
         missed += stayed
-        before = along
+        before = distance
         try:
-            pressed = _stroke(arm, target, scene, axis, distance - along, missed)
+            pressed = _stroke(arm, target, scene, way / distance, distance, missed)
         except MetError as met:
             back_off(arm, met)
             if stroke == _STROKES - 1:
@@ -192,10 +293,10 @@ def _strokes(
     return pressed
 
 
-def _why(evidence: PushEvidence, direction: Direction, most: float) -> str:
+def _why(evidence: PushEvidence, way: str, most: float) -> str:
     """Return the sentence of a push that did not do what was asked."""
     said = (
-        f"{evidence.object} went {evidence.along * 1000:.0f} mm {direction} and {evidence.across * 1000:.0f} mm aside in "
+        f"{evidence.object} went {evidence.along * 1000:.0f} mm {way} and {evidence.across * 1000:.0f} mm aside in "
         f"place of {evidence.wanted * 1000:.0f} mm"
     )
     if evidence.reason == "missed":
