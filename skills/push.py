@@ -15,7 +15,7 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.skills.primitives.pressing import Pressed, press_along
-from robosandbox.skills.primitives.strokes import STAND_OFF, plan_stroke
+from robosandbox.skills.primitives.strokes import STAND_OFF, Stroke, plan_push_to, plan_stroke
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import (
     DIRECTION_AXES,
@@ -36,8 +36,10 @@ from robosandbox.world.standing import AT_TOLERANCE
 
 # Share of what an object stands above the fingertips by which the hand may rise; chosen: at the whole of it the hand passes over.
 _PASSES = 0.7
-# Strokes of one push; chosen: most take one, and one passed by the object is turned for the next.
+# Strokes of a straight push; chosen: most take one, and one passed by the object is turned for the next.
 _STROKES = 4
+# Strokes of a push to a point; chosen as twice as many: a bent way has two legs.
+_STROKES_TO = 2 * _STROKES
 # Metres that a stroke has to move the object not to count as missed; chosen as perception's error.
 _PROGRESS = 0.002
 # Metres to a thing within which the object stands against it; chosen above perception's error.
@@ -147,10 +149,13 @@ class Push(Skill):
         allowance = push_allowance(distance)
         axis = np.array([*DIRECTION_AXES[direction], 0.0])
 
-        def left(target: DetectedObject) -> Array:
-            return max(distance - float((centre(target) - centre(start)) @ axis), 0.0) * axis
+        def left(target: DetectedObject) -> float:
+            return distance - float((centre(target) - centre(start)) @ axis)
 
-        pressed = _strokes(arm, object, left, allowance / 2.0)
+        def plan(target: DetectedObject, scene: ObservedScene, missed: int) -> Stroke:
+            return plan_stroke(arm, target, scene, axis, left(target), missed)
+
+        pressed = _strokes(arm, object, lambda target: left(target) <= allowance / 2.0, plan, _STROKES)
         scene = arm.settle(object)
         after = arm.find(object, scene)
         relation = displacement(start, after, direction, distance - allowance)
@@ -208,7 +213,7 @@ class PushTo(Skill):
         yield Alternative(why="carried there in place of pushed", first=(fact("at", object, x, y),))
 
     def run(self, ctx: SkillContext, *, object: str, x: float, y: float) -> SkillResult:
-        """Slide an object along the table to a point, straight, with the closed fingers.
+        """Slide an object along the table to a point with the closed fingers, straight or around what is in the way.
 
         Args:
             object: Id of the object.
@@ -228,10 +233,13 @@ class PushTo(Skill):
         way = np.array([*(goal - centre(start)[:2]), 0.0])
         wanted = float(np.linalg.norm(way))
 
-        def left(target: DetectedObject) -> Array:
-            return np.array([*(goal - centre(target)[:2]), 0.0])
+        def is_there(target: DetectedObject) -> bool:
+            return _missing(target, x, y) < AT_TOLERANCE / 2.0
 
-        pressed = _strokes(arm, object, left, AT_TOLERANCE / 2.0)
+        def plan(target: DetectedObject, scene: ObservedScene, missed: int) -> Stroke:
+            return plan_push_to(arm, target, scene, goal, missed)
+
+        pressed = _strokes(arm, object, is_there, plan, _STROKES_TO)
         scene = arm.settle(object)
         after = arm.find(object, scene)
         standing = on_table(after, scene.table_height)
@@ -262,33 +270,39 @@ def _missing(target: DetectedObject, x: float, y: float) -> float:
     return math.dist(centre(target)[:2], (x, y))
 
 
-def _strokes(arm: Manipulator, name: str, left: Callable[[DetectedObject], Array], near: float) -> Pressed | None:
+def _strokes(
+    arm: Manipulator,
+    name: str,
+    is_there: Callable[[DetectedObject], bool],
+    plan: Callable[[DetectedObject, ObservedScene, int], Stroke],
+    most: int,
+) -> Pressed | None:
     """Push an object until it is there, or resists, or the last stroke is done; return what the last one came to.
 
     Args:
         arm: Whose hand.
         name: Id of the object.
-        left: Returns the way (3,) that is left for it, level, metres.
-        near: Length of that way at which it is there, metres.
+        is_there: Tells whether it has gone as far as it is to go.
+        plan: Returns the next stroke, given how many have passed by the object.
+        most: How many strokes there are at most.
     """
-    missed, before = 0, np.inf
+    missed = 0
     pressed: Pressed | None = None
-    for stroke in range(_STROKES):
+    last: Stroke | None = None
+    for number in range(most):
         scene = arm.look()
         target = arm.find(name, scene)
-        way = left(target)
-        distance = float(np.linalg.norm(way))
-        stayed = before - distance < _PROGRESS
-        if distance <= near or (stayed and pressed is not None and not pressed.arrived):
+        stayed = last is not None and last.distance - _missing(target, *last.end) < _PROGRESS
+        if is_there(target) or (stayed and pressed is not None and not pressed.arrived):
             break
         # A hand that passed by the object, as between two fixed fingers, is turned for the next stroke.
         missed += stayed
-        before = distance
+        last = plan(target, scene, missed)
         try:
-            pressed = _stroke(arm, target, scene, way / distance, distance, missed)
+            pressed = _carried_out(arm, target, last)
         except MetError as met:
             back_off(arm, met)
-            if stroke == _STROKES - 1:
+            if number == most - 1:
                 raise
     return pressed
 
@@ -329,11 +343,8 @@ def _room_above(arm: Manipulator, target: DetectedObject) -> float:
     return max(0.0, _PASSES * (top(target) - tip))
 
 
-def _stroke(
-    arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float, missed: int
-) -> Pressed:
+def _carried_out(arm: Manipulator, target: DetectedObject, stroke: Stroke) -> Pressed:
     """Put the fingers behind the object and push it once."""
-    stroke = plan_stroke(arm, target, scene, axis, distance, missed)
     if arm.spec.gripper is not None:
         arm.open_for(stroke.approach, 0.0)
     follow_free(arm, stroke.approach, Phase.APPROACH)

@@ -147,13 +147,8 @@ def room_behind(view: View, a: str, direction: Direction, distance: float) -> Fi
 
 @predicate("object", "number", "number", blame=_blocked)
 def room_to_push_to(view: View, a: str, x: float, y: float) -> Finding:
-    """The hand has room behind an object, and along the straight way on which it pushes it to a point of the table, metres."""
-    item = view.get(a)
-    way = np.array([x, y]) - centre(item)[:2]
-    distance = float(np.linalg.norm(way))
-    if distance == 0.0:
-        return Finding(holds=True)
-    found = view.robot.unpushable(item, (*map(float, way / distance), 0.0), distance, view.scene)
+    """The hand has room behind an object, and along a way on which it pushes it to a point of the table, metres."""
+    found = view.robot.unpushable_to(view.get(a), (x, y), view.scene)
     return _free(
         view, found, a, f"to push {a} to ({x:.3f}, {y:.3f})", "pick it and place it there, or choose another way"
     )
