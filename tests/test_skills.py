@@ -121,7 +121,9 @@ def test_push_to_slides_a_thing_to_a_point_and_nothing_else(ctx, name, point):
 
 
 def test_what_no_hand_can_carry_is_pushed_to_where_it_is_to_stand(ctx):
-    answer = plan_for(parse_facts("at(wide, 0.2, -0.3)"), ctx.look(), load_skills(), robot=LateAbilities(RobotAbilities(ctx)))
+    answer = plan_for(
+        parse_facts("at(wide, 0.2, -0.3)"), ctx.look(), load_skills(), robot=LateAbilities(RobotAbilities(ctx))
+    )
     assert isinstance(answer, Plan) and [str(call) for call in answer.steps] == ["push_to(object=wide, x=0.2, y=-0.3)"]
     small = plan_for(parse_facts("at(red_cube, 0.2, -0.3)"), ctx.look(), load_skills())
     assert isinstance(small, Plan) and [call.skill for call in small.steps] == ["pick", "place_at"]

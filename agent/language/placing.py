@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 
@@ -391,7 +392,12 @@ class Placing(Hands):
             )
         _, side, xy = free[0] if len(sides) == 1 else min(free)
         if self.sliding:
-            self._put_at(name, xy, f"the {side} of {target}")
+            # Nobody chooses among the places on a side later, as `place_beside` does.
+            (ex, ey), room = SIDE_AXES[side], world.radius(name) - 0.01
+            shifts = itertools.product((0.0, 0.05, 0.1), (0.0, 0.05, -0.05, 0.1, -0.1))
+            spots = ((xy[0] + ex * out - ey * aside, xy[1] + ey * out + ex * aside) for out, aside in shifts)
+            free_spots = (spot for spot in spots if world.in_reach(spot) and world.is_free(spot, room, (name,)))
+            self._put_at(name, next(free_spots, xy), f"the {side} of {target}")
             return
         self._take(name)
         others = [{"target": target, "side": other} for _, other, _ in sorted(free) if other != side]
