@@ -17,7 +17,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.nudging import nudge_may_help
 from robosandbox.skills.primitives.part_ways import PRESHAPE, plan_lead
 from robosandbox.skills.primitives.parts import PULLED_SHARE
-from robosandbox.skills.primitives.placing import plan_place
+from robosandbox.skills.primitives.placing import plan_put
 from robosandbox.skills.primitives.rehearsal import hand_planner, rehearse, with_aperture
 from robosandbox.skills.primitives.strokes import plan_push_to, plan_stroke
 from robosandbox.skills.protocols import SkillContext
@@ -210,7 +210,7 @@ class RobotAbilities(GripperAbilities):
         held = above.find(item.id) or item
         found = []
         for state in self._holding(held, there, scene):
-            met = rehearse(self._ctx, self._hand, above, state, lambda arm: _put(arm, held, above, spots, allowed))
+            met = rehearse(self._ctx, self._hand, above, state, lambda arm: plan_put(arm, held, above, spots, allowed))
             if met is None:
                 return None
             found.append(met)
@@ -251,11 +251,3 @@ def _take(arm: Manipulator, item: DetectedObject, scene: ObservedScene) -> None:
     except CollisionError:
         if not nudge_may_help(arm, item, scene):
             raise
-
-
-def _put(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Placement], allowed: Sequence[str]
-) -> None:
-    """Plan how an object is put down, as what places it does."""
-    arm.use(scene, held=held.id)
-    plan_place(arm, held, scene, spots, tuple(allowed))
