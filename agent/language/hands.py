@@ -78,7 +78,7 @@ class Hands:
                 (held,),
             )
 
-    def _take(self, name: str, **how: Any) -> None:
+    def _take(self, name: str) -> None:
         """Have an object in the gripper."""
         if self.world.held == name:
             return
@@ -103,15 +103,9 @@ class Hands:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{listed(above)} stands on {name}; say where to put {above[0]} first.", above
             )
-        self._add("pick", object=name, **how)
+        self._add("pick", object=name)
         self._note_moved(name)
         self.world.take(name)
-
-    def _regrip(self, name: str, grip: str) -> None:
-        """Have what the plan has just picked up be held in another way."""
-        if self.steps and self.steps[-1].call == SkillCall(skill="pick", arguments={"object": name}):
-            call = SkillCall(skill="pick", arguments={"object": name, "grip": grip})
-            self.steps[-1] = Step(call, self.steps[-1].others)
 
     def _note_moved(self, name: str) -> None:
         """Remember where a thing comes from, before it is moved."""

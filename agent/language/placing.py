@@ -283,12 +283,7 @@ class Placing(Hands):
             self._need_empty(f"open {door}")
             self._add("open", part=door)
             world.opened.add(door)
-        if holder.kind == "cupboard":
-            if world.held == name:
-                self._regrip(name, "side")
-            self._take(name, grip="side")
-        else:
-            self._take(name)
+        self._take(name)
         self._add("place_in", container=target)
         world.put(name, world.at[target], ("in", target))
 

@@ -24,6 +24,7 @@ from robosandbox.skills.primitives.rising import check_rise
 from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, Pose, Trajectory
 from robosandbox.types.robot import GripperGeometry
 from robosandbox.values import frozen
+from robosandbox.world.abilities import Obstruction
 from robosandbox.world.relations import support
 
 # How much wider than the object the fingers come on each side, metres, the widest that is free first; chosen as a
@@ -31,8 +32,6 @@ from robosandbox.world.relations import support
 _OPENINGS = (0.02, 0.01, 0.005)
 # Cosine of the angle to the vertical below which a hand leans; chosen as 2.6 degrees.
 _STRAIGHT_DOWN = 0.999
-# Cosine of the angle to the vertical, upwards, from which a hand comes more from the side.
-_FROM_SIDE = -math.sqrt(0.5)
 # Metres behind a grasp, tried where HOVER_HEIGHT is out of reach; chosen for arms whose reach ends just over the table
 # (docs/arms.md).
 _LOW_HOVERS = (0.055, 0.035)
@@ -84,8 +83,7 @@ def plan_grasp(
     excluded: Sequence[Grasp] = (),
     least_aperture: float = 0.0,
     *,
-    from_side: bool = False,
-    fits: Callable[[Grasp], bool] | None = None,
+    met: Callable[[Grasp], Obstruction | None] | None = None,
 ) -> GraspPlan:
     """Return the first candidate whose approach, descent and lift are all possible.
 
@@ -95,8 +93,7 @@ def plan_grasp(
         scene: What else is there.
         excluded: Grasps that were tried and did not hold, in the object's frame.
         least_aperture: How far apart the fingers are to come at least, metres.
-        from_side: Leave out hands that come more from above than from the side.
-        fits: Tells which grasps are of use.
+        met: Tells what is met later with a grasp, where it is of no use for that.
 
     Raises:
         GraspError: There is no candidate.
@@ -109,14 +106,14 @@ def plan_grasp(
     hand = arm.state.tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.spec, pieces=pieces, hand=hand)
     search = _GraspSearch(arm, target, least_aperture)
-    if from_side:
-        found = (grasp for grasp in found if grasp.tcp_pose.rotation[2, 2] > _FROM_SIDE)
-    if fits is not None:
-        found = filter(fits, found)
+    later: list[Obstruction] = []
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     # A cup is to touch what it is to hold.
     touched = () if arm.geometry.cup is None else (target.id,)
     for grasp in fresh:
+        if met is not None and (obstruction := met(grasp)) is not None:
+            later.append(obstruction)
+            continue
         plan = search.attempt(grasp, *touched)
         if plan is not None:
             arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
@@ -130,6 +127,8 @@ def plan_grasp(
             arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
             return plan
     arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=None))
+    if later and not search.failures:
+        raise CollisionError(f"{later[0].cause} where {target.id} is to go, with each grasp of it", phase=Phase.PLAN)
     if not search.failures:
         raise _no_candidate(arm, target, pieces)
     raise _most_telling(search.failures)

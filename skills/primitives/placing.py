@@ -35,6 +35,7 @@ from robosandbox.types import (
     Trajectory,
 )
 from robosandbox.values import frozen
+from robosandbox.world.abilities import Obstruction
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.effects import put, taken
 from robosandbox.world.facts import TABLE, fact
@@ -153,21 +154,18 @@ def place(
 
 
 def taken_anew(failed: FailedCall) -> Iterator[Alternative]:
-    """Yield putting down what is held and taking it anew, where the hand as it holds it found no way: another grip may.
+    """Yield putting down what is held and taking it anew, where the hand as it holds it found no way.
 
-    First one with which the hand has room where it goes; what a thing of the scene's file covers is come at from the side.
+    First by a grip with which the hand has room where it goes, then by any.
     """
     held = failed.scene.held
     if held is None or failed.error.code not in (ErrorCode.UNREACHABLE, ErrorCode.COLLISION):
         return
     first = (fact("on", held, TABLE),)
     target = failed.scene.find(str(next(iter(failed.call.arguments.values()), "")))
-    if target is not None and failed.error.code == ErrorCode.COLLISION:
+    if target is not None:
         fitting = (*first, fact("gripped_for", held, target.id))
         yield Alternative(why=f"{held} is put down and taken as it fits there", first=fitting, call=failed.call)
-    if target is not None and target.is_fixed:
-        from_side = (*first, fact("gripped", held, "side"))
-        yield Alternative(why=f"{held} is put down and taken from the side", first=from_side, call=failed.call)
     yield Alternative(why=f"{held} is put down and taken anew", first=first, call=failed.call)
 
 
@@ -198,10 +196,10 @@ def _leave(arm: Manipulator, held: str) -> None:
     arm.rise(HOVER_HEIGHT, Phase.LIFT, speed=arm.tempo.lift)
 
 
-def fitting_there(
+def obstruction_there(
     ctx: SkillContext, item: DetectedObject, base: DetectedObject, scene: ObservedScene
-) -> Callable[[Grasp], bool]:
-    """Return what tells of a grasp whether the hand has room with it to put an object on or into another.
+) -> Callable[[Grasp], Obstruction | None]:
+    """Return what tells of a grasp what the hand meets with it where it puts an object on or into another; None for nothing.
 
     Args:
         ctx: Whose hand.
@@ -217,13 +215,16 @@ def fitting_there(
     else:
         spots, allowed = placements_on(item, base, scene.objects)[0], (base.id,)
 
-    def fits(grasp: Grasp) -> bool:
+    def met(grasp: Grasp) -> Obstruction | None:
+        # What has no place there yet, as in a drawer that is still shut, is told by whoever puts it there.
+        if not spots:
+            return None
         tcp_pose = held.pose @ item.pose.inverse() @ grasp.tcp_pose
         state = replace(with_aperture(ctx, grasp.width), tcp_pose=tcp_pose)
         plan = partial(plan_put, held=held, scene=above, spots=spots, allowed=allowed)
-        return rehearse(ctx, hand_planner(ctx), above, state, plan) is None
+        return rehearse(ctx, hand_planner(ctx), above, state, plan)
 
-    return fits
+    return met
 
 
 def plan_put(

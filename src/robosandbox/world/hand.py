@@ -119,8 +119,8 @@ def _put_down(held: Sequence[str]) -> tuple[Fact, ...]:
     return tuple(fact("on", name, TABLE) for name in held)
 
 
-def _gripped(scene: ObservedScene, a: str, how: str) -> ObservedScene:
-    del how
+def _gripped(scene: ObservedScene, a: str, b: str) -> ObservedScene:
+    del b
     return taken(scene, a)
 
 
@@ -155,12 +155,6 @@ def holding(view: View, a: str, hand: str | None = None) -> Finding:
         help=f"pick {a} first",
         remedies=(fact("holding", a, *named),),
     )
-
-
-@predicate("object", "word", effect=_gripped)
-def gripped(view: View, a: str, how: str) -> Finding:
-    """The hand holds an object by a grip of a kind, as "side"; nobody sees of which kind it is."""
-    return Finding(holds=a in view.scene.in_hands, is_sure=False, cause=f"{a} is not held from the {how}")
 
 
 @predicate("object", "object", effect=_gripped)
