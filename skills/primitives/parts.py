@@ -25,6 +25,7 @@ from robosandbox.skills.primitives.part_ways import (
     STAND_OFF,
     PartWay,
     around,
+    is_hook,
     no_grip,
     opened_for,
     plan_lead,
@@ -84,7 +85,7 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
         _go(arm, way, opened_for(arm, way.grasp))
         arm.ctx.enter(Phase.GRASP)
         closed = arm.close_on(way.grasp.width)
-        if closed < empty_aperture(arm.geometry, way.grasp.width):
+        if not is_hook(arm, way.grasp.width) and closed < empty_aperture(arm.geometry, way.grasp.width):
             _let_go(arm, part)
             raise no_grip(arm, part, "missed", closed)
         force = _follow(arm, part, way)
@@ -94,13 +95,26 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
     return _until(arm, name, enough, grasped)
 
 
+def lead_or_push(
+    arm: Manipulator, name: str, goals: Sequence[float], enough: float
+) -> tuple[DetectedObject, float]:
+    """Lead a part as `lead` does, or push it as `push` does where there is nothing to hold it by; raises as `lead`."""
+    try:
+        return lead(arm, name, goals, enough)
+    except (UnreachableError, CollisionError, GraspError) as held:
+        try:
+            return push(arm, name, goals[0], enough)
+        except (UnreachableError, CollisionError, GraspError):
+            raise held from None
+
+
 def set_part(arm: Manipulator, skill: str, name: str, share: float) -> SkillResult:
     """Lead a part to a share of its way, unless it is there, and return what came of it; raises as `lead`."""
     before = now = arm.find(name)
     force, goal, off = 0.0, open_value(before, share), share - open_share(before)
     if abs(off) > TURNED_WITHIN:
         near = open_value(before, share - np.sign(off) * TURNED_WITHIN)
-        now, force = lead(arm, name, [goal], near)
+        now, force = lead_or_push(arm, name, [goal], near)
     already = {"already_there": True} if now is before else {}
     return SkillResult(skill=skill, detail={"part": name, "share": open_share(now), "force_n": force, **already})
 
@@ -340,7 +354,18 @@ def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
         return _pressed(arm, part, stroke, axis, rest, span)
-    raise most_telling(failures)
+    if failures:
+        raise most_telling(failures)
+    # A hand that cannot point along the way presses with its side.
+    if arm.spec.gripper is not None:
+        arm.motion.open_to(arm.geometry.min_aperture)
+    way = plan_push(arm, part, end)
+    _go(arm, way, None)
+    force = _follow(arm, part, way)
+    share = abs(part_value(arm.find(name, arm.look())) - rest) / span
+    _step_back(arm, part, way)
+    _withdraw(arm, part)
+    return share, force
 
 
 def _pressed(
