@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
+
+from pydantic import Field
 
 from robosandbox.errors import Phase, SkillError
 from robosandbox.evidence import Evidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import RESISTED, press_part
+from robosandbox.skills.primitives.parts import MOST_FORCE, RESISTED, press_part
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
@@ -44,8 +46,9 @@ class Press(Skill):
 
     name = "press"
 
-    def contract(self, *, part: str) -> Contract:
+    def contract(self, *, part: str, force: float = MOST_FORCE) -> Contract:
         """Return what pressing a part needs and brings about."""
+        del force
         return Contract(
             needs=(
                 fact("movable_part", part),
@@ -57,11 +60,14 @@ class Press(Skill):
             gives=(fact("pressed", part),),
         )
 
-    def run(self, ctx: SkillContext, *, part: str) -> SkillResult:
+    def run(
+        self, ctx: SkillContext, *, part: str, force: Annotated[float, Field(gt=0.0, le=200.0)] = MOST_FORCE
+    ) -> SkillResult:
         """Push a button or switch in along its slide with the closed fingers, and let go.
 
         Args:
             part: Id of the part, as bell.button.
+            force: At which it is felt to stop, N.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -71,11 +77,11 @@ class Press(Skill):
             PressError: It did not go in.
         """
         arm = Manipulator(ctx)
-        share, force = press_part(arm, part)
+        share, felt = press_part(arm, part, force)
         if share < _PRESSED:
             raise PressError(
-                f"{part} went in by {share:.0%} of its way and resisted with {force:.1f} N; it is locked, or stiffer than that",
+                f"{part} went in by {share:.0%} of its way and resisted with {felt:.1f} N; it is locked, or stiffer than that",
                 phase=Phase.VERIFY,
-                evidence=PressEvidence(part=part, force=force, share=share),
+                evidence=PressEvidence(part=part, force=felt, share=share),
             )
-        return SkillResult(skill=self.name, detail={"part": part, "pressed_share": share, "force_n": force})
+        return SkillResult(skill=self.name, detail={"part": part, "pressed_share": share, "force_n": felt})

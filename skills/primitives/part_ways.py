@@ -440,22 +440,39 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tupl
                 if np.linalg.norm(level) < 1e-3:
                     level = np.array([1.0, 0.0, 0.0])
                 level = level / np.linalg.norm(level)
-                for lean in _PUSH_LEANS:
-                    approach = turned(way, level, -lean)
-                    for y in (level, -level, np.cross(approach, level), np.cross(level, approach)):
-                        rotation = np.column_stack([np.cross(y, approach), y, approach])
-                        first = _foremost(arm, rotation, way)
-                        if first is None or not arm.planning.can_face(rotation):
-                            continue
-                        pose = Pose.from_matrix(point - first, rotation)
-                        turn = -float(np.trace(hand.T @ rotation))
-                        key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
-                        # An edge of the tips slides on a face that their ends or their side would lie on.
-                        on_edge = float(0.0 < lean < np.pi / 2.0)
-                        cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2))
-                        found.setdefault(key, (cost, pose, way))
+                for lean, rotation in _pushing(arm, way, level):
+                    first = _foremost(arm, rotation, way)
+                    if first is None:
+                        continue
+                    pose = Pose.from_matrix(point - first, rotation)
+                    turn = -float(np.trace(hand.T @ rotation))
+                    key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
+                    # An edge of the tips slides on a face that their ends or their side would lie on.
+                    on_edge = float(0.0 < lean < np.pi / 2.0)
+                    cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2))
+                    found.setdefault(key, (cost, pose, way))
     best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
     yield from best[:_MOST_FACES]
+
+
+def _pushing(arm: Manipulator, way: Array, level: Array) -> list[tuple[float, Array]]:
+    """Return leans from along a way (3,) to downwards, radians, and rotations (3, 3) of a hand that pushes along it.
+
+    A hand that cannot be turned into any of them pushes as it is.
+
+    Args:
+        arm: Whose hand.
+        way: Unit vector.
+        level: Unit vector at a right angle to it, level.
+    """
+    found = []
+    for lean in _PUSH_LEANS:
+        approach = turned(way, level, -lean)
+        for y in (level, -level, np.cross(approach, level), np.cross(level, approach)):
+            rotation = np.column_stack([np.cross(y, approach), y, approach])
+            if arm.planning.can_face(rotation):
+                found.append((lean, rotation))
+    return found or [(0.0, arm.state.tcp_pose.rotation)]
 
 
 def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]]) -> list[T]:

@@ -58,8 +58,8 @@ _LOCKED_WITHIN = 0.003
 _BESIDE = 0.005
 # Times that a grip which slipped is taken anew, and that a part which has followed is pushed on; as in `pick`.
 _ATTEMPTS = 3
-# Metres beyond its travel that the hand goes which presses a button.
-_BEYOND = 0.003
+# Metres beyond its travel that the hand goes at the most which presses a button: a stop of rubber gives before it is felt.
+_BEYOND = 0.02
 
 
 def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> tuple[DetectedObject, float]:
@@ -319,8 +319,13 @@ def _in_the_way(part: DetectedObject, scene: ObservedScene, *, closing: bool) ->
     )
 
 
-def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
+def press_part(arm: Manipulator, name: str, most: float) -> tuple[float, float]:
     """Press a part in with the closed fingers and come off it; return the share of its way that it went, and the most force, N.
+
+    Args:
+        arm: The skill's manipulator.
+        name: Id of the part.
+        most: Force at which it is felt to stop, N.
 
     Raises:
         UnreachableError: It is out of reach.
@@ -353,38 +358,40 @@ def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
             continue
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
-        return _pressed(arm, part, stroke, axis, rest, span)
+        return _pressed(arm, part, stroke, axis, rest, span, most)
     if failures:
         raise most_telling(failures)
     # A hand that cannot point along the way presses with its side.
     if arm.spec.gripper is not None:
         arm.motion.open_to(arm.geometry.min_aperture)
     way = plan_push(arm, part, end)
-    _go(arm, way, None)
-    force = _follow(arm, part, way)
-    share = abs(part_value(arm.find(name, arm.look())) - rest) / span
-    _step_back(arm, part, way)
-    _withdraw(arm, part)
-    return share, force
+    arm.motion.allow(*around(part))
+    goal = moved(way.poses[0], (STAND_OFF + span + _BEYOND) * axis)
+    stroke = arm.motion.plan_line(way.descent.q[-1], goal, speed=SPEED)
+    follow_free(arm, way.approach, Phase.APPROACH)
+    follow_free(arm, way.descent, Phase.DESCEND)
+    return _pressed(arm, part, stroke, axis, rest, span, most)
 
 
 def _pressed(
-    arm: Manipulator, part: DetectedObject, stroke: Trajectory, axis: Array, rest: float, span: float
+    arm: Manipulator, part: DetectedObject, stroke: Trajectory, axis: Array, rest: float, span: float, most: float
 ) -> tuple[float, float]:
-    force = 0.0
+    force, owner = 0.0, part.id.rpartition(".")[0]
 
     def felt() -> bool:
         nonlocal force
-        now = float(arm.force_on(part.id) @ axis)
+        # Where a part is flush with what it is on the hand presses on that as well.
+        felt_on = arm.force_on(part.id) + (arm.force_on(owner) if owner else 0.0)
+        now = float(felt_on @ axis)
         force = max(force, now)
-        return now > MOST_FORCE
+        return now > most
 
     # A servo trails its target by its damping over its stiffness, and presses with what it trails by.
     follow_until(arm, _slowed(stroke, STAND_OFF + span + _BEYOND, _FEELS), Phase.TOUCH, felt)
     scene = arm.look()
-    most = abs(part_value(arm.find(part.id, scene)) - rest) / span
+    share = abs(part_value(arm.find(part.id, scene)) - rest) / span
     arm.use(scene)
     arm.motion.allow(*around(part))
     away = moved(arm.state.tcp_pose, -HOVER_HEIGHT * axis)
     arm.follow(arm.motion.plan_line(arm.q, away, speed=arm.tempo.leave), Phase.RETREAT)
-    return most, force
+    return share, force

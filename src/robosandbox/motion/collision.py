@@ -224,7 +224,7 @@ class CollisionChecker:
         if depth[worst] <= 0.0:
             return None, float(min(_SIGHT, (distance - keep)[~own].min(initial=_SIGHT)))
         first, second = (int(b) for b in pairs[worst])
-        moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
+        moving = self._robot_body[first] or (self._held is not None and self.model.body_weldid[first] == self.model.body_weldid[self._held[0]])
         body, other = (first, second) if moving else (second, first)
         return DeepestContact(
             self.names[body], self.names[other], float(-distance[worst]), bool({body, other} <= self.robot.bodies)
@@ -287,7 +287,7 @@ class CollisionChecker:
         model.body_margin[:] = sight
         model.geom_conaffinity[self._allowed[bodies] & obstacles] = 0
         if self._held is not None:
-            held = (bodies == self._held[0]) & self._solid
+            held = (model.body_weldid[bodies] == model.body_weldid[self._held[0]]) & self._solid
             model.geom_contype[held] = _BIT
             model.geom_conaffinity[held] = 0
 
