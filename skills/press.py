@@ -18,6 +18,8 @@ from robosandbox.world.facts import fact
 
 # Share of its way that a button has to go to be pressed.
 _PRESSED = 0.7
+# Share of a force that was asked for.
+_CLOSE_ENOUGH = 0.9
 
 
 class PressEvidence(Evidence):
@@ -46,7 +48,7 @@ class Press(Skill):
 
     name = "press"
 
-    def contract(self, *, part: str, force: float = MOST_FORCE) -> Contract:
+    def contract(self, *, part: str, force: float | None = None) -> Contract:
         """Return what pressing a part needs and brings about."""
         del force
         return Contract(
@@ -61,13 +63,13 @@ class Press(Skill):
         )
 
     def run(
-        self, ctx: SkillContext, *, part: str, force: Annotated[float, Field(gt=0.0, le=200.0)] = MOST_FORCE
+        self, ctx: SkillContext, *, part: str, force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None
     ) -> SkillResult:
         """Push a button or switch in along its slide with the closed fingers, and let go.
 
         Args:
             part: Id of the part, as bell.button.
-            force: At which it is felt to stop, N.
+            force: To press with, N; until it is felt to stop when left out.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -77,10 +79,11 @@ class Press(Skill):
             PressError: It did not go in.
         """
         arm = Manipulator(ctx)
-        share, felt = press_part(arm, part, force)
-        if share < _PRESSED:
+        share, felt = press_part(arm, part, MOST_FORCE if force is None else force)
+        if share < _PRESSED or (force is not None and felt < _CLOSE_ENOUGH * force):
+            asked = "" if force is None else f" of {force:g} N asked for"
             raise PressError(
-                f"{part} went in by {share:.0%} of its way and resisted with {felt:.1f} N; it is locked, or stiffer than that",
+                f"{part} went in by {share:.0%} of its way and resisted with {felt:.1f} N{asked}; it is locked, or stiffer than that",
                 phase=Phase.VERIFY,
                 evidence=PressEvidence(part=part, force=felt, share=share),
             )

@@ -26,6 +26,8 @@ from robosandbox_metaworld.tasks import TASKS
 
 # Simulated seconds after which an episode ends: far more than MetaWorld's own limit of 500 steps, which is judged apart.
 TIMEOUT = 60.0
+# Metres by which `{over}` is over a goal: what MetaWorld's fingers reach below their TCP, and what they hold.
+OVER = 0.07
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +66,7 @@ def play(task: str, seed: int) -> Row:
     begun, simulated, claimed, reason = time.monotonic(), 0.0, False, ""
     with MetaWorldEnvironment(task, seed) as environment:
         x, y, z = (round(float(value), 4) for value in environment.goal)
-        lines = [line.format(x=x, y=y, z=z) for line in TASKS[task]]
+        lines = [line.format(x=x, y=y, z=z, over=round(z + OVER, 4)) for line in TASKS[task]]
         try:
             with open_session(
                 environment.scene, driver="metaworld", driver_options={"environment": environment}, dialogue=False

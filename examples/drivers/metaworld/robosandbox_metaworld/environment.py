@@ -27,6 +27,10 @@ _START = "start"
 TCP_DEPTH = 0.033
 # Of the planned hand: m/s, of the 0.8 that actions allow, so that what lags can be made up for; m/s^2 at which the weld follows.
 _SPEED, _ACCELERATION = 0.5, 3.0
+# N that the hand may press with what it is told to move: some of MetaWorld's buttons count when they are pushed past their stop.
+_MOST_FORCE = 200.0
+# Metres by which the weld lets the hand stand off its target, so that where that ends is not where the hand does.
+_GIVES = 0.005
 # How actions hold the hand: its x points down.
 _LEVEL = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 # N that a finger gives at the most; the motors would give hundreds.
@@ -122,7 +126,7 @@ class MetaWorldEnvironment:
         world.write_text(mjcf)
         world.with_name("scene.robosandbox.yaml").write_text(f"keyframe: {_START}\n")
         start = np.array(self.state["hand"])
-        low, high = np.minimum(self._low, start), np.maximum(self._high, start)
+        low, high = np.minimum(self._low, start) - _GIVES, np.maximum(self._high, start) + _GIVES
         robot.write_text(_hand_alone(mjcf, low, high))
         roles = {
             "arm": {
@@ -140,6 +144,7 @@ class MetaWorldEnvironment:
                 "closed_qpos": 0.04,
             },
             "ee_site": {"name": TCP},
+            "limits": {"max_force_n": _MOST_FORCE},
         }
         sidecar.write_text(yaml.safe_dump(roles))
         return Scene(world=world, robot_urdf=robot, robot_config=sidecar)

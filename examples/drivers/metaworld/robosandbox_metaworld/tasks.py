@@ -1,23 +1,23 @@
 """MetaWorld's 50 tasks, which have no sentences, as goals and calls.
 
 A line without "=" is a goal in relations, one with it a call. Things and parts are those that the importer finds; {x}, {y}, {z} are
-MetaWorld's own goal position, metres. Nothing here knows a start or a seed.
+MetaWorld's own goal position, metres, and {over} a hand's length above it. Nothing here knows a start or a seed.
 """
 
 from __future__ import annotations
 
 TASKS: dict[str, tuple[str, ...]] = {
     "assembly-v3": ("inside(peg, RoundNut)",),
-    "basketball-v3": ("pick(object=bsktball)", "move_to(x={x}, y={y}, z={z})"),
+    "basketball-v3": ("pick(object=bsktball)", "move_to(x={x}, y={y}, z={over})"),
     "bin-picking-v3": ("inside(obj, bin_goal)",),
     "box-close-v3": ("on(boxbodytop, boxbody)",),
-    "button-press-topdown-v3": ("press(part=box.button, force=50)",),
-    "button-press-topdown-wall-v3": ("press(part=box.button, force=50)",),
-    "button-press-v3": ("press(part=box.button, force=50)",),
-    "button-press-wall-v3": ("press(part=box.button, force=50)",),
-    "coffee-button-v3": ("press(part=coffee_machine.cmbutton, force=50)",),
-    "coffee-pull-v3": ("at(obj, {x:.3f}, {y:.3f})",),
-    "coffee-push-v3": ("at(obj, {x:.3f}, {y:.3f})",),
+    "button-press-topdown-v3": ("press(part=box.button, force=150)",),
+    "button-press-topdown-wall-v3": ("press(part=box.button, force=150)",),
+    "button-press-v3": ("press(part=box.button, force=150)",),
+    "button-press-wall-v3": ("press(part=box.button)",),
+    "coffee-button-v3": ("press(part=coffee_machine.cmbutton)",),
+    "coffee-pull-v3": ("pick(object=obj)", "place_at(x={x}, y={y})"),
+    "coffee-push-v3": ("pick(object=obj)", "place_at(x={x}, y={y})"),
     "dial-turn-v3": ("turned_to(body_1, 1.0)",),
     "disassemble-v3": ("pick(object=RoundNut)", "move_by(dz=0.15)"),
     "door-close-v3": ("closed(door.link)",),
@@ -30,10 +30,10 @@ TASKS: dict[str, tuple[str, ...]] = {
     "faucet-open-v3": ("turned_to(faucetBase.faucet_link2, 1.0)",),
     "hammer-v3": ("pick(object=hammerbody)", "move_to(x={x}, y={y}, z={z})"),
     "hand-insert-v3": ("pick(object=obj)", "move_to(x={x}, y={y}, z={z})"),
-    "handle-press-side-v3": ("press(part=box.handle_link, force=50)",),
-    "handle-press-v3": ("press(part=box.handle_link, force=50)",),
-    "handle-pull-side-v3": ("open(box.handle_link)",),
-    "handle-pull-v3": ("open(box.handle_link)",),
+    "handle-press-side-v3": ("press(part=box.handle_link)",),
+    "handle-press-v3": ("press(part=box.handle_link)",),
+    "handle-pull-side-v3": ("close(part=box.handle_link)",),
+    "handle-pull-v3": ("close(part=box.handle_link)",),
     "lever-pull-v3": ("turned_to(lever.link1, 1.0)",),
     "peg-insert-side-v3": ("inside(peg, box)",),
     "peg-unplug-side-v3": ("pick(object=plug1)", "move_to(x={x}, y={y}, z={z})"),
@@ -49,12 +49,12 @@ TASKS: dict[str, tuple[str, ...]] = {
     "push-wall-v3": ("at(obj, {x:.3f}, {y:.3f})",),
     "reach-v3": ("move_to(x={x}, y={y}, z={z})",),
     "reach-wall-v3": ("move_to(x={x}, y={y}, z={z})",),
-    "shelf-place-v3": ("inside(obj, shelf)",),
+    "shelf-place-v3": ("pick(object=obj)", "move_to(x={x}, y={y}, z={z})"),
     "soccer-v3": ("at(soccer_ball, {x:.3f}, {y:.3f})",),
     "stick-pull-v3": ("pick(object=stick)", "move_to(x={x}, y={y}, z={z})"),
     "stick-push-v3": ("pick(object=stick)", "move_to(x={x}, y={y}, z={z})"),
     "sweep-into-v3": ("pick(object=obj)", "move_to(x={x}, y={y}, z={z})"),
     "sweep-v3": ("at(obj, {x:.3f}, {y:.3f})",),
     "window-close-v3": ("closed(window.b_a)",),
-    "window-open-v3": ("open(window.b_a)",),
+    "window-open-v3": ("open(part=window.b_a, share=1.0)",),
 }
