@@ -21,7 +21,7 @@ from robosandbox.errors import RoboSandboxError
 from robosandbox.sim.scene_file import read_scene_file
 from robosandbox.workcell.session import open_session
 from robosandbox.workcell.workcell import Workcell
-from robosandbox_metaworld.environment import MetaWorldEnvironment
+from robosandbox_metaworld.environment import MetaWorldEnvironment, MetaWorldProcess
 from robosandbox_metaworld.tasks import TASKS
 
 # Simulated seconds after which an episode ends: far more than MetaWorld's own limit of 500 steps, which is judged apart.
@@ -61,10 +61,10 @@ class Row:
     reason: str
 
 
-def play(task: str, seed: int) -> Row:
+def play(process: MetaWorldProcess, task: str, seed: int) -> Row:
     """Return what came of one episode; a failure to open or to begin is a row as well."""
     begun, simulated, claimed, reason = time.monotonic(), 0.0, False, ""
-    with MetaWorldEnvironment(task, seed) as environment:
+    with MetaWorldEnvironment(process, seed) as environment:
         x, y, z = (round(float(value), 4) for value in environment.goal)
         lines = [line.format(x=x, y=y, z=z, over=round(z + OVER, 4)) for line in TASKS[task]]
         try:
@@ -117,7 +117,7 @@ def _value(text: str) -> object:
 def scene_of(task: str) -> dict[str, object]:
     """Return what the importer makes of a task's scene at start 0."""
     row: dict[str, object] = {"task": task}
-    with MetaWorldEnvironment(task, 0) as environment:
+    with MetaWorldProcess(task) as process, MetaWorldEnvironment(process, 0) as environment:
         try:
             assert environment.scene.world is not None
             file = read_scene_file(environment.scene.world)
@@ -167,15 +167,16 @@ def main() -> None:
         return
     rows: list[Row] = []
     for task in tasks:
-        for seed in options.seeds:
-            rows.append(row := play(task, seed))
-            verdict = "judged" if row.judged else "was judged" if row.judged_ever else "not judged"
-            claim = "claimed" if row.claimed else "not claimed"
-            print(
-                f"{row.task} {row.seed}: {claim}, {verdict}, {row.simulated_s:.1f} s, {row.wall_s:.1f} s wall; "
-                f"{row.goal}: {row.reason}",
-                flush=True,
-            )
-            if options.json is not None:
-                options.json.write_text(json.dumps([asdict(one) for one in rows], indent=1) + "\n")
+        with MetaWorldProcess(task) as process:
+            for seed in options.seeds:
+                rows.append(row := play(process, task, seed))
+                print(_said(row), flush=True)
+                if options.json is not None:
+                    options.json.write_text(json.dumps([asdict(one) for one in rows], indent=1) + "\n")
     print("\n".join(_summary(rows)))
+
+
+def _said(row: Row) -> str:
+    verdict = "judged" if row.judged else "was judged" if row.judged_ever else "not judged"
+    claim = "claimed" if row.claimed else "not claimed"
+    return f"{row.task} {row.seed}: {claim}, {verdict}, {row.simulated_s:.1f} s, {row.wall_s:.1f} s wall; {row.goal}: {row.reason}"

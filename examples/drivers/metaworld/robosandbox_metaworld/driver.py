@@ -140,7 +140,9 @@ class MetaWorldDriver(MuJoCoBackend):
         self.model.body_quat[link] = state["link_quat"]
         mujoco.mj_forward(self.model, data)
         self.model.body_pos[link], self.model.body_quat[link] = level
-        forces = {(self._geoms[a], self._geoms[b]): np.array(f) for a, b, f in state["forces"] if {a, b} <= self._geoms.keys()}
+        forces = {
+            (self._geoms[a], self._geoms[b]): np.array(f) for a, b, f in state["forces"] if {a, b} <= self._geoms.keys()
+        }
         forces |= {(b, a): -force for (a, b), force in forces.items()}
         pairs = [tuple(pair) for pair in data.contact.geom.tolist()]
         for index, pair in enumerate(pairs):

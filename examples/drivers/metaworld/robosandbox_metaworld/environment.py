@@ -37,13 +37,44 @@ _LEVEL = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 GRIP = 40.0
 
 
-class MetaWorldEnvironment:
-    """A task of MetaWorld at one of its starts, in a process of its own.
+class MetaWorldProcess:
+    """MetaWorld in a process and an environment of its own, which runs one of its tasks.
 
     Args:
         task: Its name, as drawer-open-v3.
+        command: What starts the process, without its argument.
+    """
+
+    def __init__(self, task: str, command: Sequence[str] = ("uv", "run", "--quiet", "--script", str(PROCESS))) -> None:
+        self._process = subprocess.Popen([*command, task], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def ask(self, line: object) -> dict[str, Any]:
+        """Send the number of a start, an action (4,), or None for the start once more; return the state that comes of it."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(json.dumps(line) + "\n")
+        self._process.stdin.flush()
+        answer = self._process.stdout.readline()
+        if not answer:
+            raise RuntimeError(f"MetaWorld's process has ended with {self._process.wait()}")
+        state: dict[str, Any] = json.loads(answer)
+        return state
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        self._process.wait(timeout=10.0)
+
+
+class MetaWorldEnvironment:
+    """A task of MetaWorld at one of its starts.
+
+    Args:
+        process: Runs the task.
         number: Which of the 50 starts that MetaWorld draws of its seed 0.
-        command: What starts the process, without its arguments.
 
     Attributes:
         scene: The world as MetaWorld's file, with the hand on slides for a robot.
@@ -55,14 +86,10 @@ class MetaWorldEnvironment:
         judged_in_time: At any moment within the limit.
     """
 
-    def __init__(
-        self, task: str, number: int, *, command: Sequence[str] = ("uv", "run", "--quiet", "--script", str(PROCESS))
-    ) -> None:
-        self._process = subprocess.Popen(
-            [*command, task, str(number)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
+    def __init__(self, process: MetaWorldProcess, number: int) -> None:
+        self._process = process
         self._folder = tempfile.TemporaryDirectory(prefix="robosandbox-metaworld-")
-        about = self._answer()
+        about = process.ask(number)
         self.goal: Array = frozen_array(about["goal"])
         self.limit: int = about["limit"]
         self.timestep: float = about["timestep"]
@@ -81,7 +108,7 @@ class MetaWorldEnvironment:
             effort: What closes the fingers, -1 to 1.
         """
         action = (hand - np.array(self.state["mocap_pos"])) / self._scale
-        self._send([*np.clip(action, -1.0, 1.0).tolist(), effort])
+        self.state = self._process.ask([*np.clip(action, -1.0, 1.0).tolist(), effort])
         self.steps += 1
         self.judged = self.state["success"]
         self.judged_once = self.judged_once or self.judged
@@ -89,37 +116,15 @@ class MetaWorldEnvironment:
 
     def reset(self) -> None:
         """Start over."""
-        self._send(None)
+        self.state = self._process.ask(None)
         self.steps = 0
         self.judged = self.judged_once = self.judged_in_time = False
-
-    def _send(self, action: list[float] | None) -> None:
-        """Send an action, or None for the start, and take over the state that comes back."""
-        assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps(action) + "\n")
-        self._process.stdin.flush()
-        self.state = self._answer()
-
-    def close(self) -> None:
-        """End the process."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        self._process.wait(timeout=10.0)
-        self._folder.cleanup()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def _answer(self) -> dict[str, Any]:
-        assert self._process.stdout is not None
-        line = self._process.stdout.readline()
-        if not line:
-            raise RuntimeError(f"MetaWorld's process has ended with {self._process.wait()}")
-        answer: dict[str, Any] = json.loads(line)
-        return answer
+        self._folder.cleanup()
 
     def _written(self, folder: Path, mjcf: str) -> Scene:
         world, robot, sidecar = folder / "scene.xml", folder / "hand.xml", folder / "hand.robosandbox.yaml"
@@ -160,9 +165,7 @@ def _hand_alone(mjcf: str, low: Array, high: Array) -> str:
     at = spec.worldbody
     for axis, name in enumerate(SLIDES):
         at = at.add_body(name=name, mass=1.0, inertia=[0.01] * 3, explicitinertial=True)
-        at.add_joint(
-            name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=np.eye(3)[axis], range=[low[axis], high[axis]]
-        )
+        at.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=np.eye(3)[axis], range=[low[axis], high[axis]])
     link, hand = model.body(LAST_LINK).id, data.body(HAND)
     # Actions hold the hand level, its x down.
     turn = _LEVEL @ hand.xmat.reshape(3, 3).T
@@ -178,9 +181,13 @@ def _hand_alone(mjcf: str, low: Array, high: Array) -> str:
         if parent in made:
             name = str(model.body(body).name)
             made[body] = made[parent].add_body(name=name, pos=model.body_pos[body], quat=model.body_quat[body])
+    others = ~np.isin(model.geom_bodyid, [*made])
+    gives, takes = model.geom_contype, model.geom_conaffinity
     for geom in range(model.ngeom):
         body = int(model.geom_bodyid[geom])
-        if body in made and model.geom_conaffinity[geom]:
+        # What of the hand meets nothing there is none here.
+        meets = (gives[geom] & takes[others]) | (gives[others] & takes[geom])
+        if body in made and meets.any():
             _add_geom(spec, made[body], model, geom)
     for name in FINGER_JOINTS:
         joint = model.joint(name)

@@ -4,7 +4,7 @@
 # ///
 """MetaWorld's environment in a process of its own: actions as lines of JSON on stdin, states as such lines on stdout.
 
-    uv run --script metaworld_process.py drawer-open-v3 0
+    uv run --script metaworld_process.py drawer-open-v3
 
 It knows nothing of RoboSandbox: MetaWorld's versions of MuJoCo and others clash with those there.
 """
@@ -30,15 +30,12 @@ import numpy as np
 _SEED = 0
 
 
-def opened(task: str, number: int) -> Any:
-    """Return MetaWorld's environment of a task at one of its starts, reset."""
-    suite = metaworld.MT1(task, seed=_SEED)
-    env = suite.train_classes[task]()
-    env.set_task(suite.train_tasks[number])
+def begin(env: Any, start: Any) -> None:
+    """Put an environment at a start."""
+    env.set_task(start)
     env.reset()
     # Its limit of 500 steps is counted by who drives it.
     env.max_path_length = sys.maxsize
-    return env
 
 
 def described(env: Any) -> dict[str, object]:
@@ -95,23 +92,23 @@ def told(env: Any, success: float) -> dict[str, object]:
 
 
 def main() -> None:
-    """Answer lines on stdin, an action or null for the start, until it ends."""
+    """Answer lines on stdin until it ends: the number of a start, an action, or null for the start once more."""
     answers, sys.stdout = sys.stdout, sys.stderr
-    env = opened(sys.argv[1], int(sys.argv[2]))
-
-    def say(value: dict[str, object]) -> None:
-        answers.write(json.dumps(value) + "\n")
-        answers.flush()
-
-    say(described(env) | told(env, 0.0))
+    suite = metaworld.MT1(sys.argv[1], seed=_SEED)
+    env = suite.train_classes[sys.argv[1]]()
     for line in sys.stdin:
-        action = json.loads(line)
-        if action is None:
+        asked, success, about = json.loads(line), 0.0, {}
+        if isinstance(asked, int):
+            # Each start has an environment of its own: a reset leaves some of what was before.
+            env = suite.train_classes[sys.argv[1]]()
+            begin(env, suite.train_tasks[asked])
+            about = described(env)
+        elif asked is None:
             env.reset()
-            say(told(env, 0.0))
         else:
-            info = env.step(np.array(action, dtype=np.float64))[4]
-            say(told(env, float(info["success"])))
+            success = float(env.step(np.array(asked, dtype=np.float64))[4]["success"])
+        answers.write(json.dumps(about | told(env, success)) + "\n")
+        answers.flush()
 
 
 if __name__ == "__main__":
