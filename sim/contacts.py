@@ -53,7 +53,9 @@ class Contacts:
         if gripper.geometry.cup is not None:
             sealed = (seal(self._world, robot, self._data) or 0.0) >= gripper.geometry.seal
             needed = 1 if sealed and is_sucking(gripper, self._data) else 2
-        held = (item for item, body in self._world.object_bodies.items() if len(sides.get(int(rigid[body]), ())) == needed)
+        held = (
+            item for item, body in self._world.object_bodies.items() if len(sides.get(int(rigid[body]), ())) == needed
+        )
         return next((item for item in held if item not in self._world.fixed), None)
 
     def touching(self) -> dict[str, set[str]]:

@@ -95,9 +95,7 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
     return _until(arm, name, enough, grasped)
 
 
-def lead_or_push(
-    arm: Manipulator, name: str, goals: Sequence[float], enough: float
-) -> tuple[DetectedObject, float]:
+def lead_or_push(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> tuple[DetectedObject, float]:
     """Lead a part as `lead` does, or push it as `push` does where there is nothing to hold it by; raises as `lead`."""
     try:
         return lead(arm, name, goals, enough)

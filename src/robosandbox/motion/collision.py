@@ -224,7 +224,9 @@ class CollisionChecker:
         if depth[worst] <= 0.0:
             return None, float(min(_SIGHT, (distance - keep)[~own].min(initial=_SIGHT)))
         first, second = (int(b) for b in pairs[worst])
-        moving = self._robot_body[first] or (self._held is not None and self.model.body_weldid[first] == self.model.body_weldid[self._held[0]])
+        moving = self._robot_body[first] or (
+            self._held is not None and self.model.body_weldid[first] == self.model.body_weldid[self._held[0]]
+        )
         body, other = (first, second) if moving else (second, first)
         return DeepestContact(
             self.names[body], self.names[other], float(-distance[worst]), bool({body, other} <= self.robot.bodies)
