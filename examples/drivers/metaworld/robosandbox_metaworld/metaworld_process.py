@@ -59,7 +59,6 @@ def described(env: Any) -> dict[str, object]:
         "timestep": float(env.model.opt.timestep * env.frame_skip),
         "limit": 500,
         "goal": np.asarray(env._target_pos).tolist(),
-        "hand_start": np.asarray(env.hand_init_pos).tolist(),
     }
 
 
