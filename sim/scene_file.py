@@ -106,7 +106,7 @@ class SceneFile:
         Args:
             keep: Ids of the objects that stay; all when left out. Fixtures and parts always do.
         """
-        spec = _named_spec(self.path)
+        spec = named_spec(self.path)
         kept = None if keep is None else set(keep)
         gone = [
             self.bodies[item.id][0]
@@ -140,7 +140,7 @@ def read_scene_file(path: Path) -> SceneFile:
 def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
     del stamp, sidecar_stamp  # part of the cache's key: an edited file is read again
     said = scene_sidecar(path)
-    spec = _named_spec(path)
+    spec = named_spec(path)
     model = _compiled(spec, path)
     keyframes = keyframes_of(model)
     left_out = {name: "the sidecar leaves it out" for name in said.leave_out}
@@ -492,8 +492,9 @@ class _Reader:
                     f"{sidecar_path(self._path).name}: table: {self._said.table!r} has no level face; there is {have}"
                 )
             found = named
-        # A table stands on a floor: of faces with as many things the higher is meant.
-        return max(found, key=lambda one: (one[0], one[2].height > 0.05, one[1]))[2]
+        # A table stands on a floor: of faces with as many things the largest that is higher is meant.
+        lowest = min(one[2].height for one in found)
+        return max(found, key=lambda one: (one[0], one[2].height > lowest + 0.05, one[1]))[2]
 
     def _faces(self, body: int, bodies: list[int]) -> Iterator[tuple[float, Area]]:
         pieces = self._pieces(bodies, body)
@@ -522,7 +523,7 @@ class _Reader:
 _LIGHTEST, _HEAVIEST = 0.001, 50.0
 
 
-def _named_spec(path: Path) -> mujoco.MjSpec:
+def named_spec(path: Path) -> mujoco.MjSpec:
     """Return the file as it is, but that bodies without a name have one."""
     try:
         spec = mujoco.MjSpec.from_file(str(path))
@@ -575,8 +576,8 @@ def _stood(model: mujoco.MjModel, name: str) -> tuple[float, float, float, float
 
 
 def _robots(model: mujoco.MjModel) -> dict[str, str]:
-    """Return the bodies of arms, by name, with why: hinges in a row that motors drive."""
-    found: dict[str, str] = {}
+    """Return the bodies of arms, by name, with why: hinges in a row that motors drive, or that are led by the hand."""
+    found = _led_arms(model)
     driven = {joint for actuator in range(model.nu) for joint in actuator_joints(model, actuator)}
     for chain in find_chains(model):
         hinges = [j for j in chain.joints if model.jnt_type[j] == _HINGE and j in driven]
@@ -588,6 +589,26 @@ def _robots(model: mujoco.MjModel) -> dict[str, str]:
         found[str(model.body(body).name)] = (
             f"an arm of {len(hinges)} driven hinges: the scene's own robot takes its place"
         )
+    return found
+
+
+def _led_arms(model: mujoco.MjModel) -> dict[str, str]:
+    """Return the bodies of arms whose hand is welded to a mocap body, by name, and such bodies, with why."""
+    found: dict[str, str] = {}
+    for weld in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_WELD.value):
+        ends = int(model.eq_obj1id[weld]), int(model.eq_obj2id[weld])
+        if model.eq_objtype[weld] != mujoco.mjtObj.mjOBJ_BODY.value or model.body_mocapid[[*ends]].max() < 0:
+            continue
+        target, hand = ends if model.body_mocapid[ends[0]] >= 0 else ends[::-1]
+        chain = [hand]
+        while model.body_parentid[chain[-1]]:
+            chain.append(int(model.body_parentid[chain[-1]]))
+        hinges = sum(int(model.jnt_type[j]) == _HINGE for j in np.flatnonzero(np.isin(model.jnt_bodyid, chain)))
+        if hinges >= _LEAST_HINGES:
+            found[str(model.body(chain[-1]).name)] = (
+                f"an arm of {hinges} hinges whose hand is led: the scene's own robot takes its place"
+            )
+            found[str(model.body(target).name)] = f"it leads the hand of {model.body(chain[-1]).name}"
     return found
 
 

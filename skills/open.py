@@ -8,7 +8,7 @@ from pydantic import Field
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import RESISTED, lead
+from robosandbox.skills.primitives.parts import RESISTED, lead_or_push
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
@@ -40,7 +40,7 @@ class Open(Skill):
         )
 
     def run(self, ctx: SkillContext, *, part: str, share: Annotated[float, Field(gt=0.5, le=1.0)] = 0.9) -> SkillResult:
-        """Take hold of a door, drawer or lid and lead it open.
+        """Take hold of a door, drawer or lid and lead it open; push it where there is nothing to hold.
 
         Args:
             part: Id of the part, as cupboard.door.
@@ -60,5 +60,5 @@ class Open(Skill):
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_open": True}
             )
         goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > OPEN_SHARE]
-        now, force = lead(arm, part, goals, open_value(before, OPEN_SHARE))
+        now, force = lead_or_push(arm, part, goals, open_value(before, OPEN_SHARE))
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})

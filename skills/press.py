@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
+
+from pydantic import Field
 
 from robosandbox.errors import Phase, SkillError
 from robosandbox.evidence import Evidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import RESISTED, press_part
+from robosandbox.skills.primitives.parts import MOST_FORCE, RESISTED, press_part
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
@@ -16,6 +18,8 @@ from robosandbox.world.facts import fact
 
 # Share of its way that a button has to go to be pressed.
 _PRESSED = 0.7
+# Share of a force that was asked for.
+_CLOSE_ENOUGH = 0.9
 
 
 class PressEvidence(Evidence):
@@ -44,8 +48,9 @@ class Press(Skill):
 
     name = "press"
 
-    def contract(self, *, part: str) -> Contract:
+    def contract(self, *, part: str, force: float | None = None) -> Contract:
         """Return what pressing a part needs and brings about."""
+        del force
         return Contract(
             needs=(
                 fact("movable_part", part),
@@ -57,11 +62,14 @@ class Press(Skill):
             gives=(fact("pressed", part),),
         )
 
-    def run(self, ctx: SkillContext, *, part: str) -> SkillResult:
+    def run(
+        self, ctx: SkillContext, *, part: str, force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None
+    ) -> SkillResult:
         """Push a button or switch in along its slide with the closed fingers, and let go.
 
         Args:
             part: Id of the part, as bell.button.
+            force: To press with, N; until it is felt to stop when left out.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -71,11 +79,12 @@ class Press(Skill):
             PressError: It did not go in.
         """
         arm = Manipulator(ctx)
-        share, force = press_part(arm, part)
-        if share < _PRESSED:
+        share, felt = press_part(arm, part, MOST_FORCE if force is None else force)
+        if share < _PRESSED or (force is not None and felt < _CLOSE_ENOUGH * force):
+            asked = "" if force is None else f" of {force:g} N asked for"
             raise PressError(
-                f"{part} went in by {share:.0%} of its way and resisted with {force:.1f} N; it is locked, or stiffer than that",
+                f"{part} went in by {share:.0%} of its way and resisted with {felt:.1f} N{asked}; it is locked, or stiffer than that",
                 phase=Phase.VERIFY,
-                evidence=PressEvidence(part=part, force=force, share=share),
+                evidence=PressEvidence(part=part, force=felt, share=share),
             )
-        return SkillResult(skill=self.name, detail={"part": part, "pressed_share": share, "force_n": force})
+        return SkillResult(skill=self.name, detail={"part": part, "pressed_share": share, "force_n": felt})

@@ -175,6 +175,20 @@ def test_an_arm_in_the_file_is_left_out_for_the_scenes_robot(tmp_path: Path) -> 
         sim.close()
 
 
+def test_an_arm_that_is_led_by_its_hand_is_left_out_with_what_leads_it(tmp_path: Path) -> None:
+    links = "".join(f'<body name="l{k}" pos="0 0 .1"><joint axis="0 1 0"/><geom size=".02"/>' for k in range(4))
+    path = tmp_path / "led.xml"
+    path.write_text(
+        '<mujoco><worldbody><body name="board"><geom type="box" size=".5 .5 .02"/></body>'
+        f'<body name="base" pos="0 0 .1">{links}{"</body>" * 4}</body><body name="lead" mocap="true"/></worldbody>'
+        '<equality><weld body1="lead" body2="l3"/></equality></mujoco>'
+    )
+    file = read_scene_file(path)
+    assert file.left_out.keys() == {"base", "lead"}
+    assert [item.id for item in file.objects] == []
+    assert file.table.body == "board"
+
+
 def test_a_sidecar_says_what_the_file_does_not(tmp_path: Path) -> None:
     said = """
 robot_base: [-1.4, 2.0, 0.32, 0.0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,6 +33,8 @@ from robosandbox.world.relations import support
 _OPENINGS = (0.02, 0.01, 0.005)
 # Cosine of the angle to the vertical below which a hand leans; chosen as 2.6 degrees.
 _STRAIGHT_DOWN = 0.999
+# Angle by which fingers may close askew, radians: within the cone of a friction of 0.4.
+_ASKEW = math.atan(0.4)
 # Metres behind a grasp, tried where HOVER_HEIGHT is out of reach; chosen for arms whose reach ends just over the table
 # (docs/arms.md).
 _LOW_HOVERS = (0.055, 0.035)
@@ -108,6 +111,7 @@ def plan_grasp(
     search = _GraspSearch(arm, target, least_aperture)
     later: list[Obstruction] = []
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
+    fresh = (_faced(arm, grasp) for grasp in fresh)
     # A cup is to touch what it is to hold.
     touched = () if arm.geometry.cup is None else (target.id,)
     for grasp in fresh:
@@ -132,6 +136,14 @@ def plan_grasp(
     if not search.failures:
         raise _no_candidate(arm, target, pieces)
     raise _most_telling(search.failures)
+
+
+def _faced(arm: Manipulator, grasp: Grasp) -> Grasp:
+    """Return a grasp for which the hand need not turn where it cannot and is nearly right as it is: friction does the rest."""
+    hand, rotation = arm.state.tcp_pose.rotation, grasp.tcp_pose.rotation
+    if arm.planning.can_face(rotation) or np.trace(hand.T @ rotation) < 1.0 + 2.0 * math.cos(_ASKEW):
+        return grasp
+    return replace(grasp, tcp_pose=Pose.from_matrix(grasp.tcp_pose.position, hand))
 
 
 def in_frame(grasp: Grasp, target: DetectedObject) -> Grasp:

@@ -54,6 +54,10 @@ _ROLLS = ((0.0,), tuple(np.radians([10.0, -10.0, 25.0, -25.0, 45.0, -45.0])))
 _TIPS = 0.008
 # Metres by which what is held is wider than closed fingers.
 _THINNEST = 0.001
+# Least cosine between the closing line and the way of what fingers lead that do not hold it.
+_HOOKS = 0.7
+# Metres more than the play of closed fingers that one of them goes to lead a part: their own springs and margins.
+_PLAY = 0.005
 # Sampled starts for a configuration: another grip is worth more than a harder search.
 _RESTARTS = 3
 # Grips that are tried.
@@ -116,7 +120,7 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     failures: list[SkillError] = []
     is_knob = _is_knob(arm, part)
     # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
-    turns = _TURNS if joint_of(part).kind == "hinge" and not is_knob else _TURNS[:1]
+    turns = _TURNS[:1] if is_knob else _turns(arm, part)
     for rolls in _ROLLS[:1] if is_knob else _ROLLS:
         grasps = _handles(arm, part, rolls)
         free: dict[int, Array | None] = {}
@@ -136,6 +140,15 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     raise most_telling(in_the_way or failures)
 
 
+def _turns(arm: Manipulator, part: DetectedObject) -> tuple[float, ...]:
+    """Return shares of a part's turn that the hand may make; none of it where the hand cannot turn so."""
+    joint = joint_of(part)
+    if joint.kind == "slide":
+        return _TURNS[:1]
+    turn = matrix_about_axis(np.array(joint.axis), 0.5)
+    return _TURNS if arm.planning.can_face(turn @ arm.state.tcp_pose.rotation) else (0.0,)
+
+
 def _is_own(part: DetectedObject, error: SkillError) -> bool:
     """Tell whether the hand would only meet the part itself, or what it is on."""
     met = error.evidence.other if isinstance(error.evidence, CollisionEvidence) else ""
@@ -150,14 +163,14 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
         UnreachableError: Its faces, or its way, are out of reach.
         CollisionError: Something is in the way.
     """
-    motion, failures, q_now = arm.motion, list[SkillError](), arm.q
+    motion, failures, q_now, turns = arm.motion, list[SkillError](), arm.q, _turns(arm, part)
     faces = [*_faces(arm, part, goal)]
     # A hand that presses on what the part is on does not shut it: only where nothing else is left.
     for allowed, (tcp, direction) in product(dict.fromkeys((touched(part), around(part))), faces):
         start = moved(tcp, -STAND_OFF * direction)
         values = _values(part, tcp, goal)
         beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp)]
-        for share in _TURNS if joint_of(part).kind == "hinge" else _TURNS[:1]:
+        for share in turns:
             poses = _along(part, tcp, beyond, share)
             try:
                 motion.allow()
@@ -187,6 +200,7 @@ def pressing_poses(arm: Manipulator, part: DetectedObject, axis: Array) -> Itera
     for k in range(_YAWS):
         y = turned(across, axis, 2.0 * math.pi * k / _YAWS)
         rotations.append(np.column_stack([np.cross(y, axis), y, axis]))
+    rotations = [rotation for rotation in rotations if arm.planning.can_face(rotation)]
     rotations.sort(key=lambda rotation: -round(float(np.trace(hand.T @ rotation)), 6))
     for rotation in rotations:
         yield Pose.from_matrix(face - tip * axis, rotation)
@@ -235,7 +249,7 @@ def _handles(arm: Manipulator, part: DetectedObject, rolls: Sequence[float]) -> 
                     continue
                 point = at - back * approach
                 grasp = _grip(arm, part, point, closing, approach, width, float(half[a]) - back)
-                if grasp is not None:
+                if grasp is not None and arm.planning.can_face(grasp.tcp_pose.rotation):
                     # A hand that comes from where it is at home has its arm behind it; one along a knob's axis only turns.
                     line = np.sign(approach @ np.array(joint.axis)) * np.array(joint.axis) if is_knob else away
                     straight = round(max(0.0, float(approach @ line)), 1)
@@ -250,9 +264,14 @@ def _handles(arm: Manipulator, part: DetectedObject, rolls: Sequence[float]) -> 
 def _grip(
     arm: Manipulator, part: DetectedObject, point: Array, closing: Array, approach: Array, width: float, near: float
 ) -> Grasp | None:
-    """Return the grip that closes on a width around a point, metres; None where fingers or palm have no room."""
+    """Return the grip that closes on a width around a point, metres; None where fingers or palm have no room.
+
+    What is thinner than the gap of closed fingers is led by one of them, where it goes along their closing line.
+    """
     geometry = arm.geometry
-    if not geometry.min_aperture + _THINNEST < width < geometry.max_aperture - 2.0 * FINGER_CLEARANCE:
+    if width >= geometry.max_aperture - 2.0 * FINGER_CLEARANCE:
+        return None
+    if is_hook(arm, width) and abs(closing @ _way(joint_of(part), point)) < _HOOKS:
         return None
     pose = hand_pose(
         geometry,
@@ -265,6 +284,11 @@ def _grip(
         ceiling=math.inf,
     )
     return None if pose is None else Grasp(object=part.id, tcp_pose=pose, width=width, quality=1.0, how="side")
+
+
+def is_hook(arm: Manipulator, width: float) -> bool:
+    """Tell whether closed fingers have play around what is so wide, metres, and lead it by one of them."""
+    return width <= arm.geometry.min_aperture + _THINNEST
 
 
 def _sure(grasp: Grasp, joint: PartJoint) -> float:
@@ -324,6 +348,10 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
     motion.open_to(opened_for(arm, grasp))
     tcp, values = grasp.tcp_pose, _values(part, grasp.tcp_pose, goal)
     poses = _along(part, tcp, values[1:], share)
+    if is_hook(arm, grasp.width):
+        # A finger comes against it first.
+        way = math.copysign(arm.geometry.min_aperture - grasp.width + _PLAY, goal - part_value(part))
+        poses = tuple(moved(pose, way * _way(joint_of(part), pose.position)) for pose in poses)
     for height in HOVERS:
         try:
             motion.allow(*touched(part))
@@ -412,22 +440,39 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tupl
                 if np.linalg.norm(level) < 1e-3:
                     level = np.array([1.0, 0.0, 0.0])
                 level = level / np.linalg.norm(level)
-                for lean in _PUSH_LEANS:
-                    approach = turned(way, level, -lean)
-                    for y in (level, -level, np.cross(approach, level), np.cross(level, approach)):
-                        rotation = np.column_stack([np.cross(y, approach), y, approach])
-                        first = _foremost(arm, rotation, way)
-                        if first is None:
-                            continue
-                        pose = Pose.from_matrix(point - first, rotation)
-                        turn = -float(np.trace(hand.T @ rotation))
-                        key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
-                        # An edge of the tips slides on a face that their ends or their side would lie on.
-                        on_edge = float(0.0 < lean < np.pi / 2.0)
-                        cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2))
-                        found.setdefault(key, (cost, pose, way))
+                for lean, rotation in _pushing(arm, way, level):
+                    first = _foremost(arm, rotation, way)
+                    if first is None:
+                        continue
+                    pose = Pose.from_matrix(point - first, rotation)
+                    turn = -float(np.trace(hand.T @ rotation))
+                    key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
+                    # An edge of the tips slides on a face that their ends or their side would lie on.
+                    on_edge = float(0.0 < lean < np.pi / 2.0)
+                    cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2))
+                    found.setdefault(key, (cost, pose, way))
     best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
     yield from best[:_MOST_FACES]
+
+
+def _pushing(arm: Manipulator, way: Array, level: Array) -> list[tuple[float, Array]]:
+    """Return leans from along a way (3,) to downwards, radians, and rotations (3, 3) of a hand that pushes along it.
+
+    A hand that cannot be turned into any of them pushes as it is.
+
+    Args:
+        arm: Whose hand.
+        way: Unit vector.
+        level: Unit vector at a right angle to it, level.
+    """
+    found = []
+    for lean in _PUSH_LEANS:
+        approach = turned(way, level, -lean)
+        for y in (level, -level, np.cross(approach, level), np.cross(level, approach)):
+            rotation = np.column_stack([np.cross(y, approach), y, approach])
+            if arm.planning.can_face(rotation):
+                found.append((lean, rotation))
+    return found or [(0.0, arm.state.tcp_pose.rotation)]
 
 
 def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]]) -> list[T]:
@@ -459,7 +504,8 @@ def _foremost(arm: Manipulator, rotation: Array, way: Array) -> Array | None:
     if y != 0.0 and z != 0.0:
         return None
     geometry = arm.spec.gripper.geometry
-    half = np.array([geometry.finger_width / 2.0, geometry.finger_thickness, geometry.tip_depth])
+    outside = geometry.min_aperture / 2.0 + geometry.finger_thickness
+    half = np.array([geometry.finger_width / 2.0, outside, geometry.tip_depth])
     first: Array = rotation @ (np.sign([x, y, z]) * half)
     return first
 

@@ -25,6 +25,7 @@ from robosandbox.skills.primitives.part_ways import (
     STAND_OFF,
     PartWay,
     around,
+    is_hook,
     no_grip,
     opened_for,
     plan_lead,
@@ -57,8 +58,8 @@ _LOCKED_WITHIN = 0.003
 _BESIDE = 0.005
 # Times that a grip which slipped is taken anew, and that a part which has followed is pushed on; as in `pick`.
 _ATTEMPTS = 3
-# Metres beyond its travel that the hand goes which presses a button.
-_BEYOND = 0.003
+# Metres beyond its travel that the hand goes at the most which presses a button: a stop of rubber gives before it is felt.
+_BEYOND = 0.02
 
 
 def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> tuple[DetectedObject, float]:
@@ -84,7 +85,7 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
         _go(arm, way, opened_for(arm, way.grasp))
         arm.ctx.enter(Phase.GRASP)
         closed = arm.close_on(way.grasp.width)
-        if closed < empty_aperture(arm.geometry, way.grasp.width):
+        if not is_hook(arm, way.grasp.width) and closed < empty_aperture(arm.geometry, way.grasp.width):
             _let_go(arm, part)
             raise no_grip(arm, part, "missed", closed)
         force = _follow(arm, part, way)
@@ -94,13 +95,24 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
     return _until(arm, name, enough, grasped)
 
 
+def lead_or_push(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> tuple[DetectedObject, float]:
+    """Lead a part as `lead` does, or push it as `push` does where there is nothing to hold it by; raises as `lead`."""
+    try:
+        return lead(arm, name, goals, enough)
+    except (UnreachableError, CollisionError, GraspError) as held:
+        try:
+            return push(arm, name, goals[0], enough)
+        except (UnreachableError, CollisionError, GraspError):
+            raise held from None
+
+
 def set_part(arm: Manipulator, skill: str, name: str, share: float) -> SkillResult:
     """Lead a part to a share of its way, unless it is there, and return what came of it; raises as `lead`."""
     before = now = arm.find(name)
     force, goal, off = 0.0, open_value(before, share), share - open_share(before)
     if abs(off) > TURNED_WITHIN:
         near = open_value(before, share - np.sign(off) * TURNED_WITHIN)
-        now, force = lead(arm, name, [goal], near)
+        now, force = lead_or_push(arm, name, [goal], near)
     already = {"already_there": True} if now is before else {}
     return SkillResult(skill=skill, detail={"part": name, "share": open_share(now), "force_n": force, **already})
 
@@ -305,8 +317,13 @@ def _in_the_way(part: DetectedObject, scene: ObservedScene, *, closing: bool) ->
     )
 
 
-def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
+def press_part(arm: Manipulator, name: str, most: float) -> tuple[float, float]:
     """Press a part in with the closed fingers and come off it; return the share of its way that it went, and the most force, N.
+
+    Args:
+        arm: The skill's manipulator.
+        name: Id of the part.
+        most: Force at which it is felt to stop, N.
 
     Raises:
         UnreachableError: It is out of reach.
@@ -339,27 +356,40 @@ def press_part(arm: Manipulator, name: str) -> tuple[float, float]:
             continue
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
-        return _pressed(arm, part, stroke, axis, rest, span)
-    raise most_telling(failures)
+        return _pressed(arm, part, stroke, axis, rest, span, most)
+    if failures:
+        raise most_telling(failures)
+    # A hand that cannot point along the way presses with its side.
+    if arm.spec.gripper is not None:
+        arm.motion.open_to(arm.geometry.min_aperture)
+    way = plan_push(arm, part, end)
+    arm.motion.allow(*around(part))
+    goal = moved(way.poses[0], (STAND_OFF + span + _BEYOND) * axis)
+    stroke = arm.motion.plan_line(way.descent.q[-1], goal, speed=SPEED)
+    follow_free(arm, way.approach, Phase.APPROACH)
+    follow_free(arm, way.descent, Phase.DESCEND)
+    return _pressed(arm, part, stroke, axis, rest, span, most)
 
 
 def _pressed(
-    arm: Manipulator, part: DetectedObject, stroke: Trajectory, axis: Array, rest: float, span: float
+    arm: Manipulator, part: DetectedObject, stroke: Trajectory, axis: Array, rest: float, span: float, most: float
 ) -> tuple[float, float]:
-    force = 0.0
+    force, owner = 0.0, part.id.rpartition(".")[0]
 
     def felt() -> bool:
         nonlocal force
-        now = float(arm.force_on(part.id) @ axis)
+        # Where a part is flush with what it is on the hand presses on that as well.
+        felt_on = arm.force_on(part.id) + (arm.force_on(owner) if owner else 0.0)
+        now = float(felt_on @ axis)
         force = max(force, now)
-        return now > MOST_FORCE
+        return now > most
 
     # A servo trails its target by its damping over its stiffness, and presses with what it trails by.
     follow_until(arm, _slowed(stroke, STAND_OFF + span + _BEYOND, _FEELS), Phase.TOUCH, felt)
     scene = arm.look()
-    most = abs(part_value(arm.find(part.id, scene)) - rest) / span
+    share = abs(part_value(arm.find(part.id, scene)) - rest) / span
     arm.use(scene)
     arm.motion.allow(*around(part))
     away = moved(arm.state.tcp_pose, -HOVER_HEIGHT * axis)
     arm.follow(arm.motion.plan_line(arm.q, away, speed=arm.tempo.leave), Phase.RETREAT)
-    return most, force
+    return share, force

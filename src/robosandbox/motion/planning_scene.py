@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from types import MappingProxyType
@@ -25,6 +26,8 @@ from robosandbox.types import ArmState, Array, DetectedObject, ObservedScene, Sc
 # Two sightings of an object whose sizes differ by less than this share a compiled model, metres: the accuracy that
 # benchmarks/perception.py measures for the sizes of objects in depth pictures.
 _SAME_SIZE = 0.0015
+# Cosine of an angle within which two directions are alike: half a degree.
+_ALIKE = math.cos(math.radians(0.5))
 _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
 _CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
@@ -162,6 +165,26 @@ class PlanningScene:
         local = (turned + data.geom_xpos[geoms][:, None] - position).reshape(-1, 3) @ rotation
         (x_min, y_min), (x_max, y_max) = local[:, :2].min(axis=0, initial=0.0), local[:, :2].max(axis=0, initial=0.0)
         return float(x_min), float(x_max), float(y_min), float(y_max)
+
+    def can_face(self, rotation: Array) -> bool:
+        """Tell whether the hand can be turned so at all (3, 3): on slides alone it cannot, on parallel hinges about these alone."""
+        home, axes = self._turning
+        rest = rotation @ home.T
+        if not len(axes):
+            return bool(np.trace(rest) > 1.0 + 2.0 * _ALIKE)
+        parallel = bool((np.abs(axes @ axes[0]) > _ALIKE).all())
+        return not parallel or bool(axes[0] @ rest @ axes[0] > _ALIKE)
+
+    @cached_property
+    def _turning(self) -> tuple[Array, Array]:
+        """Rotation of the TCP at home (3, 3), and the axes there of the arm's hinges (k, 3)."""
+        model, robot = self._world.model, self.robot
+        data = mujoco.MjData(model)
+        data.qpos[robot.qpos_indices] = robot.home_q
+        mujoco.mj_kinematics(model, data)
+        joints = [int(model.dof_jntid[dof]) for dof in robot.dof_indices]
+        hinges = [j for j in joints if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE.value]
+        return robot.tcp(data)[1], data.xaxis[hinges].copy()
 
     def finger_side(self, name: str) -> int:
         """Return on which side of the gap a part of the gripper is: -1 or 1 along the closing direction, 0 for palm and cup."""

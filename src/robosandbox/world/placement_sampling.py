@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 
+from robosandbox.shapes.compound import Geometry
 from robosandbox.shapes.heights import LevelSurface
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
@@ -133,12 +134,20 @@ def tried_on_table(
             distance = math.hypot(x - around.x, y - around.y)
             if distance > here.radius + around.radius + spacing:
                 continue
-            if distance > here.inner + around.inner + spacing:
+            parts = separately(item)
+            if len(parts) > 1 or distance > here.inner + around.inner + spacing:
                 standing = standing or with_pose(held, resting_pose(held, spot, level))
-                if gap(standing, item) >= spacing:
+                if all(gap(standing, part) >= spacing for part in parts):
                     continue
             near.append(item.id)
         yield spot, tuple(near)
+
+
+def separately(item: DetectedObject) -> tuple[DetectedObject, ...]:
+    """Return the convex pieces of what is fixed, each as an object: things may stand between the walls of a frame."""
+    if item.geometry is None or not item.is_fixed:
+        return (item,)
+    return tuple(replace(item, geometry=Geometry((piece,), "fixture")) for piece in item.geometry.pieces)
 
 
 def margin_on_table(area: Area, point: Array, half: Array | float = 0.0) -> float:

@@ -1,0 +1,1 @@
+"""MetaWorld as a driver of RoboSandbox."""

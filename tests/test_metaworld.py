@@ -1,0 +1,20 @@
+"""MetaWorld under its own judge, where the environment of its driver is there: `uv sync --project examples/drivers/metaworld`."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+BENCH = Path(__file__).parents[1] / "examples" / "drivers" / "metaworld" / ".venv" / "bin" / "bench_metaworld.py"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BENCH.exists(), reason="the environment of examples/drivers/metaworld is not there")
+@pytest.mark.parametrize("task", ["reach-v3", "pick-place-v3", "faucet-open-v3"])
+def test_what_is_claimed_of_a_metaworld_task_its_own_judge_says_too(tmp_path: Path, task: str) -> None:
+    rows = tmp_path / "rows.json"
+    subprocess.run([BENCH, task, "--json", rows], check=True, capture_output=True, timeout=600)
+    (row,) = json.loads(rows.read_text())
+    assert row["claimed"], row["reason"]
+    assert row["judged"]
