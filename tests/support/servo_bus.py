@@ -1,6 +1,6 @@
 """A bus of STS3215 servos on a pseudo-terminal with MuJoCo behind it, in a process of its own.
 
-    python tests/support/servo_bus.py FOLDER [--task TASK] [--robot MODEL] [--seed N] [--backlash RAD] [--new]
+    python tests/support/servo_bus.py FOLDER [--task TASK] [--robot MODEL] [--seed N] [--backlash RAD] [--limp]
 
 FOLDER gets `bus` (the port), `calibration.json` (LeRobot's form), `goals.csv` (each goal that reached a servo: seconds, servo,
 counts, and whether its torque was on) and `control` (a socket that tests speak over, see `Plant`). Its servos are those of the
@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from robosandbox.driver import ARM, HAND, BareSenses
+from robosandbox.driver import HAND, BareSenses
 from robosandbox.drivers.feetech.calibration import ServoCalibration, write_calibration
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.layouts import Layouts
@@ -34,8 +34,11 @@ from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.types import PictureWindow, RgbdFrame, Truth
 
 TURN, MIDDLE = 4096, 2047
+COUNT = 2.0 * np.pi / TURN
 # Seconds of a tick of the servos' control.
 _TICK = 0.002
+# Ticks that are made up for at once where the process was late.
+_MAKE_UP = 10
 # Share of the torque above which a servo is overloaded, and for how many seconds (registers 36 and 35 as delivered).
 _OVERLOAD, _OVERLOAD_SECONDS = 0.8, 2.0
 
@@ -44,20 +47,20 @@ class Servo:
     """One servo: its control table, and the joint that it turns."""
 
     def __init__(self, plant: PlantProcess, id: int, actuator: int, qpos: int, middle: float, offset: int) -> None:
-        self.plant, self.id, self.actuator, self.qpos, self.middle = plant, id, actuator, qpos, middle
+        self.plant, self.id, self.actuator, self.qpos = plant, id, actuator, qpos
         model = plant.sim.model
         self.gain, self.bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator].copy()
         self.torque = float(model.actuator_forcerange[actuator, 1])
+        # Where its horn was put on: what the encoder reads at the joint's 0.
+        self.zero = MIDDLE + offset - middle / COUNT
         self.table = bytearray(128)
         self.silent = self.frozen = False
-        self.slip = 0
         self.loaded_since = 0.0
-        for address, value in ((3, 777 & 255), (4, 777 >> 8), (5, id), (13, 70), (14, 80), (15, 40), (21, 32), (62, 74), (63, 30)):
+        words = ((3, 777), (9, 0), (11, TURN - 1), (16, 1000), (48, 1000), (31, abs(offset) | (offset < 0) << 11))
+        for address, value in words:
+            self.put(address, value)
+        for address, value in ((5, id), (13, 70), (14, 80), (15, 40), (21, 32), (55, 1), (62, 74), (63, 30)):
             self.table[address] = value
-        self.put(11, 4095)
-        self.put(16, 1000)
-        self.put(48, 1000)
-        self.put(31, offset if offset >= 0 else -offset | 1 << 11)
         self.sense()
 
     def put(self, address: int, value: int) -> None:
@@ -68,34 +71,39 @@ class Servo:
 
     @property
     def error(self) -> int:
-        hot, loaded = self.table[63] >= self.table[13], self.loaded_since and self.plant.time - self.loaded_since > _OVERLOAD_SECONDS
-        return bool(not 40 <= self.table[62] <= 80) | hot << 2 | bool(loaded) << 5
+        """The error byte of its replies."""
+        hot = self.table[63] >= self.table[13]
+        loaded = self.loaded_since > 0.0 and self.plant.time - self.loaded_since > _OVERLOAD_SECONDS
+        return (not 40 <= self.table[62] <= 80) | hot << 2 | loaded << 5
 
-    def counts(self, q: float) -> int:
-        return round(MIDDLE + (q - self.middle) * TURN / (2 * np.pi)) + self.slip
+    @property
+    def counts(self) -> int:
+        """Its position now."""
+        kept = self.get(31)
+        offset = -(kept & 0x7FF) if kept >> 11 else kept
+        return (round(self.zero + self.plant.sim.q(self.qpos) / COUNT) - offset) % TURN
 
     def act(self) -> None:
-        """Drive the joint for a tick, and sense it."""
-        model, sim = self.plant.sim.model, self.plant.sim
-        on = self.table[40] == 1 and not self.error & 0b100
-        limit = self.torque * min(self.get(48), 1000) / 1000.0 * (0.2 if self.error & 1 << 5 else 1.0)
+        """Drive the joint for a tick."""
+        model, error = self.plant.sim.model, self.error
+        on = self.table[40] == 1 and not error & 1 << 2
+        limit = self.torque * min(self.get(48), 1000) / 1000.0 * (0.2 if error & 1 << 5 else 1.0)
         model.actuator_forcerange[self.actuator] = -limit, limit
-        if on and not self.frozen:
-            goal = self.middle + (self.get(42) - self.slip - MIDDLE) * 2 * np.pi / TURN
-            # Within its gear's play a servo moves nothing.
-            if abs(goal - sim.snapshot_q(self.qpos)) > self.plant.backlash:
-                self.plant.controls[self.actuator] = goal
         model.actuator_gainprm[self.actuator, 0] = self.gain if on else 0.0
         model.actuator_biasprm[self.actuator, :3] = self.bias[:3] if on else 0.0
+        if on and not self.frozen:
+            off = (min(max(self.get(42), self.get(9)), self.get(11)) - self.counts) * COUNT
+            # Within its gear's play a servo moves nothing.
+            if abs(off) > self.plant.backlash:
+                self.plant.controls[self.actuator] = self.plant.sim.q(self.qpos) + off
 
     def sense(self) -> None:
+        """Put what it senses into its table."""
         if self.frozen:
             return
-        sim = self.plant.sim
-        counts, share = self.counts(sim.snapshot_q(self.qpos)), sim.force_of(self.actuator) / self.torque
-        self.put(56, counts if counts >= 0 else -counts | 1 << 15)
-        load = round(1000 * min(abs(share), 1.0))
-        self.put(60, load | (share < 0) << 10)
+        share = self.plant.sim.force(self.actuator) / self.torque
+        self.put(56, self.counts)
+        self.put(60, round(1000 * min(abs(share), 1.0)) | (share < 0) << 10)
         if abs(share) < _OVERLOAD or not self.table[40]:
             self.loaded_since = 0.0
         elif not self.loaded_since:
@@ -105,7 +113,7 @@ class Servo:
 class PlantProcess:
     """The plant, its bus and the socket of tests, in one loop."""
 
-    def __init__(self, folder: Path, task: str, robot: str | None, seed: int, backlash: float, new: bool) -> None:
+    def __init__(self, folder: Path, task: str, robot: str | None, seed: int, backlash: float, limp: bool) -> None:
         found = find_task(task)
         if robot is not None:
             found = found.model_copy(update={"scene": with_robot(found.scene, Path(robot))})
@@ -126,17 +134,21 @@ class PlantProcess:
         self.servos: dict[int, Servo] = {}
         calibration = {}
         for id, (name, actuator, qpos, lower, upper) in enumerate(joints, 1):
-            offset, reach = int(random.integers(-1500, 1500)), round((upper - lower) / 2 * TURN / (2 * np.pi))
+            offset, reach = int(random.integers(-1500, 1500)), round((upper - lower) / 2 / COUNT)
             self.servos[id] = Servo(self, id, int(actuator), int(qpos), float(lower + upper) / 2, offset)
             calibration[name] = ServoCalibration(
                 id=id, homing_offset=offset, range_min=MIDDLE - reach, range_max=MIDDLE + reach
             )
         write_calibration(folder / "calibration.json", calibration)
+        for servo in self.servos.values():
+            servo.put(42, servo.get(56))
+            servo.table[40] = not limp
         self.goals = (folder / "goals.csv").open("w", buffering=1)
         self.speeds: deque[tuple[float, float]] = deque(maxlen=20000)
         self.listener = Listener(str(folder / "control"))
         self.clients: list[Any] = []
         self.received = bytearray()
+        self.held: dict[int, float] | None = None
         self.plug()
 
     @property
@@ -180,10 +192,14 @@ class PlantProcess:
                         self.clients.remove(item)
 
     def catch_up(self) -> None:
-        """Let pass what the wall's clock says has passed."""
+        """Let pass what the wall's clock says has passed; what a busy machine cannot make up for is lost."""
+        late = time.monotonic() - self.began - (self.ticks + 1) * _TICK
+        self.began += max(0.0, late - _MAKE_UP * _TICK)
         while self.began + (self.ticks + 1) * _TICK <= time.monotonic():
             for servo in self.servos.values():
                 servo.act()
+            if self.held is not None:
+                self.sim.hold(self.held)
             self.sim.world.replay(self.controls)
             self.ticks += 1
             for servo in self.servos.values():
@@ -254,12 +270,22 @@ class PlantProcess:
     def do_joints(self) -> dict[int, tuple[float, float]]:
         """Joint value and speed by servo, true."""
         world = self.sim.world
-        dofs = {servo.id: world.model.jnt_dofadr[world.model.actuator_trnid[servo.actuator, 0]] for servo in self.servos.values()}
-        return {servo.id: (self.sim.snapshot_q(servo.qpos), float(self.sim.data.qvel[dofs[servo.id]])) for servo in self.servos.values()}
+        dofs = {
+            servo.id: world.model.jnt_dofadr[world.model.actuator_trnid[servo.actuator, 0]]
+            for servo in self.servos.values()
+        }
+        return {
+            servo.id: (self.sim.q(servo.qpos), float(self.sim.data.qvel[dofs[servo.id]]))
+            for servo in self.servos.values()
+        }
 
     def do_speeds(self, since: float) -> list[tuple[float, float]]:
         """(seconds, largest speed of a joint) since a moment of the monotonic clock."""
         return [each for each in self.speeds if each[0] >= since]
+
+    def do_hold(self, joints: dict[int, float] | None) -> None:
+        """Hold joints by hand, servo's addresses to joint values, or let go."""
+        self.held = None if joints is None else {self.servos[id].qpos: value for id, value in joints.items()}
 
     def do_inject(self, fault: str, id: int = 0, value: int = 0) -> float:
         """Spoil something, and return when."""
@@ -269,7 +295,7 @@ class PlantProcess:
         elif fault in ("silent", "frozen"):
             setattr(servo, fault, bool(value))
         elif fault == "slip":
-            servo.slip += value
+            servo.zero += value
         else:
             servo.table[{"celsius": 63, "volts": 62, "torque": 40}[fault]] = value
         return time.monotonic()
@@ -287,11 +313,15 @@ class _Sim:
         made.model.body_gravcomp[list(world.robot.bodies)] = 0.0
         return made
 
-    def snapshot_q(self, qpos: int) -> float:
+    def q(self, qpos: int) -> float:
         return float(self.data.qpos[qpos])
 
-    def force_of(self, actuator: int) -> float:
+    def force(self, actuator: int) -> float:
         return float(self.data.actuator_force[actuator])
+
+    def hold(self, joints: dict[int, float]) -> None:
+        self.data.qpos[[*joints]] = [*joints.values()]
+        self.data.qvel[self.dofs] = 0.0
 
     def speed(self) -> float:
         return float(np.abs(self.data.qvel[self.dofs]).max())
@@ -353,9 +383,10 @@ def main() -> None:
     parser.add_argument("--robot")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--backlash", type=float, default=0.0)
+    parser.add_argument("--limp", action="store_true", help="begin without torque; else at home, held")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
-    plant = PlantProcess(**vars(options), new=False)
+    plant = PlantProcess(**vars(options))
     (options.folder / "ready").touch()
     plant.run()
 

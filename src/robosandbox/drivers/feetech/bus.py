@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import serial
 
-from robosandbox.drivers.feetech.protocol import Codec, Reply
+from robosandbox.drivers.feetech.protocol import FeetechCodec, Reply
 from robosandbox.drivers.feetech.servos import Register
 
 # Seconds to wait for the replies to one request: an adapter that collects bytes for 16 ms, as FTDI's do, and the bytes of a
@@ -28,19 +28,20 @@ class Bus:
 
     Args:
         port: Device, as /dev/ttyACM0.
-        codec: The servos' frames.
         baud: Bits a second.
 
     Raises:
         BusError: The port cannot be opened, or another program has it.
     """
 
-    def __init__(self, port: str, codec: Codec, baud: int) -> None:
+    def __init__(self, port: str, baud: int) -> None:
         self.port = port
-        self._codec = codec
+        self._codec = FeetechCodec()
         self._received = bytearray()
         try:
-            self._serial = serial.Serial(port, baud, timeout=_LOOK_SECONDS, write_timeout=_REPLY_SECONDS, exclusive=True)
+            self._serial = serial.Serial(
+                port, baud, timeout=_LOOK_SECONDS, write_timeout=_REPLY_SECONDS, exclusive=True
+            )
         except (OSError, ValueError) as error:
             raise BusError(f"{port}: cannot be opened: {error}") from None
 

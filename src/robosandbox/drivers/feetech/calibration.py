@@ -151,9 +151,7 @@ def servo_joints(
         servo = servos[name]
         whole = servo.range_max - servo.range_min >= counts - 2
         middle = 0.0 if whole else 0.5 * (lower + upper)
-        joints.append(
-            ServoJoint(name=name, calibration=servo, lower=lower, upper=upper, middle=middle, counts=counts)
-        )
+        joints.append(ServoJoint(name=name, calibration=servo, lower=lower, upper=upper, middle=middle, counts=counts))
     return joints
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -26,7 +26,6 @@ from robosandbox.driver import (
     refusal,
 )
 from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
-from robosandbox.drivers.feetech.protocol import FeetechCodec
 from robosandbox.drivers.feetech.servos import STS, Reading
 from robosandbox.errors import FaultError, InputError, LimitError, Phase
 from robosandbox.evidence import LimitEvidence
@@ -144,14 +143,18 @@ class Feetech(BareDriver):
         self.arms = {ARM: self._arm}
         self._cameras: Mapping[str, CameraSpec] = {}
         try:
-            self._bus = Bus(port, FeetechCodec(), baud)
+            self._bus = Bus(port, baud)
             self._check_servos()
             self._hold()
         except BusError as error:
             raise InputError(f"--driver feetech: {error}; see docs/so101.md") from None
         if cameras is not None:
             module, _, function = cameras.partition(":")
-            eyes: Eyes = getattr(import_module(module), function)(self)
+            try:
+                made = getattr(import_module(module), function)
+            except (ImportError, AttributeError, ValueError) as error:
+                raise InputError(f"cameras: {cameras}: {error}; give module:function") from None
+            eyes: Eyes = made(self)
             self.senses, self._cameras = eyes, eyes.cameras
 
     @property
@@ -190,7 +193,7 @@ class Feetech(BareDriver):
         self._past.clear()
         self._silent_since.clear()
         try:
-            self._bus = Bus(self.port, FeetechCodec(), self._baud)
+            self._bus = Bus(self.port, self._baud)
             self._check_servos()
             self._hold()
         except (BusError, InputError) as error:
@@ -256,7 +259,7 @@ class Feetech(BareDriver):
             past = self._past.setdefault(joint.id, deque())
             if joint.id in replies:
                 self._silent_since.pop(joint.id, None)
-                reading = Reading.of(replies[joint.id], STS, now)
+                reading = Reading.of(replies[joint.id], now)
                 self._check_reading(joint, reading, past[-1] if past else None)
                 past.append(reading)
                 while now - past[0].time > _STUCK_SECONDS:

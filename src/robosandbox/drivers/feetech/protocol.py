@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 from robosandbox.values import frozen
 
@@ -29,36 +28,11 @@ class Reply:
     data: bytes
 
 
-class Codec(Protocol):
-    """The frames of a family of servos; addresses and data are those of its control table."""
-
-    def ping(self, servo: int) -> bytes:
-        """Return a request for an empty reply."""
-        ...
-
-    def read(self, servo: int, address: int, size: int) -> bytes:
-        """Return a request for `size` bytes of the control table."""
-        ...
-
-    def write(self, servo: int, address: int, data: bytes) -> bytes:
-        """Return a request to write bytes, which is replied to."""
-        ...
-
-    def sync_read(self, servos: Sequence[int], address: int, size: int) -> bytes:
-        """Return a request to several servos, each of which replies."""
-        ...
-
-    def sync_write(self, address: int, rows: Mapping[int, bytes]) -> bytes:
-        """Return a request that writes bytes to each of several servos at once, and that none replies to."""
-        ...
-
-    def take(self, received: bytearray) -> list[Reply]:
-        """Return the whole replies at the front of what was received, and remove them and what is none."""
-        ...
-
-
 class FeetechCodec:
-    """Frames of Feetech's protocol: FF FF, id, length, instruction or error, parameters, inverted sum."""
+    """Frames of Feetech's protocol: FF FF, id, length, instruction or error, parameters, inverted sum.
+
+    A bus speaks to its servos by these methods alone; addresses and data are those of the control table.
+    """
 
     def ping(self, servo: int) -> bytes:
         """Return a request for an empty reply."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 from robosandbox.drivers.feetech.protocol import Reply
 from robosandbox.values import frozen
@@ -42,68 +43,43 @@ class Register:
         return value.to_bytes(self.size, "little")
 
 
-@frozen(kw_only=True)
-class ServoTable:
-    """Control table of a family of servos.
+class STS:
+    """Control table of the STS series; a table of another family has the same names.
 
     Attributes:
         models: Names by model number.
         counts: Encoder counts of a turn.
         no_load_speed: Counts/s of the quickest of the family at its highest voltage.
         errors: What each bit of a reply's error byte says, "the servo ...".
-        state: The first of the registers that are read at every tick, in one block with the others.
+        state: From the position to the temperature: what is read at every tick.
     """
 
-    models: Mapping[int, str]
-    counts: int
-    no_load_speed: float
-    errors: Mapping[int, str]
-    model: Register
-    id: Register
-    max_temperature: Register
-    offset: Register
-    mode: Register
-    torque: Register
-    goal: Register
-    torque_limit: Register
-    lock: Register
-    position: Register
-    load: Register
-    voltage: Register
-    temperature: Register
-
-    @property
-    def state(self) -> Register:
-        """The block from the position to the temperature."""
-        return Register(self.position.address, self.temperature.address + self.temperature.size - self.position.address)
-
-
-STS = ServoTable(
-    models={777: "STS3215"},
-    counts=4096,
-    # 0.222 s for 60 degrees at 7.4 V, 0.171 s at 12 V (data sheets): 4000 counts/s.
-    no_load_speed=4000.0,
-    errors={
+    models: ClassVar[Mapping[int, str]] = {777: "STS3215"}
+    counts = 4096
+    # 0.171 s for 60 degrees at 12 V (data sheet).
+    no_load_speed = 4000.0
+    errors: ClassVar[Mapping[int, str]] = {
         0: "has too much or too little voltage",
         1: "has a faulty encoder",
         2: "is too hot",
         3: "takes too much current",
         5: "is overloaded",
-    },
-    model=Register(3, 2),
-    id=Register(5),
-    max_temperature=Register(13),
-    offset=Register(31, 2, sign=11),
-    mode=Register(33),
-    torque=Register(40),
-    goal=Register(42, 2, sign=15),
-    torque_limit=Register(48, 2),
-    lock=Register(55),
-    position=Register(56, 2, sign=15),
-    load=Register(60, 2, sign=10),
-    voltage=Register(62),
-    temperature=Register(63),
-)
+    }
+    model = Register(3, 2)
+    id = Register(5)
+    min_limit, max_limit = Register(9, 2), Register(11, 2)
+    max_temperature = Register(13)
+    offset = Register(31, 2, 11)
+    mode = Register(33)
+    torque = Register(40)
+    goal = Register(42, 2, 15)
+    torque_limit = Register(48, 2)
+    lock = Register(55)
+    position = Register(56, 2, 15)
+    load = Register(60, 2, 10)
+    voltage = Register(62)
+    temperature = Register(63)
+    state = Register(56, 8)
 
 
 @frozen(kw_only=True)
@@ -127,17 +103,17 @@ class Reading:
     errors: tuple[str, ...]
 
     @classmethod
-    def of(cls, reply: Reply, table: ServoTable, time: float) -> Reading:
-        """Return what a reply with the block `table.state` says."""
+    def of(cls, reply: Reply, time: float) -> Reading:
+        """Return what a reply with the block `STS.state` says."""
 
         def number(register: Register) -> int:
-            return register.decode(reply.data[register.address - table.position.address :])
+            return register.decode(reply.data[register.address - STS.state.address :])
 
         return cls(
             time=time,
-            counts=number(table.position),
-            load=number(table.load) / 1000.0,
-            volts=number(table.voltage) / 10.0,
-            celsius=number(table.temperature),
-            errors=tuple(said for bit, said in table.errors.items() if reply.error >> bit & 1),
+            counts=number(STS.position),
+            load=number(STS.load) / 1000.0,
+            volts=number(STS.voltage) / 10.0,
+            celsius=number(STS.temperature),
+            errors=tuple(said for bit, said in STS.errors.items() if reply.error >> bit & 1),
         )
