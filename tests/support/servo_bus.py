@@ -47,7 +47,7 @@ class Servo:
     """One servo: its control table, and the joint that it turns."""
 
     def __init__(self, plant: PlantProcess, id: int, actuator: int, qpos: int, middle: float, offset: int) -> None:
-        self.plant, self.id, self.actuator, self.qpos = plant, id, actuator, qpos
+        self.plant, self.actuator, self.qpos = plant, actuator, qpos
         model = plant.sim.model
         self.gain, self.bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator].copy()
         self.torque = float(model.actuator_forcerange[actuator, 1])
@@ -68,6 +68,10 @@ class Servo:
 
     def get(self, address: int) -> int:
         return int.from_bytes(self.table[address : address + 2], "little")
+
+    @property
+    def id(self) -> int:
+        return self.table[5]
 
     @property
     def error(self) -> int:
@@ -248,8 +252,6 @@ class PlantProcess:
         if address < 40 and servo.table[55]:
             return
         servo.table[address : address + len(data)] = data
-        if address == 5:
-            servo.id = data[0]
         if address <= 42 < address + len(data):
             self.goals.write(f"{time.monotonic():.4f},{servo.id},{servo.get(42)},{servo.table[40]}\n")
 
@@ -297,7 +299,7 @@ class PlantProcess:
         elif fault == "slip":
             servo.zero += value
         else:
-            servo.table[{"celsius": 63, "volts": 62, "torque": 40}[fault]] = value
+            servo.table[{"celsius": 63, "volts": 62, "id": 5}[fault]] = value
         return time.monotonic()
 
 

@@ -13,6 +13,8 @@ from robosandbox.drivers.feetech.servos import Register
 # Seconds to wait for the replies to one request: an adapter that collects bytes for 16 ms, as FTDI's do, and the bytes of a
 # sync read of a dozen servos at 115200 baud (15 ms).
 _REPLY_SECONDS = 0.03
+# Seconds after which a port that takes no more bytes is gone.
+_WRITE_SECONDS = 0.5
 # Seconds of a look at the port while replies are waited for.
 _LOOK_SECONDS = 0.005
 # How often a request to one servo is sent before it counts as silent: a bit that flips on the wire costs one.
@@ -40,7 +42,7 @@ class Bus:
         self._received = bytearray()
         try:
             self._serial = serial.Serial(
-                port, baud, timeout=_LOOK_SECONDS, write_timeout=_REPLY_SECONDS, exclusive=True
+                port, baud, timeout=_LOOK_SECONDS, write_timeout=_WRITE_SECONDS, exclusive=True
             )
         except (OSError, ValueError) as error:
             raise BusError(f"{port}: cannot be opened: {error}") from None

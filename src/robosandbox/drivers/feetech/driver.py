@@ -83,7 +83,7 @@ class Feetech(BareDriver):
     Args:
         scene: The robot, and the table that it stands at.
         port: Device of the bus, as /dev/ttyACM0.
-        calibration: File of LeRobot's, or of `python -m robosandbox.drivers.feetech calibrate`; without one ids count up from 1
+        calibration: File of LeRobot's, or of `python -m robosandbox.drivers.feetech range`; without one ids count up from 1
             from the base, and the middle of each encoder is the middle of its joint's limits.
         baud: Bits a second.
         tick: Seconds between commands.
@@ -144,18 +144,21 @@ class Feetech(BareDriver):
         self._cameras: Mapping[str, CameraSpec] = {}
         try:
             self._bus = Bus(port, baud)
+        except BusError as error:
+            raise InputError(f"--driver feetech: {error}") from None
+        try:
             self._check_servos()
             self._hold()
-        except BusError as error:
-            raise InputError(f"--driver feetech: {error}; see docs/so101.md") from None
-        if cameras is not None:
-            module, _, function = cameras.partition(":")
-            try:
-                made = getattr(import_module(module), function)
-            except (ImportError, AttributeError, ValueError) as error:
-                raise InputError(f"cameras: {cameras}: {error}; give module:function") from None
-            eyes: Eyes = made(self)
-            self.senses, self._cameras = eyes, eyes.cameras
+            if cameras is not None:
+                module, _, function = cameras.partition(":")
+                eyes: Eyes = getattr(import_module(module), function)(self)
+                self.senses, self._cameras = eyes, eyes.cameras
+        except (BusError, ImportError, AttributeError, ValueError) as error:
+            self._bus.close()
+            raise InputError(f"--driver feetech: {error}") from None
+        except BaseException:
+            self._bus.close()
+            raise
 
     @property
     def capabilities(self) -> Capabilities:
@@ -190,7 +193,6 @@ class Feetech(BareDriver):
         """
         self._bus.close()
         self.fault = ""
-        self._past.clear()
         self._silent_since.clear()
         try:
             self._bus = Bus(self.port, self._baud)
@@ -330,8 +332,8 @@ class Feetech(BareDriver):
 
     def _hold(self) -> None:
         """Have every servo hold where it is; one that holds already, near where it was sent, goes on doing so."""
-        for joint in self.hands and self.joints[-1:]:
-            self._bus.write(joint.id, STS.torque_limit, round(1000 * self._grip))
+        if self.hands:
+            self._bus.write(self.joints[-1].id, STS.torque_limit, round(1000 * self._grip))
         for joint in self.joints:
             counts, goal = (self._bus.read(joint.id, register) for register in (STS.position, STS.goal))
             is_held = self._bus.read(joint.id, STS.torque) == 1
