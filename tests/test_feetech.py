@@ -43,7 +43,18 @@ def so101() -> Path:
 @pytest.fixture
 def plant(so101: Path, tmp_path: Path) -> Iterator[Plant]:
     with emulated(tmp_path, "--robot", str(so101)) as plant:
+        at_rest(plant)
         yield plant
+
+
+def at_rest(plant: Plant) -> dict[int, tuple[float, float]]:
+    """Wait until the arm has stood for half a second; return its joints."""
+    end = time.monotonic() + 10.0
+    while time.monotonic() < end:
+        time.sleep(0.5)
+        if max(speed for _, speed in plant.speeds(time.monotonic() - 0.5)) < 0.005:
+            return plant.joints()
+    raise AssertionError("the arm does not come to rest")
 
 
 def option(plant: Plant, more: str = "") -> str:
@@ -178,11 +189,11 @@ def test_an_arm_that_holds_goes_on_holding_over_close_and_opening(plant: Plant, 
 
 def test_a_limp_arm_is_held_where_it_lies(so101: Path, tmp_path: Path) -> None:
     with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
-        time.sleep(2.0)
-        lies = plant.joints()
+        lies = at_rest(plant)
         with opened(plant, so101) as driver:
-            assert driver.state().q == pytest.approx([lies[servo][0] for servo in range(1, 6)], abs=0.004)
-            assert max(abs(plant.joints()[servo][0] - lies[servo][0]) for servo in lies) < 0.05
+            stands = plant.joints()
+            assert driver.state().q == pytest.approx([stands[servo][0] for servo in range(1, 6)], abs=0.004)
+            assert max(abs(stands[servo][0] - lies[servo][0]) for servo in lies) < 0.05
 
 
 def test_what_is_wrong_with_a_bus_is_told_before_anything_moves(plant: Plant, so101: Path) -> None:
@@ -258,7 +269,9 @@ def fuzz(driver: SafeDriver, commands: int, seed: int) -> int:
                     arm.follow(Trajectory(q=np.stack([q, goal]), dt=float(random.choice([1e-9, 0.01, 0.05]))))
                 case 2:
                     ramp = (0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 8)))[:, None]
-                    arm.follow(Trajectory(q=q + ramp * (goal - q), dt=0.01))
+                    with np.errstate(invalid="ignore"):
+                        rows = q + ramp * (goal - q)
+                    arm.follow(Trajectory(q=rows, dt=0.01))
                 case _:
                     driver.hands["hand"].set_gripper(float(random.choice([-1.0, 0.0, 0.5, 1.0, 2.0, np.nan])))
         except FaultError:
@@ -290,7 +303,7 @@ def fuzz(driver: SafeDriver, commands: int, seed: int) -> int:
         ),
         (
             ("frozen", 1, 1),
-            r"shoulder_pan \(servo 1\) was sent on by .* and went 0\.00: something is in its way",
+            r"shoulder_pan \(servo 1\) was sent on by .* and went 0\.0\d: something is in its way",
             ("frozen", 1, 0),
         ),
     ],
@@ -305,9 +318,7 @@ def test_after_a_fault_nothing_moves_until_somebody_recovers(
         with pytest.raises(FaultError, match=says):
             sweep(driver, 1.2, 2.0)
         spoil.join()
-        time.sleep(0.5)
-        stands, sent = plant.joints(), len(plant.goals())
-        assert max(abs(speed) for _, speed in stands.values()) < 0.01
+        stands, sent = at_rest(plant), len(plant.goals())
         for move in (lambda: sweep(driver, -0.1, 1.0), lambda: driver.hands["hand"].set_gripper(1.0)):
             with pytest.raises(FaultError, match="nothing moves before recover"):
                 move()
@@ -319,7 +330,7 @@ def test_after_a_fault_nothing_moves_until_somebody_recovers(
             plant.inject(*over)
             time.sleep(0.3)
         assert len(plant.goals()) == sent
-        assert max(abs(plant.joints()[servo][0] - stands[servo][0]) for servo in stands) < 0.02
+        assert max(abs(plant.joints()[servo][0] - stands[servo][0]) for servo in stands) < 0.05
         driver.recover()
         sweep(driver, -0.1, 1.0)
 

@@ -305,6 +305,12 @@ class Safety:
         return error if self.phase is None else error.with_(phase=self.phase)
 
     def _watch_stop(self, watch: _ArmWatch, began: float) -> None:
+        if self._link_timeout is not None and self._driver.time - watch.arm.state().time > self._link_timeout:
+            # Nobody hears whether it stands, and the fault says why.
+            if not self.fault:
+                self._check_robot()
+            self._forget_stops()
+            return
         speed, gone = watch.speed, self._driver.time - began
         if speed < TOLERANCES.still:
             watch.stop_began, self.stopped_after = None, gone

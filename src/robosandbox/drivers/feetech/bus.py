@@ -84,7 +84,8 @@ class Bus:
         self._received.clear()
         replies: dict[int, Reply] = {}
         try:
-            self._serial.reset_input_buffer()
+            # What came too late; not `reset_input_buffer`, whose error of a port that is gone is of termios alone.
+            self._serial.read(self._serial.in_waiting)
             self._send(request)
             end = time.monotonic() + _REPLY_SECONDS
             while len(replies) < len(servos) and time.monotonic() < end:
