@@ -370,8 +370,11 @@ def test_a_cube_is_picked_over_the_bus_and_the_plant_says_so(plant: Plant, so101
         "rgbd",
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    # The torque stays on: what is held is held after the program has ended.
+    # The torque stays on: what is held is held after the program has ended, and by the next one.
     time.sleep(1.0)
+    with opened(plant, so101) as driver:
+        driver.wait(1.0)
+        assert driver.state().gripper.commanded > driver.state().gripper.closed + 0.1  # type: ignore[union-attr]
     assert plant.truth().objects["red_cube"].pose.xyz[2] - before > 0.05
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import itertools
 import os
 import select
 import subprocess
@@ -228,9 +229,8 @@ class PlantProcess:
     def obey(self, id: int, instruction: int, rest: bytes) -> None:
         listening = {one.id: one for one in self.servos.values() if not one.silent}
         if instruction == 0x82:
-            for each in rest[2:]:
-                if each in listening:
-                    self.reply(listening[each], bytes(listening[each].table[rest[0] : rest[0] + rest[1]]))
+            asked = [listening[each] for each in rest[2:] if each in listening]
+            os.write(self.master, b"".join(_reply(one, one.table[rest[0] : rest[0] + rest[1]]) for one in asked))
         elif instruction == 0x83:
             for at in range(2, len(rest), rest[1] + 1):
                 if rest[at] in listening:
@@ -241,11 +241,7 @@ class PlantProcess:
                 data = bytes(servo.table[rest[0] : rest[0] + rest[1]])
             elif instruction == 3:
                 self.write(servo, rest[0], rest[1:])
-            self.reply(servo, data)
-
-    def reply(self, servo: Servo, data: bytes) -> None:
-        body = bytes((servo.id, len(data) + 2, servo.error)) + data
-        os.write(self.master, b"\xff\xff" + body + bytes((~sum(body) & 0xFF,)))
+            os.write(self.master, _reply(servo, data))
 
     def write(self, servo: Servo, address: int, data: bytes) -> None:
         # Below 40 lies what is kept without power: it can be written while the lock is off.
@@ -283,7 +279,8 @@ class PlantProcess:
 
     def do_speeds(self, since: float) -> list[tuple[float, float]]:
         """(seconds, largest speed of a joint) since a moment of the monotonic clock."""
-        return [each for each in self.speeds if each[0] >= since]
+        late = itertools.takewhile(lambda each: each[0] >= since, reversed(self.speeds))
+        return [*late][::-1]
 
     def do_hold(self, joints: dict[int, float] | None) -> None:
         """Hold joints by hand, servo's addresses to joint values, or let go."""
@@ -301,6 +298,11 @@ class PlantProcess:
         else:
             servo.table[{"celsius": 63, "volts": 62, "id": 5}[fault]] = value
         return time.monotonic()
+
+
+def _reply(servo: Servo, data: bytes | bytearray) -> bytes:
+    body = bytes((servo.id, len(data) + 2, servo.error)) + data
+    return b"\xff\xff" + body + bytes((~sum(body) & 0xFF,))
 
 
 class _Sim:

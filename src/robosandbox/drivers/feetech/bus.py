@@ -87,8 +87,10 @@ class Bus:
             # What came too late; not `reset_input_buffer`, whose error of a port that is gone is of termios alone.
             self._serial.read(self._serial.in_waiting)
             self._send(request)
-            end = time.monotonic() + _REPLY_SECONDS
-            while len(replies) < len(servos) and time.monotonic() < end:
+            end, is_late = time.monotonic() + _REPLY_SECONDS, False
+            while len(replies) < len(servos) and not is_late:
+                # One more look after the time is up: this computer may have been away with the replies long there.
+                is_late = time.monotonic() > end
                 self._received += self._serial.read(max(1, self._serial.in_waiting))
                 replies |= {reply.servo: reply for reply in self._codec.take(self._received) if reply.servo in servos}
         except OSError as error:

@@ -64,8 +64,8 @@ _STUCK_RADIANS, _STUCK_SECONDS, _STUCK_SHARE = 0.1, 0.4, 0.1
 # How far below the temperature at which it lets go by itself a servo is stopped, degrees Celsius: it tells whole degrees, and
 # takes on some more while somebody looks after it.
 _COOLER = 5
-# The least by which a reading may differ from the last one, counts: the encoder's own noise, and play.
-_JITTER = 16
+# Seconds for which an adapter may hold back a reply, as FTDI's do: by so much the moment of a reading is uncertain.
+_HELD_BACK = 0.016
 
 
 class Eyes(Senses, Protocol):
@@ -119,8 +119,8 @@ class Feetech(BareDriver):
                 raise InputError(f"{name} is {share:g}; give a share above 0, to 1")
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
         planning = PlanningScenes(scene).of(nothing)
-        robot, spec = planning.robot, planning.robot.spec
-        gripper = self._gripper = robot.gripper
+        spec, gripper = planning.robot.spec, planning.robot.gripper
+        self._gripper = gripper
         names, limits = [*spec.joints], [*zip(spec.lower.tolist(), spec.upper.tolist(), strict=True)]
         if gripper is not None:
             ends = gripper.geometry.open_joint, gripper.geometry.closed_joint
@@ -128,8 +128,10 @@ class Feetech(BareDriver):
             limits.append((min(ends), max(ends)))
         servos = None if calibration is None else read_calibration(calibration)
         self.joints = servo_joints(servos, names, limits, STS.counts)
+        self._ids = [joint.id for joint in self.joints]
         self.control_timestep, self.port = tick, port
-        self._baud, self._speed, self._grip, self._release = baud, speed, grip, release
+        self.speed = speed
+        self._baud, self._grip, self._release = baud, grip, release
         self._link_timeout = link_timeout
         self._calibrated = servos is not None
         self._began = self._due = time.monotonic()
@@ -217,10 +219,6 @@ class Feetech(BareDriver):
                 pass
         return self._past[joint.id]
 
-    def slowed(self, trajectory: Trajectory) -> Trajectory:
-        """Return a trajectory at the share of its speed that this arm is to go with."""
-        return replace(trajectory, dt=trajectory.dt / self._speed)
-
     def goal(self, joint: ServoJoint) -> float:
         """Return where a servo was sent last, as a joint value."""
         return joint.value(self._goals[joint.id])
@@ -270,10 +268,6 @@ class Feetech(BareDriver):
                 self._fail(f"{joint.said} has not answered for {silent:.2f} s: look after its cable and its power")
         return len(replies) == len(self.joints)
 
-    @property
-    def _ids(self) -> list[int]:
-        return [joint.id for joint in self.joints]
-
     def _check_reading(self, joint: ServoJoint, reading: Reading, before: Reading | None) -> None:
         hottest = self._limits_celsius[joint.id] - _COOLER
         for said in reading.errors:
@@ -286,7 +280,7 @@ class Feetech(BareDriver):
             )
         if before is not None:
             gone, gap = abs(reading.counts - before.counts), reading.time - before.time
-            if gone > _JITTER + STS.no_load_speed * gap:
+            if gone > STS.no_load_speed * (gap + _HELD_BACK):
                 self._fail(
                     f"{joint.said} read {before.counts}, and {gap:.3f} s later {reading.counts} counts: farther than it can go; "
                     "look whether its horn slips or its encoder fails, and calibrate it again"
@@ -331,17 +325,26 @@ class Feetech(BareDriver):
                 )
 
     def _hold(self) -> None:
-        """Have every servo hold where it is; one that holds already, near where it was sent, goes on doing so."""
+        """Have every servo hold where it is; one that holds already goes on doing so, and the gripper what it grips.
+
+        Nothing is written where something is the matter.
+        """
+        self._goals = {joint.id: self._bus.read(joint.id, STS.goal) for joint in self.joints}
+        while not self.poll() and not self.fault:
+            pass
+        if self.fault:
+            return
         if self.hands:
             self._bus.write(self.joints[-1].id, STS.torque_limit, round(1000 * self._grip))
         for joint in self.joints:
-            counts, goal = (self._bus.read(joint.id, register) for register in (STS.position, STS.goal))
-            is_held = self._bus.read(joint.id, STS.torque) == 1
-            if not is_held or abs((goal - counts) * joint.radians) > _LARGEST_TRIM:
-                goal = counts
-                self._bus.write(joint.id, STS.goal, goal)
+            counts = self._past[joint.id][-1].counts
+            gives_way = joint.name not in self._arm.spec.joints or (
+                abs((self._goals[joint.id] - counts) * joint.radians) <= _LARGEST_TRIM
+            )
+            if not gives_way or self._bus.read(joint.id, STS.torque) != 1:
+                self._bus.write(joint.id, STS.goal, counts)
                 self._bus.write(joint.id, STS.torque, 1)
-            self._goals[joint.id] = goal
+                self._goals[joint.id] = counts
         end = self.time + _SETTLE_SECONDS
         while self.time < end and not self.fault:
             time.sleep(self.control_timestep)
@@ -384,7 +387,7 @@ class _ServoArm(BareArm):
             LimitError: A row is outside of what a servo was calibrated for, and nothing has moved.
         """
         tick = self._cell.control_timestep
-        rows = per_tick(self._cell.slowed(trajectory), tick)
+        rows = per_tick(replace(trajectory, dt=trajectory.dt / self._cell.speed), tick)
         self._check_range(rows)
         back = round(_STUCK_SECONDS / tick)
         try:
@@ -432,11 +435,11 @@ class _ServoArm(BareArm):
         return 0.0 if abs(gone) <= 1 else joint.radians * gone / (last.time - first.time)
 
     def _check_range(self, rows: Array) -> None:
-        for column, joint in zip(rows.T, self._joints, strict=True):
+        for column, joint, q in zip(rows.T, self._joints, self.measured_q().tolist(), strict=True):
             ends = sorted(joint.value(count) for count in (joint.calibration.range_min, joint.calibration.range_max))
             worst = float(column[np.abs(column - sum(ends) / 2.0).argmax()])
-            # One count is what rounding leaves.
-            if not ends[0] - abs(joint.radians) <= worst <= ends[1] + abs(joint.radians):
+            # One count is what rounding leaves; a joint that stands outside may come in.
+            if not min(ends[0], q) - abs(joint.radians) <= worst <= max(ends[1], q) + abs(joint.radians):
                 raise LimitError(
                     f"{joint.said} would be at {worst:.4g} rad, and was calibrated for {ends[0]:.4g}..{ends[1]:.4g}; nothing has "
                     "moved: send another, or calibrate it again over its whole range",
