@@ -46,6 +46,7 @@ from robosandbox.types import (
     SkillResult,
 )
 from robosandbox.world.alternatives import Attempt
+from robosandbox.world.foresight import with_grips
 from robosandbox.world.monitor import Monitor
 from robosandbox.world.operators import BoundCall, Operator, bind
 from robosandbox.world.verifier import verify
@@ -123,8 +124,9 @@ class Agent(Generic[WorldT]):
             PlannerError: The planner has no answer.
         """
         with overheard(self._emit if self.streams else None):
-            answer = self._planner_for(prompt).plan(prompt, scene, ())
-        return answer if isinstance(answer, Refusal) else self._checked(answer, scene)[0]
+            planner = self._planner_for(prompt)
+            answer = planner.plan(prompt, scene, ())
+        return answer if isinstance(answer, Refusal) else self._foreseen(planner, answer, scene)[0]
 
     def run(self, prompt: str) -> Episode:
         """Carry out a prompt.
@@ -175,7 +177,8 @@ class Agent(Generic[WorldT]):
                 return _reason_of(error), str(error)
             calls: tuple[BoundCall, ...] = ()
             if isinstance(answer, Plan):
-                answer, calls = self._checked(answer, scene)
+                checked = self._checked(answer, scene) if report else self._foreseen(planner, answer, scene)
+                answer, calls = checked
             if isinstance(answer, Refusal):
                 told.refusal = answer
                 if report is None:
@@ -293,6 +296,16 @@ class Agent(Generic[WorldT]):
         if hopeless is not None:
             return Refusal(code=RefusalCode.IMPOSSIBLE, message=str(hopeless)), ()
         return plan, verdict.calls
+
+    def _foreseen(
+        self, planner: Planner, plan: Plan, scene: ObservedScene
+    ) -> tuple[Plan | Refusal, tuple[BoundCall, ...]]:
+        """Return a first plan as `_checked` does, its grips chosen for what is to come; one that was given stays as it is."""
+        answer, calls = self._checked(plan, scene)
+        if isinstance(answer, Plan) and not isinstance(planner, GivenPlan):
+            calls = with_grips(calls, scene, self.calls)
+            answer = answer.model_copy(update={"steps": tuple(one.call for one in calls)}) if calls else answer
+        return answer, calls
 
     def _execute(
         self,

@@ -28,11 +28,12 @@ from robosandbox.shapes.body import PartJoint, Piece
 from robosandbox.shapes.compound import FILE_KINDS, Geometry
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
+from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Plan, Pose, Refusal
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.operators import bind
-from robosandbox.world.predicate import View
+from robosandbox.world.predicate import View, predicates
+from robosandbox.world.relations import BESIDE_GAP, centre, gap
 
 FACTS = Path(__file__).parent.parent / "tests" / "data" / "libero_sentences.json"
 # Thickness of walls and boards where the facts leave them none, metres.
@@ -163,6 +164,7 @@ def judged(case: Case, planner: StubPlanner) -> Verdict:
     if answer.answer and not answer.steps:
         return Verdict(case, "refused", answer.answer)
     brought, parts = _brought_about(answer)
+    brought = [_beside(one, case) for one in brought]
     # What holds from the start is not asked for, and some goals have it all the same.
     now = View.of(case.scene)
     asked = {_loosened(one, case.scene) for one in case.goal}
@@ -193,6 +195,23 @@ def _brought_about(plan: Plan) -> tuple[list[Fact], list[Fact]]:
             elif gift.relation in _PARTS:
                 parts[name] = gift
     return list(places.values()), list(parts.values())
+
+
+def _beside(one: Fact, case: Case) -> Fact:
+    """Return the side of the goal that a thing stands on which was brought to a point, where it does; else the fact as it is."""
+    effect = predicates()["at"].effect
+    if one.relation != "at" or effect is None:
+        return one
+    there = effect(case.scene, *one.arguments).find(str(one.arguments[0]))
+    for goal in case.goal:
+        target = case.scene.find(str(goal.arguments[1])) if goal.relation == "beside" else None
+        if there is None or target is None or goal.arguments[0] != one.arguments[0]:
+            continue
+        away = (centre(there) - centre(target))[:2]
+        side = max(SIDE_AXES, key=lambda name: float(away @ SIDE_AXES[name]))
+        if side == goal.arguments[2] and gap(there, target) < BESIDE_GAP:
+            return goal
+    return one
 
 
 def _loosened(one: Fact, scene: ObservedScene) -> tuple[object, ...]:

@@ -1,14 +1,16 @@
 """Growth of a long-lived process's memory with the calls that it answers, a row a call.
 
     uv run benchmarks/memory.py [--calls 300] [--only "service load" "mcp simulate"] [--json]
+    uv run benchmarks/memory.py --minutes 20 [--only "service all in turn"]
 
-Each row has a process of its own: its resident set after the first calls and after the last (read in /proc: Linux only).
+With `--minutes` each row calls for so long and prints what it has each minute. Each row has a process of its own: its resident set after the first calls and after the last (read in /proc: Linux only).
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -115,13 +117,30 @@ def measured(row: str, calls: int) -> dict[str, Any]:
     }
 
 
+def soak(row: str, minutes: int) -> None:
+    """Call for so many minutes, and print the resident set at the end of each."""
+    face, _, name = row.partition(" ")
+    with (service if face == "service" else mcp)(name) as (pid, call):
+        number, began = 0, time.monotonic()
+        for minute in range(1, minutes + 1):
+            while time.monotonic() - began < 60.0 * minute:
+                call(number)
+                number += 1
+            print(f"{row}: {minute:3} min {number:6} calls {resident_mb(pid):6.0f} MB", flush=True)
+
+
 def main() -> None:
     rows = [f"service {name}" for name in _SERVICE] + [f"mcp {name}" for name in _MCP]
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--calls", type=int, default=300)
     parser.add_argument("--only", nargs="+", choices=rows, default=rows)
+    parser.add_argument("--minutes", type=int, help="call for so long and print each minute")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    if options.minutes:
+        for row in options.only:
+            soak(row, options.minutes)
+        return
     found = []
     for row in options.only:
         found.append(measured(row, options.calls))

@@ -37,6 +37,7 @@ PARAMETERS: dict[str, tuple[str, ...]] = {
     "pour": ("target",),
     "open_drawer": ("drawer",),
     "close_drawer": ("drawer",),
+    "push_to": ("object", "x", "y"),
     "tap": ("object",),
     "home": (),
 }

@@ -33,7 +33,7 @@ class Contacts:
     def by_object(self) -> tuple[dict[str, set[str]], dict[str, str | None]]:
         """Return what each object touches, and by hand which object both its sides touch, or its cup has sucked on to.
 
-        The sides are looked for on the object's own body: a drawer whose grip is held is not held itself.
+        The sides are looked for on the object's own body and what is welded to it: a drawer whose grip is held is not held itself.
         """
         world, pairs = self._world, self._pairs()
         held = {hand_of(name): self._held(robot, pairs) for name, robot in world.robots.items() if robot.gripper}
@@ -43,11 +43,13 @@ class Contacts:
         gripper = robot.gripper
         assert gripper is not None
         sides: dict[int, set[int]] = {}
+        welded = self._world.model.body_weldid
         for first, second in pairs:
             for body, other in ((first, second), (second, first)):
                 for side, bodies in enumerate(gripper.finger_bodies):
                     if other in bodies:
-                        sides.setdefault(body, set()).add(side)
+                        # A free body of a file may have its geometry in a body that is welded to it.
+                        sides.setdefault(int(welded[body]) or body, set()).add(side)
         needed = 2
         if gripper.geometry.cup is not None:
             sealed = (seal(self._world, robot, self._data) or 0.0) >= gripper.geometry.seal

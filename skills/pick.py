@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
@@ -18,6 +19,7 @@ from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_wi
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.skills.primitives.nudging import nudge_off_walls
+from robosandbox.skills.primitives.placing import fitting_there
 from robosandbox.skills.primitives.sensing import around, changed, check_closed, check_open, check_sealed
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
@@ -49,9 +51,10 @@ class Pick(Skill):
 
     name = "pick"
 
-    def contract(self, *, object: str, grip: str = "any") -> Contract:
+    def contract(self, *, object: str, grip: str = "any", to: str = "") -> Contract:
         """Return what lifting an object needs and brings about."""
         gripped = () if grip == "any" else (fact("gripped", object, grip),)
+        fitting = () if not to else (fact("gripped_for", object, to),)
         return Contract(
             needs=(
                 fact("has_gripper"),
@@ -63,15 +66,16 @@ class Pick(Skill):
                 fact("graspable", object),
                 fact("room_to_take", object),
             ),
-            gives=(fact("holding", object), *gripped),
+            gives=(fact("holding", object), *gripped, *fitting),
         )
 
-    def run(self, ctx: SkillContext, *, object: str, grip: Literal["any", "side"] = "any") -> SkillResult:
+    def run(self, ctx: SkillContext, *, object: str, grip: Literal["any", "side"] = "any", to: str = "") -> SkillResult:
         """Grasp an object and lift it clear of what it stands on.
 
         Args:
             object: Id of the object.
             grip: "side" for a hand that comes more from the side than from above, as for what goes into a cupboard.
+            to: Id of what it is to go on or into next: it is taken so that the hand has room there.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -85,7 +89,8 @@ class Pick(Skill):
         target = arm.find(object)
         if arm.start.held == object:
             return _lift_held(arm, target)
-        tries = _Tries(arm, object, from_side=grip == "side")
+        fits = fitting_there(ctx, target, arm.find(to), arm.start) if to else None
+        tries = _Tries(arm, object, from_side=grip == "side", fits=fits)
         looks, nudges, scene = 0, 0, arm.start
         while True:
             seen = _shifted(arm.find(object, scene), tries.felt)
@@ -148,12 +153,13 @@ class _Tries:
         slipped: Whether it came out of one of them: the next holds as hard as it can.
     """
 
-    def __init__(self, arm: Manipulator, object: str, *, from_side: bool) -> None:
+    def __init__(self, arm: Manipulator, object: str, *, from_side: bool, fits: Callable[[Grasp], bool] | None) -> None:
         self.felt: Array = np.zeros(3)
         self.slipped = False
         self._arm = arm
         self._object = object
         self._from_side = from_side
+        self._fits = fits
         self._excluded: list[Grasp] = []
         self._least_aperture = 0.0
         self._failure: SkillError | None = None
@@ -161,7 +167,15 @@ class _Tries:
     def planned(self, seen: DetectedObject, scene: ObservedScene) -> GraspPlan:
         """Return a grasp that was not tried yet; where none is left, what the last one failed of counts."""
         try:
-            return plan_grasp(self._arm, seen, scene, self._excluded, self._least_aperture, from_side=self._from_side)
+            return plan_grasp(
+                self._arm,
+                seen,
+                scene,
+                self._excluded,
+                self._least_aperture,
+                from_side=self._from_side,
+                fits=self._fits,
+            )
         except SkillError:
             if self._failure is not None and _reason(self._failure) in _LOAD_FAILURES:
                 raise self._failure from None

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.placing import occupied, place, taken_anew
+from robosandbox.skills.primitives.placing import occupied, place, spots_within, taken_anew, touched_within
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
-from robosandbox.world.placement_sampling import placements_in
-from robosandbox.world.relations import MeasuredRelation, contents, inside
+from robosandbox.world.relations import MeasuredRelation, inside
 
 
 class PlaceIn(Skill):
@@ -58,26 +57,18 @@ class PlaceIn(Skill):
         arm = Manipulator(ctx)
         held = arm.held
         vessel = arm.find(container)
-        held_in = {name for name, _ in contents(arm.start.objects, vessel)} - {held.id}
-        there = [item for item in arm.start.objects if item.id in held_in and not item.shape.is_granular]
-        spots = list(placements_in(vessel, held, there))
+        spots, within = spots_within(arm.start, held, vessel)
         if not spots:
-            raise occupied(held.id, container, [item.id for item in there])
+            raise occupied(held.id, container, [item.id for item in within if not item.shape.is_granular])
         return place(
             arm,
             held,
             spots,
             skill=self.name,
             target=container,
-            allowed=(container, *_whole(vessel), *held_in),
+            allowed=touched_within(vessel, within),
             check=lambda placed, scene: _in(placed, arm.find(container, scene)),
         )
-
-
-def _whole(vessel: DetectedObject) -> tuple[str, ...]:
-    """Return the id of the fixture that a compartment is in."""
-    is_compartment = vessel.geometry is not None and vessel.geometry.compartment is not None
-    return (vessel.id.rpartition(".")[0],) if is_compartment else ()
 
 
 def _in(placed: DetectedObject, vessel: DetectedObject) -> MeasuredRelation:

@@ -1,8 +1,9 @@
-"""Push: slide an object along the table with closed fingers."""
+"""Push, push to: slide an object along the table with closed fingers, so far or to a point."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -14,7 +15,7 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.skills.primitives.pressing import Pressed, press_along
-from robosandbox.skills.primitives.strokes import STAND_OFF, plan_stroke
+from robosandbox.skills.primitives.strokes import STAND_OFF, Stroke, plan_push_to, plan_stroke
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import (
     DIRECTION_AXES,
@@ -28,14 +29,17 @@ from robosandbox.types import (
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import push_allowance
 from robosandbox.world.contracts import Contract
-from robosandbox.world.facts import fact
+from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.nearness import nearer
-from robosandbox.world.relations import centre, displacement, top
+from robosandbox.world.relations import centre, displacement, on_table, top
+from robosandbox.world.standing import AT_TOLERANCE
 
 # Share of what an object stands above the fingertips by which the hand may rise; chosen: at the whole of it the hand passes over.
 _PASSES = 0.7
-# Strokes of one push; chosen: most take one, and one passed by the object is turned for the next.
+# Strokes of a straight push; chosen: most take one, and one passed by the object is turned for the next.
 _STROKES = 4
+# Strokes of a push to a point; chosen as twice as many: a bent way has two legs.
+_STROKES_TO = 2 * _STROKES
 # Metres that a stroke has to move the object not to count as missed; chosen as perception's error.
 _PROGRESS = 0.002
 # Metres to a thing within which the object stands against it; chosen above perception's error.
@@ -144,7 +148,14 @@ class Push(Skill):
         start = arm.find(object)
         allowance = push_allowance(distance)
         axis = np.array([*DIRECTION_AXES[direction], 0.0])
-        pressed = _strokes(arm, start, direction, distance, allowance)
+
+        def left(target: DetectedObject) -> float:
+            return distance - float((centre(target) - centre(start)) @ axis)
+
+        def plan(target: DetectedObject, scene: ObservedScene, missed: int) -> Stroke:
+            return plan_stroke(arm, target, scene, axis, left(target), missed)
+
+        pressed = _strokes(arm, object, lambda target: left(target) <= allowance / 2.0, plan, _STROKES)
         scene = arm.settle(object)
         after = arm.find(object, scene)
         relation = displacement(start, after, direction, distance - allowance)
@@ -166,36 +177,140 @@ class Push(Skill):
         )
 
 
+class PushTo(Skill):
+    """Slide an object along the table to a point of it."""
+
+    name = "push_to"
+
+    def contract(self, *, object: str, x: float, y: float) -> Contract:
+        """Return what sliding an object to a point needs and brings about; what can be carried there is."""
+        return Contract(
+            needs=(
+                fact("slides", object),
+                fact("hand_empty"),
+                fact("accessible", object),
+                fact("on", object, TABLE),
+                fact("on_the_open", object),
+                fact("room_at", object, x, y),
+                fact("reachable", object),
+                fact("reachable_at", object, x, y),
+                fact("room_to_push_to", object, x, y),
+            ),
+            gives=(fact("at", object, x, y), fact("on", object, TABLE)),
+            rank=1,
+        )
+
+    def alternatives(self, failed: FailedCall, *, object: str, x: float, y: float) -> Iterator[Alternative]:
+        """Yield the rest of the way, and carrying it there in place of pushing."""
+        before, now = failed.before.find(object), failed.scene.find(object)
+        if before is None or now is None:
+            return
+        if failed.had_begun and _missing(before, x, y) - _missing(now, x, y) > _PROGRESS:
+            yield Alternative(why="what is left of the way", call=failed.call)
+        evidence = failed.error.evidence
+        if isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and not evidence.blocking:
+            return
+        yield Alternative(why="carried there in place of pushed", first=(fact("at", object, x, y),))
+
+    def run(self, ctx: SkillContext, *, object: str, x: float, y: float) -> SkillResult:
+        """Slide an object along the table to a point with the closed fingers, straight or around what is in the way.
+
+        Args:
+            object: Id of the object.
+            x: World x, metres; forward from the robot.
+            y: World y, metres; to the robot's left.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            AlreadyHoldingError: The gripper is full.
+            UnreachableError: A stroke leaves the robot's reach.
+            CollisionError: Something is in the way.
+            PushError: The object went elsewhere or not far enough.
+            TrackingError: The hand met something on its way behind the object, each time.
+        """
+        arm = Manipulator(ctx)
+        start, goal = arm.find(object), np.array([x, y])
+        way = np.array([*(goal - centre(start)[:2]), 0.0])
+        wanted = float(np.linalg.norm(way))
+
+        def is_there(target: DetectedObject) -> bool:
+            return _missing(target, x, y) < AT_TOLERANCE / 2.0
+
+        def plan(target: DetectedObject, scene: ObservedScene, missed: int) -> Stroke:
+            return plan_push_to(arm, target, scene, goal, missed)
+
+        pressed = _strokes(arm, object, is_there, plan, _STROKES_TO)
+        scene = arm.settle(object)
+        after = arm.find(object, scene)
+        standing = on_table(after, scene.table_height)
+        off = _missing(after, x, y)
+        if not standing.holds or off >= AT_TOLERANCE:
+            axis = way / wanted if wanted else np.array([1.0, 0.0, 0.0])
+            gone = centre(after) - centre(start)
+            evidence = PushEvidence(
+                object=object,
+                wanted=wanted,
+                along=float(gone @ axis),
+                across=abs(float(np.cross(axis, gone)[2])),
+                reason="resisted" if pressed is not None and not pressed.arrived else "missed",
+                force=None if pressed is None or pressed.force is None else round(pressed.force, 2),
+                blocking=_ahead(scene, after, axis),
+            )
+            raise PushError(
+                _why(evidence, f"towards ({x:.3f}, {y:.3f})", ctx.max_force_n), phase=Phase.VERIFY, evidence=evidence
+            )
+        force = {} if pressed is None or pressed.force is None else {"force_n": pressed.force}
+        return SkillResult(
+            skill=self.name, detail={"object": object, "off_mm": 1000.0 * off, **standing.detail, **force}
+        )
+
+
+def _missing(target: DetectedObject, x: float, y: float) -> float:
+    """Return how far an object is from a point of the table, metres."""
+    return math.dist(centre(target)[:2], (x, y))
+
+
 def _strokes(
-    arm: Manipulator, start: DetectedObject, direction: Direction, distance: float, allowance: float
+    arm: Manipulator,
+    name: str,
+    is_there: Callable[[DetectedObject], bool],
+    plan: Callable[[DetectedObject, ObservedScene, int], Stroke],
+    most: int,
 ) -> Pressed | None:
-    """Push an object until it is there, or resists, or the last stroke is done; return what the last one came to."""
-    axis = np.array([*DIRECTION_AXES[direction], 0.0])
-    missed, before = 0, -np.inf
+    """Push an object until it is there, or resists, or the last stroke is done; return what the last one came to.
+
+    Args:
+        arm: Whose hand.
+        name: Id of the object.
+        is_there: Tells whether it has gone as far as it is to go.
+        plan: Returns the next stroke, given how many have passed by the object.
+        most: How many strokes there are at most.
+    """
+    missed = 0
     pressed: Pressed | None = None
-    for stroke in range(_STROKES):
+    last: Stroke | None = None
+    for number in range(most):
         scene = arm.look()
-        target = arm.find(start.id, scene)
-        along = displacement(start, target, direction).detail["along_mm"] / 1000.0
-        stayed = along - before < _PROGRESS
-        if along >= distance - allowance / 2.0 or (stayed and pressed is not None and not pressed.arrived):
+        target = arm.find(name, scene)
+        stayed = last is not None and last.distance - _missing(target, *last.end) < _PROGRESS
+        if is_there(target) or (stayed and pressed is not None and not pressed.arrived):
             break
         # A hand that passed by the object, as between two fixed fingers, is turned for the next stroke.
         missed += stayed
-        before = along
+        last = plan(target, scene, missed)
         try:
-            pressed = _stroke(arm, target, scene, axis, distance - along, missed)
+            pressed = _carried_out(arm, target, last)
         except MetError as met:
             back_off(arm, met)
-            if stroke == _STROKES - 1:
+            if number == most - 1:
                 raise
     return pressed
 
 
-def _why(evidence: PushEvidence, direction: Direction, most: float) -> str:
+def _why(evidence: PushEvidence, way: str, most: float) -> str:
     """Return the sentence of a push that did not do what was asked."""
     said = (
-        f"{evidence.object} went {evidence.along * 1000:.0f} mm {direction} and {evidence.across * 1000:.0f} mm aside in "
+        f"{evidence.object} went {evidence.along * 1000:.0f} mm {way} and {evidence.across * 1000:.0f} mm aside in "
         f"place of {evidence.wanted * 1000:.0f} mm"
     )
     if evidence.reason == "missed":
@@ -228,11 +343,8 @@ def _room_above(arm: Manipulator, target: DetectedObject) -> float:
     return max(0.0, _PASSES * (top(target) - tip))
 
 
-def _stroke(
-    arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float, missed: int
-) -> Pressed:
+def _carried_out(arm: Manipulator, target: DetectedObject, stroke: Stroke) -> Pressed:
     """Put the fingers behind the object and push it once."""
-    stroke = plan_stroke(arm, target, scene, axis, distance, missed)
     if arm.spec.gripper is not None:
         arm.open_for(stroke.approach, 0.0)
     follow_free(arm, stroke.approach, Phase.APPROACH)

@@ -408,6 +408,23 @@ def test_a_can_goes_into_a_rack_from_the_side_as_the_simulated_state_says(tmp_pa
         assert "nothing is taken out from there" in cell.run("pick up the can").final_detail
 
 
+def test_a_thing_whose_geometry_is_in_a_welded_body_is_held(tmp_path: Path) -> None:
+    """What simulates a free body for a group of others: without mass or geometry of its own."""
+    world = tmp_path / "welded.xml"
+    world.write_text(
+        """<mujoco><worldbody><geom type="plane" size="2 2 0.1"/>
+        <body name="table" pos="0.2 0 0.2"><geom type="box" size="0.4 0.4 0.02"/></body>
+        <body name="bottle" pos="0.25 0.1 0.28"><freejoint/>
+          <body name="bottle_parts"><geom type="box" size="0.02 0.015 0.06" mass="0.02"/></body></body>
+        </worldbody></mujoco>"""
+    )
+    with open_here(WorkcellOptions(scene=world)) as cell:
+        cell.do("pick", object="bottle")
+        assert cell.observe().held == "bottle"
+        cell.do("place_at", x=0.2, y=-0.1)
+        assert np.linalg.norm(cell.simulation.truth().objects["bottle"].pose.position[:2] - (0.2, -0.1)) < 0.015
+
+
 def test_where_no_hand_fits_nothing_is_put_in() -> None:
     with open_here(WorkcellOptions(scene=RACK, max_replans=0)) as cell:
         episode, forces = _pressed_on(cell, "put the die in the slot", "slot")

@@ -23,8 +23,12 @@ from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.primitives.abilities import RobotAbilities
 from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject, SkillResult
 from robosandbox.workcell.session import open_session
+from robosandbox.world.abilities import LateAbilities
+from robosandbox.world.facts import parse_facts
+from robosandbox.world.goal_plan import plan_for
 from robosandbox.world.relations import beside, inside, on_top
 
 SKILLS = {skill.name: skill for skill in load_skills()}
@@ -95,6 +99,34 @@ def test_push_slides_the_cube_that_way(ctx, direction, axis):
     perform(ctx, SKILLS["push"], {"object": "red_cube", "direction": direction, "distance": 0.06})
     moved = truth(ctx, "red_cube").pose.position[:2] - before
     assert moved @ np.array(axis) == pytest.approx(0.06, abs=0.015)
+
+
+@pytest.mark.parametrize(
+    "name, point",
+    [
+        ("red_cube", (0.25, -0.05)),
+        # Straight, it would push the block along.
+        ("red_cube", (0.28, 0.2)),
+        ("wide", (0.2, -0.3)),
+        # Nearer to the robot, by its wall from within.
+        ("bin", (0.0, 0.25)),
+    ],
+)
+def test_push_to_slides_a_thing_to_a_point_and_nothing_else(ctx, name, point):
+    others = {item.id: truth(ctx, item.id).pose.position for item in OBJECTS if item.id != name}
+    perform(ctx, SKILLS["push_to"], {"object": name, "x": point[0], "y": point[1]})
+    assert np.linalg.norm(truth(ctx, name).pose.position[:2] - point) < 0.015
+    for other, before in others.items():
+        assert np.linalg.norm(truth(ctx, other).pose.position - before) < 0.002, other
+
+
+def test_what_no_hand_can_carry_is_pushed_to_where_it_is_to_stand(ctx):
+    answer = plan_for(
+        parse_facts("at(wide, 0.2, -0.3)"), ctx.look(), load_skills(), robot=LateAbilities(RobotAbilities(ctx))
+    )
+    assert isinstance(answer, Plan) and [str(call) for call in answer.steps] == ["push_to(object=wide, x=0.2, y=-0.3)"]
+    small = plan_for(parse_facts("at(red_cube, 0.2, -0.3)"), ctx.look(), load_skills())
+    assert isinstance(small, Plan) and [call.skill for call in small.steps] == ["pick", "place_at"]
 
 
 @pytest.mark.parametrize(

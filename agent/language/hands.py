@@ -40,6 +40,8 @@ class Hands:
         self.poured: set[str] = set()
         self.emptied: tuple[str, ...] = ()
         self.set_free: set[str] = set()
+        # Whether what goes to a place is slid there in place of carried.
+        self.sliding = False
         self.spared: set[str] = set()
         self.taken: dict[Ref, set[str]] = {}
         self.called: tuple[str, ...] = ()

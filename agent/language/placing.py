@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 
@@ -161,8 +162,9 @@ class Placing(Hands):
                     self.last_side, self.side_told = (kind, target), True
                 elif kind == "beside":
                     self._put_beside(name, target, SIDES)
-                    call = self.steps[-1].call.arguments
-                    self.last_side, self.side_told = (str(call["side"]), str(call["target"])), False
+                    if not self.sliding:
+                        call = self.steps[-1].call.arguments
+                        self.last_side, self.side_told = (str(call["side"]), str(call["target"])), False
                 else:
                     raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot put things {kind} others.", (target,))
             case At(x=x, y=y):
@@ -347,8 +349,11 @@ class Placing(Hands):
         if not self.world.is_free((x, y), radius, (name,)):
             taken = [other for other in self.world.objects if other != name and not self._alone((x, y), radius, other)]
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{where} is taken by {listed(taken)}.", taken)
-        self._take(name)
-        self._add("place_at", x=x, y=y)
+        if self.sliding:
+            self._add("push_to", object=name, x=x, y=y)
+        else:
+            self._take(name)
+            self._add("place_at", x=x, y=y)
         self.world.put(name, (x, y))
 
     def _alone(self, xy: tuple[float, float], radius: float, other: str) -> bool:
@@ -385,8 +390,16 @@ class Placing(Hands):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{target} does not stand on the table, so nothing fits beside it.", (target,)
             )
-        self._take(name)
         _, side, xy = free[0] if len(sides) == 1 else min(free)
+        if self.sliding:
+            # Nobody chooses among the places on a side later, as `place_beside` does.
+            (ex, ey), room = SIDE_AXES[side], world.radius(name) - 0.01
+            shifts = itertools.product((0.0, 0.05, 0.1), (0.0, 0.05, -0.05, 0.1, -0.1))
+            spots = ((xy[0] + ex * out - ey * aside, xy[1] + ey * out + ex * aside) for out, aside in shifts)
+            free_spots = (spot for spot in spots if world.in_reach(spot) and world.is_free(spot, room, (name,)))
+            self._put_at(name, next(free_spots, xy), f"the {side} of {target}")
+            return
+        self._take(name)
         others = [{"target": target, "side": other} for _, other, _ in sorted(free) if other != side]
         self._add("place_beside", others, target=target, side=side)
         world.put(name, xy)
@@ -397,10 +410,13 @@ class Placing(Hands):
     def _put_at_first(self, name: str, spots: Sequence[tuple[float, float]]) -> None:
         if not spots:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "There is no free spot on the table.")
-        self._take(name)
-        self.set_free.add(name)
         (x, y), *rest = spots
-        self._add("place_at", [{"x": ox, "y": oy} for ox, oy in rest], x=x, y=y)
+        if self.sliding:
+            self._add("push_to", [{"object": name, "x": ox, "y": oy} for ox, oy in rest], object=name, x=x, y=y)
+        else:
+            self._take(name)
+            self.set_free.add(name)
+            self._add("place_at", [{"x": ox, "y": oy} for ox, oy in rest], x=x, y=y)
         self.world.put(name, (x, y))
 
     def _put_by_robot(self, name: str, place: ByRobot) -> None:

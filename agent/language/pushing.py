@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from robosandbox.agent.language.arranging import Arranging
 from robosandbox.agent.language.discourse import AlreadySoError, RefusedError, listed
-from robosandbox.agent.language.intent import Command, Region, Relation
+from robosandbox.agent.language.intent import Command, Place, Region, Relation
 from robosandbox.agent.language.placing import BOUNDS
 from robosandbox.types import DIRECTION_AXES, RefusalCode
 
 PUSH_DISTANCE = 0.10  # Metres of a push whose distance is not said. Chosen.
 SHORTEST_PUSH = 0.005  # Metres. Chosen: shorter ones are lost in the errors of a push.
+# Relations that tell which way to push.
+WAYS_OF_RELATION = ("towards", "away", "against")
 _WAYS = {"left": "left", "right": "right", "far": "forward", "near": "back"}
 _WITHIN = 0.06  # Metres that a thing is pushed into a region. Chosen: a cube's width and room.
 _TO_THE_EDGE = 0.12  # Metres from the table's edge where a push to it ends. Chosen.
@@ -52,6 +54,9 @@ class Pushing(Arranging):
                 RefusalCode.IMPOSSIBLE, f"{name} does not stand free on the table; I cannot push it.", (name,)
             )
         direction, distance = command.direction, command.distance
+        if command.place is not None and not _is_way(command.place):
+            self._slide(name, command)
+            return
         if isinstance(command.place, Relation):
             direction, distance = self._towards(name, command.place, distance)
         elif isinstance(command.place, Region):
@@ -76,6 +81,16 @@ class Pushing(Arranging):
         self._note_moved(name)
         self._add("push", object=name, direction=direction, distance=round(metres, 4))
         self.world.shift(name, dx * metres, dy * metres)
+
+    def _slide(self, name: str, command: Command) -> None:
+        """As in "push it to the left of the bowl", "slide it to the middle": to where it would be put."""
+        self._note_moved(name)
+        targets = self._targets(command.place, (name,)) if isinstance(command.place, Relation) else ()
+        self.sliding = True
+        try:
+            self._put_one(name, command.place, targets)
+        finally:
+            self.sliding = False
 
     def _towards(self, name: str, place: Relation, distance: float | None) -> tuple[str, float]:
         target = self.ground.one(place.refs[0], lambda other: True, (name,)).ids[0]
@@ -121,3 +136,10 @@ class Pushing(Arranging):
         if not reached:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"I cannot reach far enough to push {name} there.", (name,))
         return direction, reached[0]
+
+
+def _is_way(place: Place) -> bool:
+    """Tell whether a place tells which way to push and no point of the table: "towards the can", "to the left edge"."""
+    if isinstance(place, Region):
+        return len(place.sides) == 1 and place.name in BOUNDS
+    return isinstance(place, Relation) and place.kind in WAYS_OF_RELATION

@@ -172,7 +172,7 @@ class _Reaction:
     def _pushed_enough(self) -> Draft | None:
         """Steps that remain behind a push whose strokes have done enough of it together."""
         evidence = self.error.evidence
-        if not isinstance(evidence, PushEvidence):
+        if not isinstance(evidence, PushEvidence) or self.failed.call.skill != "push":
             return None
         left, allowance = _left(evidence), push_allowance(self._whole_push(evidence))
         is_enough = -2.0 * allowance <= left <= allowance and abs(evidence.across) < allowance

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,9 +17,9 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.nudging import nudge_may_help
 from robosandbox.skills.primitives.part_ways import PRESHAPE, plan_lead
 from robosandbox.skills.primitives.parts import PULLED_SHARE
-from robosandbox.skills.primitives.placing import plan_place
+from robosandbox.skills.primitives.placing import plan_put
 from robosandbox.skills.primitives.rehearsal import hand_planner, rehearse, with_aperture
-from robosandbox.skills.primitives.strokes import plan_stroke
+from robosandbox.skills.primitives.strokes import plan_push_to, plan_stroke
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import ArmState, Array, DetectedObject, Grasp, Limits, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities, Obstruction
@@ -149,13 +149,19 @@ class RobotAbilities(GripperAbilities):
         self, item: DetectedObject, axis: Sequence[float], distance: float, scene: ObservedScene
     ) -> Obstruction | None:
         """Return what keeps the hand from pushing an object along a level unit vector (3,), whichever way it is turned."""
+        return self._obstructed(scene, lambda arm: plan_stroke(arm, item, scene, np.array(axis), distance))
+
+    def unpushable_to(self, item: DetectedObject, point: Sequence[float], scene: ObservedScene) -> Obstruction | None:
+        """Return what keeps the hand from pushing an object to a point (2,) of the table, whichever way it goes."""
+        return self._obstructed(scene, lambda arm: plan_push_to(arm, item, scene, np.array(point)))
+
+    def _obstructed(self, scene: ObservedScene, plan: Callable[[Manipulator], object]) -> Obstruction | None:
+        """Return what keeps the closed hand from what is planned."""
         robot = self._ctx.arm.spec
         if robot.gripper is None or scene.held is not None:
             return None
         closed = with_aperture(self._ctx, robot.gripper.geometry.min_aperture)
-        return rehearse(
-            self._ctx, self._hand, scene, closed, lambda arm: plan_stroke(arm, item, scene, np.array(axis), distance)
-        )
+        return rehearse(self._ctx, self._hand, scene, closed, plan)
 
     def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
         """Return what keeps the hand from pulling a drawer open at its grip, whichever way it is turned."""
@@ -204,7 +210,7 @@ class RobotAbilities(GripperAbilities):
         held = above.find(item.id) or item
         found = []
         for state in self._holding(held, there, scene):
-            met = rehearse(self._ctx, self._hand, above, state, lambda arm: _put(arm, held, above, spots, allowed))
+            met = rehearse(self._ctx, self._hand, above, state, lambda arm: plan_put(arm, held, above, spots, allowed))
             if met is None:
                 return None
             found.append(met)
@@ -245,11 +251,3 @@ def _take(arm: Manipulator, item: DetectedObject, scene: ObservedScene) -> None:
     except CollisionError:
         if not nudge_may_help(arm, item, scene):
             raise
-
-
-def _put(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Placement], allowed: Sequence[str]
-) -> None:
-    """Plan how an object is put down, as what places it does."""
-    arm.use(scene, held=held.id)
-    plan_place(arm, held, scene, spots, tuple(allowed))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -85,6 +85,7 @@ def plan_grasp(
     least_aperture: float = 0.0,
     *,
     from_side: bool = False,
+    fits: Callable[[Grasp], bool] | None = None,
 ) -> GraspPlan:
     """Return the first candidate whose approach, descent and lift are all possible.
 
@@ -95,6 +96,7 @@ def plan_grasp(
         excluded: Grasps that were tried and did not hold, in the object's frame.
         least_aperture: How far apart the fingers are to come at least, metres.
         from_side: Leave out hands that come more from above than from the side.
+        fits: Tells which grasps are of use.
 
     Raises:
         GraspError: There is no candidate.
@@ -109,6 +111,8 @@ def plan_grasp(
     search = _GraspSearch(arm, target, least_aperture)
     if from_side:
         found = (grasp for grasp in found if grasp.tcp_pose.rotation[2, 2] > _FROM_SIDE)
+    if fits is not None:
+        found = filter(fits, found)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     # A cup is to touch what it is to hold.
     touched = () if arm.geometry.cup is None else (target.id,)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -19,13 +21,33 @@ from robosandbox.skills.primitives.manipulator import (
     moved,
     raised,
 )
-from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Timing, Trajectory
+from robosandbox.skills.primitives.rehearsal import hand_planner, rehearse, with_aperture
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.types import (
+    CAREFUL,
+    Array,
+    DetectedObject,
+    Grasp,
+    ObservedScene,
+    Pose,
+    SkillResult,
+    Timing,
+    Trajectory,
+)
 from robosandbox.values import frozen
 from robosandbox.world.alternatives import Alternative, FailedCall
-from robosandbox.world.effects import put
+from robosandbox.world.effects import put, taken
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.placement_sampling import CARRIED_OVER, Placement, about_z, levelled, resting_pose
-from robosandbox.world.relations import MeasuredRelation
+from robosandbox.world.placement_sampling import (
+    CARRIED_OVER,
+    Placement,
+    about_z,
+    levelled,
+    placements_in,
+    placements_on,
+    resting_pose,
+)
+from robosandbox.world.relations import MeasuredRelation, contents
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
 _STAND_OFF = 0.004
@@ -133,17 +155,36 @@ def place(
 def taken_anew(failed: FailedCall) -> Iterator[Alternative]:
     """Yield putting down what is held and taking it anew, where the hand as it holds it found no way: another grip may.
 
-    What a thing of the scene's file covers is come at from the side.
+    First one with which the hand has room where it goes; what a thing of the scene's file covers is come at from the side.
     """
     held = failed.scene.held
     if held is None or failed.error.code not in (ErrorCode.UNREACHABLE, ErrorCode.COLLISION):
         return
     first = (fact("on", held, TABLE),)
     target = failed.scene.find(str(next(iter(failed.call.arguments.values()), "")))
+    if target is not None and failed.error.code == ErrorCode.COLLISION:
+        fitting = (*first, fact("gripped_for", held, target.id))
+        yield Alternative(why=f"{held} is put down and taken as it fits there", first=fitting, call=failed.call)
     if target is not None and target.is_fixed:
         from_side = (*first, fact("gripped", held, "side"))
         yield Alternative(why=f"{held} is put down and taken from the side", first=from_side, call=failed.call)
     yield Alternative(why=f"{held} is put down and taken anew", first=first, call=failed.call)
+
+
+def spots_within(
+    scene: ObservedScene, held: DetectedObject, vessel: DetectedObject
+) -> tuple[list[Placement], tuple[DetectedObject, ...]]:
+    """Return where something may stand within what holds things, the best place first, and what lies in that."""
+    names = {name for name, _ in contents(scene.objects, vessel)} - {held.id}
+    within = tuple(item for item in scene.objects if item.id in names)
+    return list(placements_in(vessel, held, [item for item in within if not item.shape.is_granular])), within
+
+
+def touched_within(vessel: DetectedObject, within: Iterable[DetectedObject]) -> tuple[str, ...]:
+    """Return the ids of what may be touched by what is put into something: that, what lies in it, and the fixture of a compartment."""
+    is_compartment = vessel.geometry is not None and vessel.geometry.compartment is not None
+    whole = (vessel.id.rpartition(".")[0],) if is_compartment else ()
+    return (vessel.id, *whole, *(item.id for item in within))
 
 
 def _leave(arm: Manipulator, held: str) -> None:
@@ -155,6 +196,42 @@ def _leave(arm: Manipulator, held: str) -> None:
         return
     arm.motion.allow("table", *(item.id for item in arm.start.objects))
     arm.rise(HOVER_HEIGHT, Phase.LIFT, speed=arm.tempo.lift)
+
+
+def fitting_there(
+    ctx: SkillContext, item: DetectedObject, base: DetectedObject, scene: ObservedScene
+) -> Callable[[Grasp], bool]:
+    """Return what tells of a grasp whether the hand has room with it to put an object on or into another.
+
+    Args:
+        ctx: Whose hand.
+        item: What is to be taken, as it stands now.
+        base: What it is to go on or into.
+        scene: What is seen.
+    """
+    above = taken(scene, item.id)
+    held = above.find(item.id) or item
+    if base.shape.holds_things:
+        spots, within = spots_within(scene, item, base)
+        allowed = touched_within(base, within)
+    else:
+        spots, allowed = placements_on(item, base, scene.objects)[0], (base.id,)
+
+    def fits(grasp: Grasp) -> bool:
+        tcp_pose = held.pose @ item.pose.inverse() @ grasp.tcp_pose
+        state = replace(with_aperture(ctx, grasp.width), tcp_pose=tcp_pose)
+        plan = partial(plan_put, held=held, scene=above, spots=spots, allowed=allowed)
+        return rehearse(ctx, hand_planner(ctx), above, state, plan) is None
+
+    return fits
+
+
+def plan_put(
+    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Placement], allowed: Sequence[str]
+) -> None:
+    """Plan how an object is put down, as what places it does."""
+    arm.use(scene, held=held.id)
+    plan_place(arm, held, scene, spots, tuple(allowed))
 
 
 def plan_place(

@@ -224,7 +224,7 @@ class CollisionChecker:
         if depth[worst] <= 0.0:
             return None, float(min(_SIGHT, (distance - keep)[~own].min(initial=_SIGHT)))
         first, second = (int(b) for b in pairs[worst])
-        moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
+        moving = self._robot_body[first] or (self._held is not None and self._with_held()[first])
         body, other = (first, second) if moving else (second, first)
         return DeepestContact(
             self.names[body], self.names[other], float(-distance[worst]), bool({body, other} <= self.robot.bodies)
@@ -274,6 +274,11 @@ class CollisionChecker:
         mujoco.mju_mat2Quat(qpos[address + 3 : address + 7], (tcp_rotation @ rotation).ravel())
         mujoco.mj_kinematics(self.model, self.data)
 
+    def _with_held(self) -> NDArray[np.bool_]:
+        """Return which bodies are what is held, or fixed to it, shape (nbody,)."""
+        assert self._held is not None
+        return np.asarray(self.model.body_rootid == self.model.body_rootid[self._held[0]], dtype=np.bool_)
+
     def _apply_bits(self) -> None:
         model, bodies = self.model, self.model.geom_bodyid
         movers, obstacles = self._movers, self._obstacles
@@ -287,7 +292,7 @@ class CollisionChecker:
         model.body_margin[:] = sight
         model.geom_conaffinity[self._allowed[bodies] & obstacles] = 0
         if self._held is not None:
-            held = (bodies == self._held[0]) & self._solid
+            held = self._with_held()[bodies] & self._solid
             model.geom_contype[held] = _BIT
             model.geom_conaffinity[held] = 0
 

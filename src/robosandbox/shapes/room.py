@@ -42,6 +42,12 @@ class Room:
             return float(self.half[0]) - math.hypot(point[0] - self.middle[0], point[1] - self.middle[1])
         return float(np.min(self.half - np.abs(point[:2] - self.middle)))
 
+    def to_wall(self, direction: Array) -> float:
+        """Return how far the wall is from the middle along a unit vector, x and y in the frame of the pose, metres."""
+        if self.is_round:
+            return float(self.half[0])
+        return float(np.min(self.half / np.maximum(np.abs(direction[:2]), np.finfo(float).tiny)))
+
     @property
     def square(self) -> Array:
         """Half-extents (2,) of the largest rectangle in the plan of the inside, metres."""

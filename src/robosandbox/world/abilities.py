@@ -95,6 +95,11 @@ class Abilities:
         del item, axis, distance, scene
         return None
 
+    def unpushable_to(self, item: DetectedObject, point: Sequence[float], scene: ObservedScene) -> Obstruction | None:
+        """Return what keeps the hand from pushing an object to a point (2,) of the table; None where that is not known."""
+        del item, point, scene
+        return None
+
     def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
         """Return what keeps the hand from pulling a drawer open at its grip; None where that is not known."""
         del drawer, scene
@@ -170,6 +175,11 @@ class LateAbilities(Abilities):
         """Return what keeps the hand from pushing an object along a level unit vector (3,); None where that is not known."""
         key = ("push", item.id, *_rounded(axis), distance, *_arranged(scene))
         return self._answer(self._obstructions, key, lambda: self._robot.unpushable(item, axis, distance, scene))
+
+    def unpushable_to(self, item: DetectedObject, point: Sequence[float], scene: ObservedScene) -> Obstruction | None:
+        """Return what keeps the hand from pushing an object to a point (2,) of the table; None where that is not known."""
+        key = ("push to", item.id, *_rounded(point), *_arranged(scene))
+        return self._answer(self._obstructions, key, lambda: self._robot.unpushable_to(item, point, scene))
 
     def unopenable(self, drawer: DetectedObject, scene: ObservedScene) -> Obstruction | None:
         """Return what keeps the hand from pulling a drawer open at its grip; None where that is not known."""

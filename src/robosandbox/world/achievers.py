@@ -24,11 +24,13 @@ class Achiever:
         call: With a mark, its name behind a star, for each argument that the goal leaves open.
         needs: What it needs, what takes the hand last.
         choices: What it needs of the arguments left open.
+        rank: As its contract has it.
     """
 
     call: SkillCall
     needs: tuple[Fact, ...]
     choices: tuple[Fact, ...]
+    rank: int
 
     @property
     def picks(self) -> bool:
@@ -50,9 +52,10 @@ class Achievers:
         self._contracts: dict[tuple[object, ...], Contract] = {}
 
     def of(self, goal: Fact) -> tuple[Achiever, ...]:
-        """Return the calls that promise a goal, those that do it at one go first."""
+        """Return the calls that promise a goal: by rank, and those that do it at one go first."""
         if goal not in self._known:
-            self._known[goal] = tuple(sorted(self._found(goal), key=lambda achiever: achiever.picks))
+            found = sorted(self._found(goal), key=lambda achiever: (achiever.rank, achiever.picks))
+            self._known[goal] = tuple(found)
         return self._known[goal]
 
     def contract(self, call: SkillCall) -> Contract:
@@ -83,7 +86,7 @@ class Achievers:
                 continue
             needs = sorted((need.resolved(subject) for need in contract.needs), key=_takes_the_hand)
             settled = tuple(need for need in needs if not marks(need))
-            yield Achiever(call, settled, tuple(need for need in needs if marks(need)))
+            yield Achiever(call, settled, tuple(need for need in needs if marks(need)), contract.rank)
 
 
 def is_mark(value: object) -> bool:

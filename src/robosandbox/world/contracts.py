@@ -22,11 +22,13 @@ class Contract:
         needs: What has to hold before anything moves; what is told first is what a person should hear first.
         gives: What holds afterwards; where nothing is promised, all that the call names may be changed.
         keeps_hold: Whether what is held stays held, though nothing else is promised.
+        rank: Place among calls that bring about the same, the lowest first: where exact ones fail, rough ones are tried.
     """
 
     needs: tuple[Fact, ...] = ()
     gives: tuple[Fact, ...] = ()
     keeps_hold: bool = False
+    rank: int = 0
 
     def resolved(self, scene: ObservedScene) -> Contract:
         """Return the contract with what is held in a scene by its name."""
@@ -35,6 +37,7 @@ class Contract:
             needs=tuple(need.resolved(names) for need in self.needs),
             gives=tuple(gift.resolved(names) for gift in self.gives),
             keeps_hold=self.keeps_hold,
+            rank=self.rank,
         )
 
     @property

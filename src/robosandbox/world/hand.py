@@ -163,6 +163,12 @@ def gripped(view: View, a: str, how: str) -> Finding:
     return Finding(holds=a in view.scene.in_hands, is_sure=False, cause=f"{a} is not held from the {how}")
 
 
+@predicate("object", "object", effect=_gripped)
+def gripped_for(view: View, a: str, b: str) -> Finding:
+    """The hand holds an object so that it has room to put it on or into another; that is seen when it puts it there."""
+    return Finding(holds=a in view.scene.in_hands, is_sure=False, cause=f"{a} is not held for {b}")
+
+
 @predicate("word?", blame=_not_empty)
 def hand_empty(view: View, hand: str | None = None) -> Finding:
     """A hand holds nothing: the one named, else the one that calls are made with, else none of them."""

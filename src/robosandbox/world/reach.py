@@ -145,6 +145,15 @@ def room_behind(view: View, a: str, direction: Direction, distance: float) -> Fi
     return _free(view, found, a, f"to push {a} {direction}", "pick it and place it there, or choose another way")
 
 
+@predicate("object", "number", "number", blame=_blocked)
+def room_to_push_to(view: View, a: str, x: float, y: float) -> Finding:
+    """The hand has room behind an object, and along a way on which it pushes it to a point of the table, metres."""
+    found = view.robot.unpushable_to(view.get(a), (x, y), view.scene)
+    return _free(
+        view, found, a, f"to push {a} to ({x:.3f}, {y:.3f})", "pick it and place it there, or choose another way"
+    )
+
+
 @predicate("object", blame=_blocked)
 def room_to_open(view: View, d: str) -> Finding:
     """The hand has room at a drawer's grip, and on its way until the drawer is open."""
