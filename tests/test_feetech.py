@@ -33,6 +33,8 @@ from robosandbox.types import Trajectory
 
 ROOT = Path(__file__).resolve().parents[1]
 ANY_SERVO = 3
+# Moves by the wall's clock: beside other tests this computer is a host that stalls, and the driver stops.
+by_the_clock = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +102,7 @@ def test_a_number_that_does_not_fit_is_refused() -> None:
         Register(31, 2, 11).encode(2048)
 
 
-@pytest.mark.slow
+@by_the_clock
 def test_the_makers_software_talks_with_the_emulated_bus(plant: Plant) -> None:
     sdk = pytest.importorskip("scservo_sdk", reason="the group `servos` is not installed")
     port, packets = sdk.PortHandler(str(plant.folder / "bus")), sdk.PacketHandler(0)
@@ -179,6 +181,7 @@ def test_the_driver_keeps_its_promises_over_a_bus(plant: Plant, so101: Path) -> 
         assert driver.safety.unprotected[0].startswith("force: ")
 
 
+@by_the_clock
 def test_an_arm_that_holds_goes_on_holding_over_close_and_opening(plant: Plant, so101: Path) -> None:
     before = plant.joints()
     for _ in range(2):
@@ -187,6 +190,7 @@ def test_an_arm_that_holds_goes_on_holding_over_close_and_opening(plant: Plant, 
     assert max(abs(plant.joints()[servo][0] - before[servo][0]) for servo in before) < 0.005
 
 
+@by_the_clock
 def test_a_limp_arm_is_held_where_it_lies(so101: Path, tmp_path: Path) -> None:
     with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
         lies = at_rest(plant)
@@ -211,6 +215,7 @@ def test_what_is_wrong_with_a_bus_is_told_before_anything_moves(plant: Plant, so
     assert not (plant.folder / "goals.csv").read_text()
 
 
+@by_the_clock
 def test_a_tenth_of_the_speed_takes_ten_times_as_long(plant: Plant, so101: Path) -> None:
     with opened(plant, so101, ",speed=0.1") as driver:
         began = time.monotonic()
@@ -241,6 +246,7 @@ def test_set_up_refuses_in_a_line_what_would_go_wrong(
 # Limits.
 
 
+@by_the_clock
 def test_of_any_commands_none_reaches_a_servo_outside_its_limits(plant: Plant, so101: Path) -> None:
     limits = {servo.id: servo for servo in read_calibration(plant.folder / "calibration.json").values()}
     with opened(plant, so101) as driver:
@@ -285,6 +291,7 @@ def fuzz(driver: SafeDriver, commands: int, seed: int) -> int:
 # Faults.
 
 
+@by_the_clock
 @pytest.mark.parametrize(
     ("fault", "says", "over"),
     [
@@ -335,6 +342,7 @@ def test_after_a_fault_nothing_moves_until_somebody_recovers(
         sweep(driver, -0.1, 1.0)
 
 
+@by_the_clock
 def test_a_host_that_stalls_stops_the_arm(plant: Plant, so101: Path) -> None:
     with opened(plant, so101) as driver:
         ticks = iter(range(1_000_000))
@@ -355,6 +363,7 @@ def cli(*arguments: str, **more: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.gl
+@by_the_clock
 def test_a_cube_is_picked_over_the_bus_and_the_plant_says_so(plant: Plant, so101: Path) -> None:
     before = plant.truth().objects["red_cube"].pose.xyz[2]
     eyes = ",cameras=support.servo_bus:PlantCameras"
@@ -379,7 +388,7 @@ def test_a_cube_is_picked_over_the_bus_and_the_plant_says_so(plant: Plant, so101
 
 
 @pytest.mark.gl
-@pytest.mark.slow
+@by_the_clock
 def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path: Path) -> None:
     page = (ROOT / "docs" / "so101.md").read_text()
     commands = re.findall(r"^```sh\n(.*?)\n```$", page, re.MULTILINE)

@@ -39,7 +39,7 @@ COUNT = 2.0 * np.pi / TURN
 # Seconds of a tick of the servos' control.
 _TICK = 0.002
 # Ticks that are made up for at once where the process was late.
-_MAKE_UP = 10
+_MAKE_UP = 4
 # Share of the torque above which a servo is overloaded, and for how many seconds (registers 36 and 35 as delivered).
 _OVERLOAD, _OVERLOAD_SECONDS = 0.8, 2.0
 

@@ -362,7 +362,8 @@ class Safety:
 
     def _failed(self, mode: Literal["fault", "lost"], why: str, quantity: str, value: float, most: float) -> None:
         # A stop that is not over is no longer waited for.
-        self.mode, self.fault = mode, why
+        # The first cause is kept.
+        self.mode, self.fault = mode, f"{self.fault}; {why}" if self.fault else why
         self._forget_stops()
         self._evidence = LimitEvidence(quantity=quantity, value=value, low=0.0, high=most)
         _log.error("%s: %s", robot_name(self._driver), why)

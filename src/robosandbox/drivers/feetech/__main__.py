@@ -25,6 +25,8 @@ from robosandbox.drivers.feetech.servos import STS, Register
 _SO_JOINTS = "shoulder_pan,shoulder_lift,elbow_flex,wrist_flex,wrist_roll,gripper"
 # Ids that are looked at: arms have fewer joints, and each id that does not answer takes 30 ms.
 _MOST_ID = 30
+# Seconds after which a servo tells its position by an offset that was written.
+_SENSED = 0.05
 # A joint that went less far than this while its range was recorded was forgotten, counts: 9 degrees.
 _LEAST_RANGE = 100
 
@@ -104,10 +106,12 @@ def _middle(bus: Bus, names: dict[int, str]) -> None:
         _keep(bus, servo, STS.offset, 0)
         _keep(bus, servo, STS.min_limit, 0)
         _keep(bus, servo, STS.max_limit, STS.counts - 1)
+        time.sleep(_SENSED)
         # Eleven bits and a sign hold half a turn but one count.
         most = (1 << 11) - 1
         offset = min(max(bus.read(servo, STS.position) - STS.counts // 2 + 1, -most), most)
         _keep(bus, servo, STS.offset, offset)
+        time.sleep(_SENSED)
         print(f"{name}: reads {bus.read(servo, STS.position)} here, with the offset {offset}")
 
 

@@ -17,8 +17,9 @@ _REPLY_SECONDS = 0.03
 _WRITE_SECONDS = 0.5
 # Seconds of a look at the port while replies are waited for.
 _LOOK_SECONDS = 0.005
-# How often a request to one servo is sent before it counts as silent: a bit that flips on the wire costs one.
-_TRIES = 3
+# How often a request to one servo is sent before it counts as silent: a bit that flips on the wire costs one, a computer that is
+# busy with something else some more.
+_TRIES = 10
 
 
 class BusError(Exception):
