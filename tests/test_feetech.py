@@ -441,7 +441,7 @@ def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path
             (joint.calibration for joint in calibrated),
             strict=True,
         ):
-            assert ours.range_max - ours.range_min == pytest.approx(theirs.range_max - theirs.range_min, abs=8)
+            assert ours.range_max - ours.range_min == pytest.approx(theirs.range_max - theirs.range_min, abs=40)
         follow_the_page()
         before = plant.truth().objects["red_cube"].pose.xyz[2]
         follow_the_page()

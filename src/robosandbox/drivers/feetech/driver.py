@@ -259,8 +259,9 @@ class Feetech(BareDriver):
             past = self._past.setdefault(joint.id, deque())
             if joint.id in replies:
                 self._silent_since.pop(joint.id, None)
-                reading = Reading.of(replies[joint.id], now)
-                self._check_reading(joint, reading, past[-1] if past else None)
+                # It may be as old as the request, where this computer was away meanwhile.
+                reading = Reading.of(replies[joint.id], asked)
+                self._check_reading(joint, reading, past[-1] if past else None, now)
                 past.append(reading)
                 while now - past[0].time > _STUCK_SECONDS:
                     past.popleft()
@@ -268,7 +269,7 @@ class Feetech(BareDriver):
                 self._fail(f"{joint.said} has not answered for {silent:.2f} s: look after its cable and its power")
         return len(replies) == len(self.joints)
 
-    def _check_reading(self, joint: ServoJoint, reading: Reading, before: Reading | None) -> None:
+    def _check_reading(self, joint: ServoJoint, reading: Reading, before: Reading | None, now: float) -> None:
         hottest = self._limits_celsius[joint.id] - _COOLER
         for said in reading.errors:
             self._fail(
@@ -279,7 +280,7 @@ class Feetech(BareDriver):
                 f"{joint.said} is at {reading.celsius} C, and {hottest} are allowed: let it cool, with less load on it"
             )
         if before is not None:
-            gone, gap = abs(reading.counts - before.counts), reading.time - before.time
+            gone, gap = abs(reading.counts - before.counts), now - before.time
             if gone > STS.no_load_speed * (gap + _HELD_BACK):
                 self._fail(
                     f"{joint.said} read {before.counts}, and {gap:.3f} s later {reading.counts} counts: farther than it can go; "
