@@ -23,7 +23,7 @@ from robosandbox.drivers.feetech.calibration import ServoCalibration, write_cali
 from robosandbox.drivers.feetech.servos import STS, Register
 
 _SO_JOINTS = "shoulder_pan,shoulder_lift,elbow_flex,wrist_flex,wrist_roll,gripper"
-# Ids that are looked at: arms have fewer joints, and each id that does not answer takes 30 ms.
+# Ids that are looked at: arms have fewer joints, and each id that does not answer takes 0.1 s.
 _MOST_ID = 30
 # Seconds after which a servo tells its position by an offset that was written.
 _SENSED = 0.05

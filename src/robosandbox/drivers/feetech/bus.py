@@ -20,6 +20,8 @@ _LOOK_SECONDS = 0.005
 # How often a request to one servo is sent before it counts as silent: a bit that flips on the wire costs one, a computer that is
 # busy with something else some more.
 _TRIES = 10
+# Likewise where most ids have no servo.
+_PINGS = 3
 
 
 class BusError(Exception):
@@ -54,7 +56,7 @@ class Bus:
 
     def ping(self, servo: int) -> bool:
         """Return whether a servo answers."""
-        return servo in self._ask(self._codec.ping(servo), (servo,))
+        return any(self._ask(self._codec.ping(servo), (servo,)) for _ in range(_PINGS))
 
     def read(self, servo: int, register: Register) -> int:
         """Return a number of a servo; raises BusError where it does not answer."""
