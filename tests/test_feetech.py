@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -431,10 +432,14 @@ def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path
         plant.hold(middles)
         time.sleep(0.2)
         assert follow_the_page().count("reads 2047 here") == 6
-        by_hand = threading.Thread(target=move_to_both_ends, args=(Plant(tmp_path), calibrated))
+        watched = threading.Event()
+        by_hand = threading.Thread(target=move_to_both_ends, args=(Plant(tmp_path), calibrated, watched))
         by_hand.start()
-        ranges = follow_the_page()
-        by_hand.join()
+        try:
+            ranges = follow_the_page()
+        finally:
+            watched.set()
+            by_hand.join()
         assert "shoulder_pan: " in ranges
         for ours, theirs in zip(
             read_calibration(tmp_path / "my_arm.json").values(),
@@ -463,9 +468,11 @@ _JOINTS = {
 }
 
 
-def move_to_both_ends(plant: Plant, joints: list[ServoJoint]) -> None:
-    """Lead every joint through its range, as a hand does."""
-    for share in (0.5 - 0.5 * np.cos(np.linspace(0.0, 2.0 * np.pi, 150))).tolist():
+def move_to_both_ends(plant: Plant, joints: list[ServoJoint], watched: threading.Event) -> None:
+    """Lead every joint through its range, again and again, as a hand does."""
+    for share in itertools.cycle((0.5 - 0.5 * np.cos(np.linspace(0.0, 2.0 * np.pi, 100))).tolist()):
+        if watched.is_set():
+            return
         plant.hold({joint.id: joint.lower + share * (joint.upper - joint.lower) for joint in joints})
         time.sleep(0.02)
 

@@ -205,7 +205,8 @@ class PlantProcess:
                 servo.act()
             if self.held is not None:
                 self.sim.hold(self.held)
-            self.sim.world.replay(self.controls)
+            else:
+                self.sim.world.replay(self.controls)
             self.ticks += 1
             for servo in self.servos.values():
                 servo.sense()

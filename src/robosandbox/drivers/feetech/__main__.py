@@ -45,7 +45,8 @@ def main(arguments: list[str] | None = None) -> int:
     names = dict(enumerate(given.joints.split(","), 1))
     try:
         bus = Bus(given.port, given.baud)
-        found = [servo for servo in range(1, _MOST_ID + 1) if bus.ping(servo)]
+        looked_at = range(1, _MOST_ID + 1) if given.command in ("scan", "id") else names
+        found = [servo for servo in looked_at if bus.ping(servo)]
         if given.command == "scan":
             _scan(bus, found)
         elif given.command == "id":
