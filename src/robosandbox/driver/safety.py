@@ -305,6 +305,12 @@ class Safety:
         return error if self.phase is None else error.with_(phase=self.phase)
 
     def _watch_stop(self, watch: _ArmWatch, began: float) -> None:
+        if self._link_timeout is not None and self._driver.time - watch.arm.state().time > self._link_timeout:
+            # Nobody hears whether it stands, and the fault says why.
+            if not self.fault:
+                self._check_robot()
+            self._forget_stops()
+            return
         speed, gone = watch.speed, self._driver.time - began
         if speed < TOLERANCES.still:
             watch.stop_began, self.stopped_after = None, gone
@@ -356,7 +362,8 @@ class Safety:
 
     def _failed(self, mode: Literal["fault", "lost"], why: str, quantity: str, value: float, most: float) -> None:
         # A stop that is not over is no longer waited for.
-        self.mode, self.fault = mode, why
+        # The first cause is kept.
+        self.mode, self.fault = mode, f"{self.fault}; {why}" if self.fault else why
         self._forget_stops()
         self._evidence = LimitEvidence(quantity=quantity, value=value, low=0.0, high=most)
         _log.error("%s: %s", robot_name(self._driver), why)

@@ -1,0 +1,155 @@
+"""Set-up of an arm of serial bus servos, without a question on stdin.
+
+    python -m robosandbox.drivers.feetech scan    --port /dev/ttyACM0
+    python -m robosandbox.drivers.feetech id      --port /dev/ttyACM0 --to 3
+    python -m robosandbox.drivers.feetech release --port /dev/ttyACM0
+    python -m robosandbox.drivers.feetech middle  --port /dev/ttyACM0
+    python -m robosandbox.drivers.feetech range   --port /dev/ttyACM0 --out my_arm.json --seconds 30
+
+`scan` lists the servos that answer. `id` gives the only servo on the bus another id. `release` takes the torque off: hold the arm,
+it falls. `middle` makes where each joint stands now the middle of its encoder. `range` watches while somebody moves every joint to
+both of its ends, and writes the calibration. Ends with 0, or with 2 and a line that says what is wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from robosandbox.drivers.feetech.bus import Bus, BusError
+from robosandbox.drivers.feetech.calibration import ServoCalibration, write_calibration
+from robosandbox.drivers.feetech.servos import STS, Register
+
+_SO_JOINTS = "shoulder_pan,shoulder_lift,elbow_flex,wrist_flex,wrist_roll,gripper"
+# Ids that are looked at: arms have fewer joints, and each id that does not answer takes 0.1 s.
+_MOST_ID = 30
+# Seconds after which a servo tells its position by an offset that was written.
+_SENSED = 0.05
+# A joint that went less far than this while its range was recorded was forgotten, counts: 9 degrees.
+_LEAST_RANGE = 100
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command; return what it ends with."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("command", choices=("scan", "id", "release", "middle", "range"))
+    parser.add_argument("--port", required=True)
+    parser.add_argument("--baud", type=int, default=1_000_000)
+    parser.add_argument("--to", type=int, help="of id: the id that the servo is to have, 1..252")
+    parser.add_argument("--joints", default=_SO_JOINTS, help="of middle and range: names by id, from 1")
+    parser.add_argument("--seconds", type=float, default=30.0, help="of range: how long to watch")
+    parser.add_argument("--out", type=Path, help="of range: the file to write")
+    given = parser.parse_args(arguments)
+    names = dict(enumerate(given.joints.split(","), 1))
+    try:
+        bus = Bus(given.port, given.baud)
+        looked_at = range(1, _MOST_ID + 1) if given.command in ("scan", "id") else names
+        found = [servo for servo in looked_at if bus.ping(servo)]
+        if given.command == "scan":
+            _scan(bus, found)
+        elif given.command == "id":
+            _set_id(bus, found, given.to)
+        else:
+            missing = [f"{name} (servo {servo})" for servo, name in names.items() if servo not in found]
+            if missing:
+                raise BusError(f"{given.port}: {', '.join(missing)}: no answer; look after power, cables and ids")
+            if given.command == "release":
+                bus.write_all(STS.torque, dict.fromkeys(names, 0))
+                print("released: the arm is limp")
+            elif any(bus.read(servo, STS.torque) for servo in names):
+                raise BusError("the torque is on: hold the arm and call release first")
+            elif given.command == "middle":
+                _middle(bus, names)
+            else:
+                _range(bus, names, given.seconds, given.out)
+        bus.close()
+    except BusError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+def _scan(bus: Bus, found: list[int]) -> None:
+    for servo in found:
+        model = bus.read(servo, STS.model)
+        print(
+            f"servo {servo}: {STS.models.get(model, f'model {model}')}, at {bus.read(servo, STS.position)} of {STS.counts}, "
+            f"{bus.read(servo, STS.voltage) / 10:.1f} V, {bus.read(servo, STS.temperature)} C, "
+            f"torque {'on' if bus.read(servo, STS.torque) else 'off'}"
+        )
+    print(f"{len(found)} servos answer")
+
+
+def _set_id(bus: Bus, found: list[int], wanted: int | None) -> None:
+    if wanted is None or not 1 <= wanted <= 252:
+        raise BusError("id: give --to, 1 to 252")
+    if len(found) != 1:
+        raise BusError(
+            f"id: {len(found)} servos answer ({found}); connect the one alone that is to have the id {wanted}"
+        )
+    bus.write(found[0], STS.lock, 0)
+    bus.write_all(STS.id, {found[0]: wanted})
+    bus.write(wanted, STS.lock, 1)
+    print(f"servo {found[0]} has the id {wanted} now")
+
+
+def _keep(bus: Bus, servo: int, register: Register, value: int) -> None:
+    """Write a number that a servo keeps without power."""
+    bus.write(servo, STS.lock, 0)
+    bus.write(servo, register, value)
+    bus.write(servo, STS.lock, 1)
+
+
+def _middle(bus: Bus, names: dict[int, str]) -> None:
+    for servo, name in names.items():
+        _keep(bus, servo, STS.offset, 0)
+        _keep(bus, servo, STS.min_limit, 0)
+        _keep(bus, servo, STS.max_limit, STS.counts - 1)
+        time.sleep(_SENSED)
+        # Eleven bits and a sign hold half a turn but one count.
+        most = (1 << 11) - 1
+        offset = min(max(bus.read(servo, STS.position) - STS.counts // 2 + 1, -most), most)
+        _keep(bus, servo, STS.offset, offset)
+        time.sleep(_SENSED)
+        print(f"{name}: reads {bus.read(servo, STS.position)} here, with the offset {offset}")
+
+
+def _range(bus: Bus, names: dict[int, str], seconds: float, out: Path | None) -> None:
+    if out is None:
+        raise BusError("range: give --out, the file to write")
+    seen: dict[int, tuple[int, int]] = {}
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        for servo, reply in bus.read_all([*names], STS.position).items():
+            counts = STS.position.decode(reply.data)
+            low, high = seen.get(servo, (counts, counts))
+            seen[servo] = min(low, counts), max(high, counts)
+        time.sleep(0.01)
+    short = [name for servo, name in names.items() if seen[servo][1] - seen[servo][0] < _LEAST_RANGE]
+    if short:
+        raise BusError(
+            f"range: {', '.join(short)} hardly moved; nothing is written: move every joint to both of its ends"
+        )
+    for servo, name in names.items():
+        _keep(bus, servo, STS.min_limit, seen[servo][0])
+        _keep(bus, servo, STS.max_limit, seen[servo][1])
+        print(f"{name}: {seen[servo][0]}..{seen[servo][1]}")
+    write_calibration(
+        out,
+        {
+            name: ServoCalibration(
+                id=servo,
+                homing_offset=bus.read(servo, STS.offset),
+                range_min=seen[servo][0],
+                range_max=seen[servo][1],
+            )
+            for servo, name in names.items()
+        },
+    )
+    print(f"written: {out}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

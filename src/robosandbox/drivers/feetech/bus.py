@@ -1,0 +1,107 @@
+"""A serial bus of servos: one request at a time, its replies, time-outs, and a port that goes away."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+
+import serial
+
+from robosandbox.drivers.feetech.protocol import FeetechCodec, Reply
+from robosandbox.drivers.feetech.servos import Register
+
+# Seconds to wait for the replies to one request: an adapter that collects bytes for 16 ms, as FTDI's do, and the bytes of a
+# sync read of a dozen servos at 115200 baud (15 ms).
+_REPLY_SECONDS = 0.03
+# Seconds after which a port that takes no more bytes is gone.
+_WRITE_SECONDS = 0.5
+# Seconds of a look at the port while replies are waited for.
+_LOOK_SECONDS = 0.005
+# How often a request to one servo is sent before it counts as silent: a bit that flips on the wire costs one, a computer that is
+# busy with something else some more.
+_TRIES = 10
+# Likewise where most ids have no servo.
+_PINGS = 3
+
+
+class BusError(Exception):
+    """The bus cannot be used: the port is gone, or a servo does not answer."""
+
+
+class Bus:
+    """Servos on a serial port.
+
+    Args:
+        port: Device, as /dev/ttyACM0.
+        baud: Bits a second.
+
+    Raises:
+        BusError: The port cannot be opened, or another program has it.
+    """
+
+    def __init__(self, port: str, baud: int) -> None:
+        self.port = port
+        self._codec = FeetechCodec()
+        self._received = bytearray()
+        try:
+            self._serial = serial.Serial(
+                port, baud, timeout=_LOOK_SECONDS, write_timeout=_WRITE_SECONDS, exclusive=True
+            )
+        except (OSError, ValueError) as error:
+            raise BusError(f"{port}: cannot be opened: {error}") from None
+
+    def close(self) -> None:
+        """Close the port; the servos stay as they are."""
+        self._serial.close()
+
+    def ping(self, servo: int) -> bool:
+        """Return whether a servo answers."""
+        return any(self._ask(self._codec.ping(servo), (servo,)) for _ in range(_PINGS))
+
+    def read(self, servo: int, register: Register) -> int:
+        """Return a number of a servo; raises BusError where it does not answer."""
+        for _ in range(_TRIES):
+            reply = self._ask(self._codec.read(servo, register.address, register.size), (servo,)).get(servo)
+            if reply is not None and len(reply.data) == register.size:
+                return register.decode(reply.data)
+        raise BusError(f"servo {servo} on {self.port} does not answer")
+
+    def write(self, servo: int, register: Register, value: int) -> None:
+        """Write a number to a servo and wait for its reply; raises BusError where it does not answer."""
+        for _ in range(_TRIES):
+            if self._ask(self._codec.write(servo, register.address, register.encode(value)), (servo,)):
+                return
+        raise BusError(f"servo {servo} on {self.port} does not answer")
+
+    def read_all(self, servos: Sequence[int], block: Register) -> Mapping[int, Reply]:
+        """Return the reply of each servo that answers to a request for the same bytes of all."""
+        request = self._codec.sync_read(servos, block.address, block.size)
+        return {servo: reply for servo, reply in self._ask(request, servos).items() if len(reply.data) == block.size}
+
+    def write_all(self, register: Register, values: Mapping[int, int]) -> None:
+        """Write a number to each of several servos at once; none replies."""
+        self._send(self._codec.sync_write(register.address, {id: register.encode(v) for id, v in values.items()}))
+
+    def _ask(self, request: bytes, servos: Sequence[int]) -> dict[int, Reply]:
+        """Send a request, and return the replies that come in time."""
+        self._received.clear()
+        replies: dict[int, Reply] = {}
+        try:
+            # What came too late; not `reset_input_buffer`, whose error of a port that is gone is of termios alone.
+            self._serial.read(self._serial.in_waiting)
+            self._send(request)
+            end, is_late = time.monotonic() + _REPLY_SECONDS, False
+            while len(replies) < len(servos) and not is_late:
+                # One more look after the time is up: this computer may have been away with the replies long there.
+                is_late = time.monotonic() > end
+                self._received += self._serial.read(max(1, self._serial.in_waiting))
+                replies |= {reply.servo: reply for reply in self._codec.take(self._received) if reply.servo in servos}
+        except OSError as error:
+            raise BusError(f"{self.port} is gone: {error}") from None
+        return replies
+
+    def _send(self, request: bytes) -> None:
+        try:
+            self._serial.write(request)
+        except OSError as error:
+            raise BusError(f"{self.port} is gone: {error}") from None

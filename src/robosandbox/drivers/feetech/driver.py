@@ -1,0 +1,494 @@
+"""The driver of an arm of serial bus servos: commands and readings at every tick, faults by the joint's name, no fall."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Final, Protocol
+
+import numpy as np
+
+from robosandbox.driver import (
+    ARM,
+    BareArm,
+    BareDriver,
+    BareHand,
+    CameraSpec,
+    Capabilities,
+    Guard,
+    Senses,
+    per_tick,
+    refusal,
+)
+from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
+from robosandbox.drivers.feetech.servos import STS, Reading
+from robosandbox.errors import FaultError, InputError, LimitError, Phase
+from robosandbox.evidence import LimitEvidence
+from robosandbox.extras import missing_extra
+from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.robots.kinematics import Kinematics
+from robosandbox.types import (
+    ArmState,
+    Array,
+    GripperState,
+    ObservedScene,
+    Pose,
+    Posture,
+    Scene,
+    Trajectory,
+    frozen_array,
+)
+from robosandbox.types.robot import GripperSpec, RobotSpec
+
+try:
+    from robosandbox.drivers.feetech.bus import Bus, BusError
+except ImportError as error:
+    raise missing_extra(error, "--driver feetech", "so101") from None
+
+_log = logging.getLogger(__name__)
+
+# Seconds over which a speed is taken: one count in it is 0.015 rad/s, near what counts as standing.
+_SPEED_SECONDS = 0.1
+# Integral action as in the drivers `mujoco` and `hardware`: share of the error that is taken up in 10 ms, and the most of it, rad.
+_TRIM_SHARE, _LARGEST_TRIM = 0.08, 0.3
+# Seconds in which an arm that is switched on comes to lie in its servos.
+_SETTLE_SECONDS = 0.5
+# A joint is stuck that was sent on by this much, rad, within these seconds, and went a tenth of it: servos that are sent at a
+# speed trail by less than 0.1 s.
+_STUCK_RADIANS, _STUCK_SECONDS, _STUCK_SHARE = 0.1, 0.4, 0.1
+# How far below the temperature at which it lets go by itself a servo is stopped, degrees Celsius: it tells whole degrees, and
+# takes on some more while somebody looks after it.
+_COOLER = 5
+# Seconds for which an adapter may hold back a reply, as FTDI's do: by so much the moment of a reading is uncertain.
+_HELD_BACK = 0.016
+
+
+class Eyes(Senses, Protocol):
+    """Senses with cameras, made of a driver by what its option `cameras` names."""
+
+    @property
+    def cameras(self) -> Mapping[str, CameraSpec]:
+        """By the names that `capture` takes."""
+        ...
+
+
+class Feetech(BareDriver):
+    """An arm whose joints, and gripper, are servos on one serial bus.
+
+    Args:
+        scene: The robot, and the table that it stands at.
+        port: Device of the bus, as /dev/ttyACM0.
+        calibration: File of LeRobot's, or of `python -m robosandbox.drivers.feetech range`; without one ids count up from 1
+            from the base, and the middle of each encoder is the middle of its joint's limits.
+        baud: Bits a second.
+        tick: Seconds between commands.
+        speed: Share of the speed of every trajectory that the arm follows it with, above 0 to 1.
+        grip: Share of its torque that the gripper's servo may give.
+        link_timeout: Seconds without an answer of a servo after which the arm is lost.
+        release: Whether `close` takes the torque off, and the arm falls.
+        cameras: `module:function` that is called with this driver and returns its senses, with `cameras`.
+
+    Raises:
+        InputError: The port, a servo or the calibration is not as it is to be; it says which, and nothing moves.
+    """
+
+    episode: Final = 0
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        port: str,
+        calibration: Path | None = None,
+        baud: int = 1_000_000,
+        tick: float = 0.01,
+        speed: float = 1.0,
+        grip: float = 0.5,
+        link_timeout: float = 0.1,
+        release: bool = False,
+        cameras: str | None = None,
+    ) -> None:
+        super().__init__()
+        for name, share in (("speed", speed), ("grip", grip)):
+            if not 0.0 < share <= 1.0:
+                raise InputError(f"{name} is {share:g}; give a share above 0, to 1")
+        nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
+        planning = PlanningScenes(scene).of(nothing)
+        spec, gripper = planning.robot.spec, planning.robot.gripper
+        self._gripper = gripper
+        names, limits = [*spec.joints], [*zip(spec.lower.tolist(), spec.upper.tolist(), strict=True)]
+        if gripper is not None:
+            ends = gripper.geometry.open_joint, gripper.geometry.closed_joint
+            names.append("gripper")
+            limits.append((min(ends), max(ends)))
+        servos = None if calibration is None else read_calibration(calibration)
+        self.joints = servo_joints(servos, names, limits, STS.counts)
+        self._ids = [joint.id for joint in self.joints]
+        self.control_timestep, self.port = tick, port
+        self.speed = speed
+        self._baud, self._grip, self._release = baud, grip, release
+        self._link_timeout = link_timeout
+        self._calibrated = servos is not None
+        self._began = self._due = time.monotonic()
+        self._past: dict[int, deque[Reading]] = {}
+        self._silent_since: dict[int, float] = {}
+        self._goals: dict[int, int] = {}
+        self._limits_celsius: dict[int, int] = {}
+        hand = None if spec.gripper is None else _ServoHand(self, spec.gripper, self.joints[-1])
+        self.hands = {} if hand is None else {hand.name: hand}
+        self._arm = _ServoArm(self, spec, self.joints[: spec.n], planning.kinematics(), hand)
+        self.arms = {ARM: self._arm}
+        self._cameras: Mapping[str, CameraSpec] = {}
+        try:
+            self._bus = Bus(port, baud)
+        except BusError as error:
+            raise InputError(f"--driver feetech: {error}") from None
+        try:
+            self._check_servos()
+            self._hold()
+            if cameras is not None:
+                module, _, function = cameras.partition(":")
+                eyes: Eyes = getattr(import_module(module), function)(self)
+                self.senses, self._cameras = eyes, eyes.cameras
+        except (BusError, ImportError, AttributeError, ValueError) as error:
+            self._bus.close()
+            raise InputError(f"--driver feetech: {error}") from None
+        except BaseException:
+            self._bus.close()
+            raise
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """Encoders, and cameras where there are some."""
+        return Capabilities(cameras=self._cameras, clock="wall", link_timeout=self._link_timeout)
+
+    @property
+    def time(self) -> float:
+        """Seconds since it was opened."""
+        return time.monotonic() - self._began
+
+    def close(self) -> None:
+        """Let go of the port; the servos hold where they are, unless they are to be released."""
+        self._loop.close()
+        try:
+            if self._release and not self.fault:
+                self._bus.write_all(STS.torque, dict.fromkeys(self._ids, 0))
+        except BusError as error:
+            _log.warning("the torque is still on: %s", error)
+        self._bus.close()
+
+    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
+        """Let time pass with the last commands held."""
+        for _ in range(max(1, round(seconds / self.control_timestep))):
+            self.tick(guards)
+
+    def recover(self) -> None:
+        """Open the port again, have every servo hold where it is, and end a fault.
+
+        Raises:
+            FaultError: It is not over.
+        """
+        self._bus.close()
+        self.fault = ""
+        self._silent_since.clear()
+        try:
+            self._bus = Bus(self.port, self._baud)
+            self._check_servos()
+            self._hold()
+        except (BusError, InputError) as error:
+            self.fault = str(error)
+        if self.fault:
+            raise FaultError(f"{self.fault}; it is not over", phase=Phase.CHECK)
+
+    # Between the parts of this driver and the bus.
+
+    @property
+    def heard(self) -> float:
+        """When the servo that has been silent for longest last told."""
+        return min((past[-1].time for past in self._past.values()), default=0.0)
+
+    def past(self, joint: ServoJoint) -> deque[Reading]:
+        """Return what a servo has told of late, the last one last."""
+        if self.time - self.heard > self.control_timestep:
+            while not self.poll() and not self.fault:
+                pass
+        return self._past[joint.id]
+
+    def goal(self, joint: ServoJoint) -> float:
+        """Return where a servo was sent last, as a joint value."""
+        return joint.value(self._goals[joint.id])
+
+    def send(self, joints: Sequence[ServoJoint], values: Array) -> None:
+        """Send servos to joint values; nothing is sent while the port is gone."""
+        goals = {joint.id: joint.count(float(value)) for joint, value in zip(joints, values, strict=True)}
+        try:
+            self._bus.write_all(STS.goal, goals)
+        except BusError as error:
+            self._fail(f"{error}; the servos hold where they were sent last")
+        else:
+            self._goals |= goals
+
+    def tick(self, guards: Sequence[Guard]) -> None:
+        """Let one control tick pass, and ask the guards; a tick that comes late does not hurry the next one."""
+        self._due = max(self._due + self.control_timestep, time.monotonic())
+        time.sleep(max(0.0, self._due - time.monotonic()))
+        self.poll()
+        self._ticked(guards)
+
+    def posture(self) -> dict[str, Posture]:
+        """Return how the arm stands, as a frame of a camera tells it."""
+        gripper, joints = self._gripper, self.joints[self._arm.spec.n :]
+        values = [gripper.joints_at(joint.value(self.past(joint)[-1].counts)) for joint in joints] if gripper else []
+        return {ARM: Posture(q=self._arm.measured_q(), gripper_q=frozen_array(np.array(values).reshape(-1)))}
+
+    def poll(self) -> bool:
+        """Read every servo once, and see what is the matter; return whether all have answered."""
+        asked = self.time
+        try:
+            replies = self._bus.read_all(self._ids, STS.state)
+        except BusError as error:
+            self._fail(f"{error}; the servos hold where they were sent last")
+            return False
+        now = self.time
+        for joint in self.joints:
+            past = self._past.setdefault(joint.id, deque())
+            if joint.id in replies:
+                self._silent_since.pop(joint.id, None)
+                # It may be as old as the request, where this computer was away meanwhile.
+                reading = Reading.of(replies[joint.id], asked)
+                self._check_reading(joint, reading, past[-1] if past else None, now)
+                past.append(reading)
+                while now - past[0].time > _STUCK_SECONDS:
+                    past.popleft()
+            elif (silent := now - self._silent_since.setdefault(joint.id, asked)) > self._link_timeout:
+                self._fail(f"{joint.said} has not answered for {silent:.2f} s: look after its cable and its power")
+        return len(replies) == len(self.joints)
+
+    def _check_reading(self, joint: ServoJoint, reading: Reading, before: Reading | None, now: float) -> None:
+        hottest = self._limits_celsius[joint.id] - _COOLER
+        for said in reading.errors:
+            self._fail(
+                f"{joint.said} {said}: {reading.celsius} C, {reading.volts:.1f} V, {100 * abs(reading.load):.0f} % load"
+            )
+        if reading.celsius >= hottest:
+            self._fail(
+                f"{joint.said} is at {reading.celsius} C, and {hottest} are allowed: let it cool, with less load on it"
+            )
+        if before is not None:
+            gone, gap = abs(reading.counts - before.counts), now - before.time
+            if gone > STS.no_load_speed * (gap + _HELD_BACK):
+                self._fail(
+                    f"{joint.said} read {before.counts}, and {gap:.3f} s later {reading.counts} counts: farther than it can go; "
+                    "look whether its horn slips or its encoder fails, and calibrate it again"
+                )
+
+    def check_stuck(self, joint: ServoJoint, sent: float) -> None:
+        """See whether a joint that was sent on by `sent`, rad, in the time that is remembered has stayed where it was."""
+        past = self._past[joint.id]
+        gone = abs(past[-1].counts - past[0].counts) * abs(joint.radians)
+        if abs(sent) > _STUCK_RADIANS and gone < _STUCK_SHARE * abs(sent):
+            self._fail(
+                f"{joint.said} was sent on by {abs(sent):.2f} rad in {_STUCK_SECONDS:g} s and went {gone:.2f}: something is in its "
+                f"way, or it is stuck ({100 * abs(past[-1].load):.0f} % load)"
+            )
+
+    def _fail(self, why: str) -> None:
+        """Take note of a fault; the first one is kept."""
+        if not self.fault:
+            self.fault = why
+            _log.error(why)
+
+    def _check_servos(self) -> None:
+        """See whether the servos are those of the calibration; raises InputError or BusError."""
+        silent = [joint.said for joint in self.joints if not self._bus.ping(joint.id)]
+        if silent:
+            raise InputError(
+                f"{self.port}: {', '.join(silent)} of {len(self.joints)} servos give no answer: look after power, cables and ids"
+            )
+        for joint in self.joints:
+            model, mode = self._bus.read(joint.id, STS.model), self._bus.read(joint.id, STS.mode)
+            if model not in STS.models:
+                known = ", ".join(f"{name} ({number})" for number, name in STS.models.items())
+                raise InputError(f"{self.port}: {joint.said} is of model {model}; this driver knows {known}")
+            if mode != 0:
+                raise InputError(f"{self.port}: {joint.said} is in mode {mode}; it is to be in 0, position")
+            self._limits_celsius[joint.id] = self._bus.read(joint.id, STS.max_temperature)
+            offset, wanted = self._bus.read(joint.id, STS.offset), joint.calibration.homing_offset
+            if self._calibrated and offset != wanted:
+                raise InputError(
+                    f"{self.port}: {joint.said} has the homing offset {offset}, and the calibration says {wanted}: it is another "
+                    "arm's, or the servo was calibrated since; calibrate again"
+                )
+
+    def _hold(self) -> None:
+        """Have every servo hold where it is; one that holds already goes on doing so, and the gripper what it grips.
+
+        Nothing is written where something is the matter.
+        """
+        self._goals = {joint.id: self._bus.read(joint.id, STS.goal) for joint in self.joints}
+        while not self.poll() and not self.fault:
+            pass
+        if self.fault:
+            return
+        if self.hands:
+            self._bus.write(self.joints[-1].id, STS.torque_limit, round(1000 * self._grip))
+        for joint in self.joints:
+            counts = self._past[joint.id][-1].counts
+            gives_way = joint.name not in self._arm.spec.joints or (
+                abs((self._goals[joint.id] - counts) * joint.radians) <= _LARGEST_TRIM
+            )
+            if not gives_way or self._bus.read(joint.id, STS.torque) != 1:
+                self._bus.write(joint.id, STS.goal, counts)
+                self._bus.write(joint.id, STS.torque, 1)
+                self._goals[joint.id] = counts
+        end = self.time + _SETTLE_SECONDS
+        while self.time < end and not self.fault:
+            time.sleep(self.control_timestep)
+            self.poll()
+        if not self.fault:
+            self._arm.settle()
+
+
+class _ServoArm(BareArm):
+    """The arm as its encoders know it."""
+
+    def __init__(
+        self,
+        cell: Feetech,
+        spec: RobotSpec,
+        joints: Sequence[ServoJoint],
+        kinematics: Kinematics,
+        hand: _ServoHand | None,
+    ) -> None:
+        super().__init__(cell, spec)
+        self._cell, self._joints, self._kinematics, self._hand = cell, joints, kinematics, hand
+        # How far past where it is to be each joint is sent, against what its servo gives way to, rad.
+        self._shift = np.zeros(spec.n)
+
+    def state(self) -> ArmState:
+        """Return what the encoders read; of one that is silent what it read last, and of that time."""
+        q = self.measured_q()
+        return ArmState(
+            time=self._cell.heard,
+            q=q,
+            qd=frozen_array(np.array([self._speed(joint) for joint in self._joints])),
+            tcp_pose=Pose.from_matrix(*self._kinematics.forward(q)),
+            gripper=None if self._hand is None else self._hand.state(),
+        )
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
+        """Follow a trajectory, commands interpolated to the control ticks.
+
+        Raises:
+            LimitError: A row is outside of what a servo was calibrated for, and nothing has moved.
+        """
+        tick = self._cell.control_timestep
+        rows = per_tick(replace(trajectory, dt=trajectory.dt / self._cell.speed), tick)
+        self._check_range(rows)
+        back = round(_STUCK_SECONDS / tick)
+        try:
+            for index, row in enumerate(rows):
+                self._cell.send(self._joints, row + self._shift)
+                if index >= back:
+                    for joint, sent in zip(self._joints, row - rows[index - back], strict=True):
+                        self._cell.check_stuck(joint, float(sent))
+                self._cell.tick(guards)
+        except BaseException:
+            self.stop()
+            raise
+
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,).
+
+        Raises:
+            LimitError: It is outside of what a servo was calibrated for.
+        """
+        self._check_range(goal[None])
+        share = min(1.0, _TRIM_SHARE * self._cell.control_timestep / 0.01)
+        self._shift = np.clip(self._shift + share * (goal - self.measured_q()), -_LARGEST_TRIM, _LARGEST_TRIM)
+        self._cell.send(self._joints, goal + self._shift)
+        self._cell.tick(guards)
+
+    def stop(self) -> None:
+        """Command the arm to stay where its encoders say it is, held against what its servos give way to."""
+        self._cell.send(self._joints, self.measured_q() + self._shift)
+
+    def settle(self) -> None:
+        """Take note of what the servos give way to while they hold."""
+        goals = np.array([self._cell.goal(joint) for joint in self._joints])
+        self._shift = np.clip(goals - self.measured_q(), -_LARGEST_TRIM, _LARGEST_TRIM)
+
+    def measured_q(self) -> Array:
+        """Return what the encoders read, shape (n,)."""
+        return frozen_array(np.array([joint.value(self._cell.past(joint)[-1].counts) for joint in self._joints]))
+
+    def _speed(self, joint: ServoJoint) -> float:
+        """Return a joint's speed, rad/s; one count is none."""
+        past = self._cell.past(joint)
+        last = past[-1]
+        first = next((one for one in past if last.time - one.time <= _SPEED_SECONDS), last)
+        gone = last.counts - first.counts
+        return 0.0 if abs(gone) <= 1 else joint.radians * gone / (last.time - first.time)
+
+    def _check_range(self, rows: Array) -> None:
+        for column, joint, q in zip(rows.T, self._joints, self.measured_q().tolist(), strict=True):
+            ends = sorted(joint.value(count) for count in (joint.calibration.range_min, joint.calibration.range_max))
+            worst = float(column[np.abs(column - sum(ends) / 2.0).argmax()])
+            # One count is what rounding leaves; a joint that stands outside may come in.
+            if not min(ends[0], q) - abs(joint.radians) <= worst <= max(ends[1], q) + abs(joint.radians):
+                raise LimitError(
+                    f"{joint.said} would be at {worst:.4g} rad, and was calibrated for {ends[0]:.4g}..{ends[1]:.4g}; nothing has "
+                    "moved: send another, or calibrate it again over its whole range",
+                    phase=Phase.CHECK,
+                    evidence=LimitEvidence(
+                        quantity=f"position of {joint.name}, rad", value=worst, low=ends[0], high=ends[1]
+                    ),
+                )
+
+
+class _ServoHand(BareHand):
+    """The gripper as its servo knows it."""
+
+    def __init__(self, cell: Feetech, spec: GripperSpec, joint: ServoJoint) -> None:
+        super().__init__(cell, spec)
+        self._cell, self._joint = cell, joint
+        self._closed: float | None = None
+
+    def state(self) -> GripperState:
+        """Return what the encoder reads; what is held keeps it from where it was sent."""
+        geometry = self.spec.geometry
+        joint = self._joint.value(self._cell.past(self._joint)[-1].counts)
+        closed = geometry.closed_fraction(joint)
+        return GripperState(
+            joint=joint,
+            width=max(0.0, geometry.aperture(joint)),
+            closed=closed,
+            force=None,
+            commanded=self._sent if self._closed is None else self._closed,
+        )
+
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
+        """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
+
+        Raises:
+            ValueError: `closed` is outside 0..1.
+            UnsupportedError: A force is given: the option `grip` says how hard it closes.
+        """
+        if force is not None:
+            raise refusal(self._cell, "grip_limit", f"a grip of {force:g} N was asked for")
+        if not 0.0 <= closed <= 1.0:
+            raise ValueError(f"closed is {closed}; a gripper takes 0 (open) to 1 (closed)")
+        self._closed = closed
+        geometry = self.spec.geometry
+        goal = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
+        self._cell.send([self._joint], np.array([goal]))
+
+    @property
+    def _sent(self) -> float:
+        """Where the servo was sent before anybody commanded it here, 0 open to 1 closed."""
+        return min(max(self.spec.geometry.closed_fraction(self._cell.goal(self._joint)), 0.0), 1.0)

