@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
-from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import lookup
+from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.operators import Operator
-from robosandbox.world.predicate import predicates
+from robosandbox.world.predicate import View, predicates
 
 
 class GoalPlanner:
@@ -33,9 +33,16 @@ class GoalPlanner:
             InputError: The prompt is no list of relations.
         """
         # Sentences need no search: commands that are given one start without it.
+        from robosandbox.world.achievers import Achievers
         from robosandbox.world.solve import solve
 
         goals = read_goals(prompt)
+        for goal in goals:
+            known, finding = lookup(goal), find(goal, View.of(scene))
+            if finding.holds and not (finding.is_sure or known.lasts or known.is_last):
+                calls = ", ".join(str(one.call) for one in Achievers(self._skills).of(goal))
+                message = f"Nobody sees whether {goal} holds; ask for what does it{f': {calls}' if calls else ''}."
+                return Refusal(code=RefusalCode.UNSUPPORTED, message=message)
         answer = solve(goals, scene, self._skills, robot=self._robot, tried=history)
         if isinstance(answer, Refusal) or answer.steps:
             return answer

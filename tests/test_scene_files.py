@@ -356,6 +356,14 @@ def test_a_button_goes_in_and_springs_back() -> None:
         assert ways[-1] < 0.003
 
 
+@pytest.mark.parametrize("goal", ["pressed(bell.button)", "on(box, shelf), pressed(bell.button)"])
+def test_what_nobody_sees_afterwards_is_no_goal_that_holds_already(goal: str) -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        episode = cell.achieve(goal)
+        assert not episode.success and not episode.steps
+        assert "ask for what does it: press(part=bell.button)" in episode.final_detail
+
+
 def test_a_locked_door_is_told_of_as_such(tmp_path: Path) -> None:
     path = tmp_path / "kitchen.xml"
     lock = '<equality><joint joint1="cupboard_hinge" polycoef="0 0 0 0 0" solref="0.005 1"/></equality>'
