@@ -50,21 +50,18 @@ class Press(Skill):
 
     def contract(self, *, part: str, force: float | None = None) -> Contract:
         """Return what pressing a part needs and brings about."""
-        del force
         return Contract(
             needs=(
                 fact("movable_part", part),
                 fact("hand_empty"),
                 fact("accessible", part),
-                fact("may_press", RESISTED),
+                fact("may_press", RESISTED if force is None else force),
                 fact("reachable", part),
             ),
             gives=(fact("pressed", part),),
         )
 
-    def run(
-        self, ctx: SkillContext, *, part: str, force: Annotated[float, Field(gt=0.0, le=200.0)] | None = None
-    ) -> SkillResult:
+    def run(self, ctx: SkillContext, *, part: str, force: Annotated[float, Field(gt=0.0)] | None = None) -> SkillResult:
         """Push a button or switch in along its slide with the closed fingers, and let go.
 
         Args:

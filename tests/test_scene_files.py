@@ -10,7 +10,7 @@ import pytest
 
 from robosandbox.agent.episode import Episode
 from robosandbox.apps.commands.world import open_here
-from robosandbox.errors import InputError
+from robosandbox.errors import InputError, LimitError
 from robosandbox.shapes.body import Piece
 from robosandbox.shapes.compound import Geometry, kind_of
 from robosandbox.shapes.hull import BoxHull
@@ -356,6 +356,14 @@ def test_a_button_goes_in_and_springs_back() -> None:
         assert ways[-1] < 0.003
 
 
+def test_a_button_is_pressed_as_hard_as_is_asked_or_not_at_all() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        done = cell.do("press", part="bell.button", force=25.0)
+        assert 0.9 * 25.0 <= done.detail["force_n"] < 1.3 * 25.0
+        with pytest.raises(LimitError, match="may press with 60 N at most"):
+            cell.do("press", part="bell.button", force=80.0)
+
+
 @pytest.mark.parametrize("goal", ["pressed(bell.button)", "on(box, shelf), pressed(bell.button)"])
 def test_what_nobody_sees_afterwards_is_no_goal_that_holds_already(goal: str) -> None:
     with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
@@ -431,7 +439,7 @@ def test_a_can_goes_into_a_rack_from_the_side_as_the_simulated_state_says(tmp_pa
 
 
 def test_a_thing_whose_geometry_is_in_a_welded_body_is_held(tmp_path: Path) -> None:
-    """What simulates a free body for a group of others: without mass or geometry of its own."""
+    """A free body that stands for a group of others has neither mass nor geometry of its own."""
     world = tmp_path / "welded.xml"
     world.write_text(
         """<mujoco><worldbody><geom type="plane" size="2 2 0.1"/>

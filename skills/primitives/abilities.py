@@ -49,6 +49,7 @@ class GripperAbilities(Abilities):
     def __init__(self, ctx: SkillContext) -> None:
         gripper, state = ctx.arm.spec.gripper, ctx.arm.state().gripper
         self.gripper: bool = gripper is not None
+        self.max_force: float = ctx.max_force_n
         if gripper is not None and state is not None:
             self.apertures = (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
             self.aperture, self.cup = state.width, gripper.geometry.cup

@@ -361,8 +361,7 @@ class Safety:
             )
 
     def _failed(self, mode: Literal["fault", "lost"], why: str, quantity: str, value: float, most: float) -> None:
-        # A stop that is not over is no longer waited for.
-        # The first cause is kept.
+        # The first cause is kept, and a stop that is not over is no longer waited for.
         self.mode, self.fault = mode, f"{self.fault}; {why}" if self.fault else why
         self._forget_stops()
         self._evidence = LimitEvidence(quantity=quantity, value=value, low=0.0, high=most)

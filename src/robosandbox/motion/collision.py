@@ -275,7 +275,7 @@ class CollisionChecker:
         mujoco.mj_kinematics(self.model, self.data)
 
     def _with_held(self) -> NDArray[np.bool_]:
-        """Return which bodies are what is held, or fixed to it, shape (nbody,)."""
+        """Return which bodies are what is held, or parts of it, shape (nbody,)."""
         assert self._held is not None
         return np.asarray(self.model.body_rootid == self.model.body_rootid[self._held[0]], dtype=np.bool_)
 

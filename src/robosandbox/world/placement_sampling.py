@@ -123,6 +123,7 @@ def tried_on_table(
     here = extent(with_pose(held, resting_pose(held, Placement((0.0, 0.0), scene.table_height, headings), level)))
     there = [(item, extent(item)) for item in scene.objects if item.id != held.id]
     others = [(item, around) for item, around in there if around.low < here.high]
+    pieces: dict[str, tuple[DetectedObject, ...]] = {}
     for point in points:
         if margin_on_table(scene.table_area, point, half) < 0.0:
             continue
@@ -134,7 +135,7 @@ def tried_on_table(
             distance = math.hypot(x - around.x, y - around.y)
             if distance > here.radius + around.radius + spacing:
                 continue
-            parts = separately(item)
+            parts = pieces.get(item.id) or pieces.setdefault(item.id, separately(item))
             if len(parts) > 1 or distance > here.inner + around.inner + spacing:
                 standing = standing or with_pose(held, resting_pose(held, spot, level))
                 if all(gap(standing, part) >= spacing for part in parts):

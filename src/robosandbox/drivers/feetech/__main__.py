@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 from robosandbox.drivers.feetech.bus import Bus, BusError
@@ -42,33 +43,38 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seconds", type=float, default=30.0, help="of range: how long to watch")
     parser.add_argument("--out", type=Path, help="of range: the file to write")
     given = parser.parse_args(arguments)
-    names = dict(enumerate(given.joints.split(","), 1))
     try:
-        bus = Bus(given.port, given.baud)
-        looked_at = range(1, _MOST_ID + 1) if given.command in ("scan", "id") else names
-        found = [servo for servo in looked_at if bus.ping(servo)]
-        if given.command == "scan":
-            _scan(bus, found)
-        elif given.command == "id":
-            _set_id(bus, found, given.to)
-        else:
-            missing = [f"{name} (servo {servo})" for servo, name in names.items() if servo not in found]
-            if missing:
-                raise BusError(f"{given.port}: {', '.join(missing)}: no answer; look after power, cables and ids")
-            if given.command == "release":
-                bus.write_all(STS.torque, dict.fromkeys(names, 0))
-                print("released: the arm is limp")
-            elif any(bus.read(servo, STS.torque) for servo in names):
-                raise BusError("the torque is on: hold the arm and call release first")
-            elif given.command == "middle":
-                _middle(bus, names)
-            else:
-                _range(bus, names, given.seconds, given.out)
-        bus.close()
+        with closing(Bus(given.port, given.baud)) as bus:
+            _run(bus, given)
     except BusError as error:
         print(error, file=sys.stderr)
         return 2
     return 0
+
+
+def _run(bus: Bus, given: argparse.Namespace) -> None:
+    """Run a command; raises BusError where it cannot be."""
+    names = dict(enumerate(given.joints.split(","), 1))
+    looked_at = range(1, _MOST_ID + 1) if given.command in ("scan", "id") else names
+    found = [servo for servo in looked_at if bus.ping(servo)]
+    if given.command == "scan":
+        _scan(bus, found)
+        return
+    if given.command == "id":
+        _set_id(bus, found, given.to)
+        return
+    missing = [f"{name} (servo {servo})" for servo, name in names.items() if servo not in found]
+    if missing:
+        raise BusError(f"{given.port}: {', '.join(missing)}: no answer; look after power, cables and ids")
+    if given.command == "release":
+        bus.write_all(STS.torque, dict.fromkeys(names, 0))
+        print("released: the arm is limp")
+    elif any(bus.read(servo, STS.torque) for servo in names):
+        raise BusError("the torque is on: hold the arm and call release first")
+    elif given.command == "middle":
+        _middle(bus, names)
+    else:
+        _range(bus, names, given.seconds, given.out)
 
 
 def _scan(bus: Bus, found: list[int]) -> None:
@@ -127,7 +133,8 @@ def _range(bus: Bus, names: dict[int, str], seconds: float, out: Path | None) ->
             low, high = seen.get(servo, (counts, counts))
             seen[servo] = min(low, counts), max(high, counts)
         time.sleep(0.01)
-    short = [name for servo, name in names.items() if seen[servo][1] - seen[servo][0] < _LEAST_RANGE]
+    ways = {servo: high - low for servo, (low, high) in seen.items()}
+    short = [name for servo, name in names.items() if ways.get(servo, 0) < _LEAST_RANGE]
     if short:
         raise BusError(
             f"range: {', '.join(short)} hardly moved; nothing is written: move every joint to both of its ends"

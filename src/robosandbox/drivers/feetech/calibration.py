@@ -71,7 +71,7 @@ class ServoJoint:
 
     @property
     def radians(self) -> float:
-        """How far the joint turns with one count."""
+        """Turn of the joint with one count, rad."""
         return (-1.0 if self.calibration.drive_mode else 1.0) * 2.0 * math.pi / self.counts
 
     def value(self, counts: float) -> float:

@@ -490,5 +490,5 @@ class _ServoHand(BareHand):
 
     @property
     def _sent(self) -> float:
-        """Where the servo was sent before anybody commanded it here, 0 open to 1 closed."""
+        """Goal that the servo had before anybody commanded it here, 0 open to 1 closed."""
         return min(max(self.spec.geometry.closed_fraction(self._cell.goal(self._joint)), 0.0), 1.0)

@@ -1,4 +1,4 @@
-"""Control tables of serial bus servos, as data, and what a servo tells of itself in one reading."""
+"""Control tables of serial bus servos, as data, and readings of a servo."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class STS:
 
 @frozen(kw_only=True)
 class Reading:
-    """What a servo tells at one moment.
+    """State of a servo at one moment, as it tells it.
 
     Attributes:
         time: Seconds by the driver's clock.

@@ -1,0 +1,92 @@
+"""A gantry: a hand on three slides, which goes anywhere and never turns, from an unedited file."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robosandbox.errors import SkillError
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.spatial import matrix_about_axis
+from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.workcell.embedded import EmbeddedWorkcell
+from robosandbox.workcell.session import open_session
+
+_INERTIA = '<inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>'
+_FINGER = '<geom type="box" pos="0 {y} 0" size="0.01 0.005 0.03" mass="0.03" friction="1 0.01 0.001"/>'
+GANTRY = f"""
+<mujoco model="gantry">
+  <compiler autolimits="true"/>
+  <default><joint type="slide" damping="20" armature="0.1"/><position kp="2000" kv="100"/></default>
+  <worldbody>
+    <body name="rail" pos="0 0 0.45">{_INERTIA}<joint name="x" axis="1 0 0" range="-0.1 0.45"/>
+      <body name="bridge">{_INERTIA}<joint name="y" axis="0 1 0" range="-0.35 0.35"/>
+        <body name="hand"><geom type="box" size="0.03 0.05 0.02" mass="0.3"/><joint name="z" axis="0 0 1" range="-0.36 0.05"/>
+          <body name="left" pos="0 0.01 -0.05"><joint name="left" axis="0 1 0" range="0 0.04"/>{_FINGER.format(y=0.005)}</body>
+          <body name="right" pos="0 -0.01 -0.05"><joint name="right" axis="0 -1 0" range="0 0.04"/>{_FINGER.format(y=-0.005)}</body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position name="x" joint="x"/><position name="y" joint="y"/><position name="z" joint="z"/>
+    <position name="left" joint="left" kp="500" forcerange="-30 30"/>
+    <position name="right" joint="right" kp="500" forcerange="-30 30"/>
+  </actuator>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def gantry(tmp_path: Path) -> Path:
+    path = tmp_path / "gantry.xml"
+    path.write_text(GANTRY)
+    return path
+
+
+def _cell(gantry: Path, yaw: float) -> EmbeddedWorkcell:
+    turn = matrix_about_axis(np.array([0.0, 0.0, 1.0]), yaw)
+    long = SceneObject(
+        id="block", kind="box", size=(0.045, 0.02, 0.02), pose=Pose.from_matrix(np.array([0.15, 0.0, 0.06]), turn)
+    )
+    return open_session(Scene(objects=(long,)), robot=gantry, what_if=False)
+
+
+@pytest.fixture
+def planning(gantry: Path) -> Iterator[Manipulator]:
+    with _cell(gantry, 0.0) as cell:
+        yield Manipulator(cell.ctx)
+
+
+def test_its_hand_faces_one_way_alone(planning: Manipulator) -> None:
+    hand = planning.state.tcp_pose.rotation
+    assert planning.planning.can_face(hand)
+    for axis in np.eye(3):
+        assert not planning.planning.can_face(matrix_about_axis(axis, math.radians(5.0)) @ hand)
+
+
+def test_an_arm_of_seven_hinges_faces_any_way() -> None:
+    with open_session("pick_cube_franka") as cell:
+        arm = Manipulator(cell.ctx)
+        turns = (matrix_about_axis(axis, 1.0) for axis in np.eye(3))
+        assert all(arm.planning.can_face(turn @ arm.state.tcp_pose.rotation) for turn in turns)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.2, -0.3])
+def test_what_lies_nearly_right_is_taken_and_put_down(gantry: Path, yaw: float) -> None:
+    with _cell(gantry, yaw) as cell:
+        cell.do("pick", object="block")
+        cell.do("place_at", x=0.2, y=0.1)
+        where = cell.simulation.truth().objects["block"].pose.position
+        assert np.linalg.norm(where[:2] - (0.2, 0.1)) < 0.015
+
+
+def test_what_lies_askew_is_refused_before_anything_moves(gantry: Path) -> None:
+    """Fingers that close at 45 degrees to its faces do not hold it, and the hand cannot turn."""
+    with _cell(gantry, math.radians(45.0)) as cell:
+        before = cell.simulation.truth().objects["block"].pose
+        with pytest.raises(SkillError):
+            cell.do("pick", object="block")
+        assert cell.simulation.truth().objects["block"].pose.xyz == pytest.approx(before.xyz, abs=1e-3)
