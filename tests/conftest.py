@@ -79,6 +79,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         config.hook.pytest_deselected(items=[item for item in items if item in left])
         items[:] = [item for item in items if item not in left]
     if hasattr(config, "workerinput"):
+        # Beside other tests this computer is one that stalls, and what watches the wall's clock says so.
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("alone")])
+        items[:] = [item for item in items if not item.get_closest_marker("alone")]
         items[:] = _dealt(items, int(config.workerinput["workercount"]))
     marked = [item for item in items if item.get_closest_marker("gl")]
     # In a process of its own: a broken driver may take the interpreter with it.
@@ -98,13 +101,14 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def _left_out(items: list[pytest.Item]) -> list[pytest.Item]:
-    """Return what only `--all` runs: the slow tests, and of a sampled family all but its first, and every so many on."""
+    """Return what only `--all` runs: the slow tests, those that run alone, and of a sampled family all but its first, and every so many on."""
     members: Counter[str] = Counter()
     found = []
     for item in items:
         sample = item.get_closest_marker("sample")
         family = item.nodeid.partition("[")[0]
-        if item.get_closest_marker("slow") or (sample and members[family] % sample.kwargs["every"]):
+        later = item.get_closest_marker("slow") or item.get_closest_marker("alone")
+        if later or (sample and members[family] % sample.kwargs["every"]):
             found.append(item)
         members[family] += 1
     return found

@@ -290,6 +290,9 @@ class Feetech(BareDriver):
     def check_stuck(self, joint: ServoJoint, sent: float) -> None:
         """See whether a joint that was sent on by `sent`, rad, in the time that is remembered has stayed where it was."""
         past = self._past[joint.id]
+        if past[-1].time - past[0].time < _STUCK_SECONDS / 2.0:
+            # It has been silent meanwhile, and two readings close together show no motion.
+            return
         gone = abs(past[-1].counts - past[0].counts) * abs(joint.radians)
         if abs(sent) > _STUCK_RADIANS and gone < _STUCK_SHARE * abs(sent):
             self._fail(
