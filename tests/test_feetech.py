@@ -21,6 +21,7 @@ pytest.importorskip("serial", reason="the extra `so101` is not installed")
 
 from support.models import wheel_files
 from support.servo_bus import Plant, X, emulated
+from support.servo_fuzz import fuzz
 
 from robosandbox.apps.conformance import check_driver
 from robosandbox.driver import SafeDriver, load_driver
@@ -28,7 +29,7 @@ from robosandbox.drivers.feetech.__main__ import main as set_up
 from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
 from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
 from robosandbox.drivers.feetech.servos import Register
-from robosandbox.errors import FaultError, InputError, LimitError
+from robosandbox.errors import FaultError, InputError
 from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.types import Trajectory
 
@@ -335,38 +336,6 @@ def test_of_any_commands_none_reaches_a_servo_outside_its_limits(plant: Plant, s
     goals = plant.goals()
     assert refused > 100 and len(goals) > 100
     assert not [row for row in goals if not limits[row[1]].range_min <= row[2] <= limits[row[1]].range_max]
-
-
-def fuzz(driver: SafeDriver, commands: int, seed: int) -> int:
-    """Send an arm jumps, numbers that are none, ways past limits, at any speed; return how many were refused."""
-    random = np.random.default_rng(seed)
-    arm, refused = driver.arms["arm"], 0
-    spec = arm.spec
-    for _ in range(commands):
-        q = driver.state().q
-        wide = random.choice([0.01, 0.1, 1.0, 10.0])
-        goal = q + wide * random.standard_normal(spec.n)
-        if random.random() < 0.1:
-            goal[random.integers(spec.n)] = random.choice([np.nan, np.inf, -np.inf])
-        try:
-            match random.integers(4):
-                case 0:
-                    arm.trim(goal)
-                case 1:
-                    arm.follow(Trajectory(q=np.stack([q, goal]), dt=float(random.choice([1e-9, 0.01, 0.05]))))
-                case 2:
-                    ramp = (0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 8)))[:, None]
-                    with np.errstate(invalid="ignore"):
-                        rows = q + ramp * (goal - q)
-                    arm.follow(Trajectory(q=rows, dt=0.01))
-                case _:
-                    driver.hands["hand"].set_gripper(float(random.choice([-1.0, 0.0, 0.5, 1.0, 2.0, np.nan])))
-        except FaultError:
-            refused += 1
-            driver.recover()
-        except (LimitError, ValueError):
-            refused += 1
-    return refused
 
 
 # Faults.

@@ -294,6 +294,7 @@ class PlantProcess:
         self, folder: Path, task: str, robot: str | None, seed: int, backlash: float, limp: bool, servos: str
     ) -> None:
         self.family = FAMILIES[servos]()
+        self.blind = False
         found = find_task(task)
         if robot is not None:
             found = found.model_copy(update={"scene": with_robot(found.scene, Path(robot))})
@@ -438,6 +439,8 @@ class PlantProcess:
         return self.sim.world.camera_specs()
 
     def do_capture(self, camera: str, window: PictureWindow | None) -> RgbdFrame | Exception:
+        if self.blind:
+            return OSError(f"the camera {camera} is gone")
         try:
             return self.sim.world.capture(camera, window)
         except Exception as error:
@@ -469,6 +472,15 @@ class PlantProcess:
         servo = self.servos.get(id)
         if fault == "cable":
             self.unplug() if value else self.plug()
+        elif fault == "power":
+            for each in self.servos.values():
+                each.silent = not value
+                each.put("torque", 0)
+        elif fault == "held":
+            # Somebody holds the arm as it stands.
+            self.do_hold({each.id: self.sim.q(each.qpos) for each in self.servos.values()} if value else None)
+        elif fault == "blind":
+            self.blind = bool(value)
         elif fault in ("silent", "frozen"):
             setattr(servo, fault, bool(value))
         elif fault == "slip":
