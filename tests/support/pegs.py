@@ -6,15 +6,18 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import mujoco
 import numpy as np
 
-from robosandbox.driver import Driver
+from robosandbox.driver import Driver, SafeDriver, Simulated
+from robosandbox.drivers.hardware import Hardware
 from robosandbox.errors import RoboSandboxError
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.sim.opening import mujoco_behind
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import require_mujoco
 from robosandbox.types import DetectedObject, ObjectTruth, ObservedScene, Pose
 from robosandbox.workcell.session import open_session
 
@@ -28,6 +31,10 @@ class Mistaken(GroundTruthPerception):
     """Perception that believes a block to be where it was, whatever becomes of it."""
 
     believed: Pose | None = None
+
+    def _looked_at(self, driver: Driver) -> Simulated:
+        # What `hardware` hides is what a perception of its own would find out.
+        return plant_of(driver)
 
     def planning(self, driver: Driver, seen: ObservedScene) -> PlanningScene:
         """Return the robot among what is believed, not in the model that is simulated."""
@@ -78,16 +85,26 @@ def scene(shape: str, clearance: float) -> str:
 </mujoco>"""
 
 
+def plant_of(driver: Driver) -> MuJoCoBackend:
+    """Return the simulation behind `mujoco`, or behind the wires of `hardware`."""
+    behind = driver.behind if isinstance(driver, SafeDriver) else driver
+    return behind.plant if isinstance(behind, Hardware) else require_mujoco(behind, "pegs are judged there")
+
+
 def insert(file: Path, driver: str, seed: int) -> dict[str, Any]:
     """Put a peg into a hole that was moved; return what was said, what is so, and the largest force."""
     random = np.random.default_rng(seed)
     direction, off = random.uniform(0.0, 2.0 * math.pi), random.uniform(0.0, MOST_OFF)
     turned = random.uniform(-MOST_TURNED, MOST_TURNED)
-    with open_session(scene=file, driver=driver, seed=0) as cell:
-        eyes = Mistaken()
-        cell.ctx.perception = eyes
-        behind = mujoco_behind(cell.driver)
-        model = behind.world.model
+    name, _, options = driver.partition(":")
+    given = {key: value == "true" for key, _, value in (one.partition("=") for one in options.split(",") if one)}
+    eyes = Mistaken()
+    with (
+        patch("robosandbox.workcell.session.make_perception", lambda *_: eyes),
+        open_session(scene=file, driver=name, driver_options=given, seed=0) as cell,
+    ):
+        plant = plant_of(cell.driver)
+        model = plant.world.model
         seen = eyes.perceive(cell.driver).find("block")
         eyes.believed = seen.pose
         block, turn = model.body("block").id, np.zeros(4)
@@ -97,7 +114,7 @@ def insert(file: Path, driver: str, seed: int) -> dict[str, Any]:
         forces = [0.0]
 
         def feel() -> None:
-            pressed = cell.driver.senses.forces("arm")
+            pressed = plant.senses.forces("arm")
             forces.append(max((float(np.linalg.norm(force)) for force in pressed.values()), default=0.0))
 
         row: dict[str, Any] = {"off_mm": round(1e3 * off, 2), "turned_deg": round(math.degrees(turned), 2)}
@@ -109,7 +126,7 @@ def insert(file: Path, driver: str, seed: int) -> dict[str, Any]:
             row["claimed"] = True
         except RoboSandboxError as error:
             row |= {"claimed": False, "said": str(error)[:160]}
-        truth = cell.driver.simulation.truth()
+        truth = plant.truth()
         peg, hole = truth.objects["peg"].pose, truth.objects["block"].pose
         row["in"] = (
             abs(peg.xyz[2] - LENGTH / 2.0 - hole.xyz[2] - BASE) < 0.003
