@@ -285,7 +285,12 @@ def deadline(times: int) -> dict[str, Any]:
                 ended = goal.goal
                 late.append((ended.ended or 0.0) - (ended.began or 0.0) - limit)
                 stopped += bool(max(abs(speed) for speed in robot.state().robot.qd) < STILL)
-    return {"times": times, "stopped_and_still": stopped, "done_in_time": done, "sim_s_over_the_limit_max": round(max(late), 3)}
+    return {
+        "times": times,
+        "stopped_and_still": stopped,
+        "done_in_time": done,
+        "sim_s_over_the_limit_max": round(max(late), 3),
+    }
 
 
 def duplicate(times: int) -> dict[str, Any]:
