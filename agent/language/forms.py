@@ -93,6 +93,9 @@ class Costly(tuple):  # type: ignore[type-arg]
 
 def _thing(values: dict[str, Any], text: str) -> Any:
     nth, key = values.pop("nth", None), values.pop("key", "")
+    if any(ref.nouns != values.get("nouns", ()) or ref.colours for ref in values.pop("such_as", ())):
+        # "the sponge, any bolt"
+        raise Misfit
     if nth is None and key and not values.get("plural"):
         raise Misfit
     if nth is not None or key:
@@ -201,6 +204,8 @@ def _of_kind(ref: Ref, whole: Ref) -> Ref:
 
 def _command(values: dict[str, Any], text: str) -> Any:
     values.pop("denied", None)
+    if {ref.nouns for ref in values.pop("such_as", ())} - {ref.nouns for ref in values.get("objects", ())}:
+        raise Misfit
     values["times"] = int(values.get("times", 1))
     if values.get("order") == ():
         values.pop("order")
@@ -329,6 +334,9 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     for before, step in zip((None, *steps), steps, strict=False):
         place = step.place
         if before is not None and step.control and step.bare:
+            raise Misfit
+        if step.distance is not None and not (step.direction or step.place):
+            # "pick up the apple and another 2 cm"
             raise Misfit
         if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
             raise Misfit
@@ -489,6 +497,9 @@ def _relation(values: dict[str, Any], text: str) -> Relation:
     if any(near.kind in (*_SIDES, "beside") and any(map(_is_it, near.refs)) for near in beside):
         # "next to the mug, to the left of it": not a mug to the left of something.
         raise Misfit
+    if any(ref.one and ref.text.split()[-1] in _SIDES and [rank.nth for rank in ref.ranks] == [1] for ref in values.get("refs", ())):
+        # "on the far left" is a place of the table.
+        raise Misfit
     distance = values.pop("distance", None)
     if distance is not None and values.get("kind") in ("in", "on", "between", "under"):
         raise Misfit
@@ -527,7 +538,7 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
             raise Misfit
         step = replace(step, place=old.place)
     if step.objects[0].determiner == "it":
-        if len(old.objects) != 1:
+        if len(old.objects) != 1 or _is_several(old.objects[0]) != step.objects[0].plural:
             raise Misfit
         step = replace(step, objects=old.objects)
     elif not values.get("cancelled") and step.verb != old.verb:
@@ -583,6 +594,10 @@ def _is_open(ref: Ref) -> bool:
     counted = not (ref.nouns or ref.colours) and bool(ref.names) and all(name.isdigit() for name in ref.names)
     near = any(map(_is_it, (each for relation in ref.relations for each in relation.refs)))
     return _is_any(ref) or _is_it(ref) or whole or counted or near
+
+
+def _is_several(ref: Ref) -> bool:
+    return ref.plural or ref.determiner == "all"
 
 
 def _is_it(ref: Ref) -> bool:
@@ -922,6 +937,9 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     )
     if not not_so.objects or not first.objects or other or first.control or not_so.control:
         raise Misfit
+    if all(getattr(first, name) == getattr(not_so, name) for name in ("verb", "objects", "place", "direction")):
+        # "no touch the brick, tap the brick"
+        raise Misfit
     if [ref.text for ref in refs_of(first.place)] == ["there"] and not_so.place is not None:
         first = replace(first, place=not_so.place)
     spoken = () if first.objects[0].determiner != "it" else not_so.objects[:1]
@@ -936,6 +954,9 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
 def _split(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     """As in "the red mug left, the black one right of the sponge"."""
     near, verb = values["refs"], values.get("verb", "put")
+    if not {*values["kind"]} <= {*_SIDES}:
+        # "the salt behind the lemon in the bowl"
+        raise Misfit
     pairs = zip(values["item"], values["kind"], strict=True)
     return tuple(Command(verb, (item,), Relation(kind, near)) for item, kind in pairs)
 
