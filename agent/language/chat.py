@@ -14,9 +14,10 @@ from robosandbox.agent.language.text import ENDS, Classes, named_in, nearest
 from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
-_NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
+_NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER", "UP_ORDER", "DOWN_ORDER"})
 _HOME = frozenset({"HOME", "GO_HOME"})
 _ACTS = frozenset({"GO", "GO_HOME"})
+_DESCRIBING = frozenset({"NOUN", "NAME", "ID", "SUFFIX", "COLOUR", "HUE", "SHADE", "SIZE", "SUPER", "ORDINAL", "POS", "SHAPE"})
 _A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
@@ -96,6 +97,10 @@ def _add_until(
         # "I will make tea" is what somebody else does.
         return
     thing = opens and clause.nouns and told[0] in lists["determiners"] and len(told) <= _A_THING
+    rest = range(i + (told[0] in lists["determiners"]), clause.end)
+    if len(rest) > 1 - clause.named and all(not _DESCRIBING.isdisjoint(found[k]) for k in rest):
+        # "my thimble", "smallest ball"
+        return
     if (thing or not whole) and not person and lists["talk"].isdisjoint(told):
         # "the lid, the can in the bin", "the lid and the can": things that are not seen here, and no clause.
         return

@@ -243,7 +243,8 @@ def _command(values: dict[str, Any], text: str) -> Any:
     of = values.pop("of", None)
     if of is not None:
         if (
-            not of.plural
+            any(map(_is_it, values.get("objects", ())))
+            or not of.plural
             or of.determiner == "all"
             or (
                 of.number
@@ -301,12 +302,29 @@ def _command(values: dict[str, Any], text: str) -> Any:
         # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
         raise Misfit
     made = Command(**{"verb": UNSAID, **values})
+    to_it = getattr(made.place, "kind", "") == "to" and [ref.text for ref in refs_of(made.place)] == ["it"]
+    if (to_it and any(ref.text == "it" for ref in made.objects)) or _is_beyond_its_end(made):
+        raise Misfit
     if (
         made.verb in ("put", "push", "tap", "pick", "pour", "open", "close", "swap", "aside", "unstack")
         and not made.objects
     ):
         raise Misfit
     return made
+
+
+def _is_beyond_its_end(command: Command) -> bool:
+    """Say whether a description may go on into the place: "push the can closest | to you", "take the ball | to the left"."""
+    last = command.objects[-1] if command.objects else None
+    ranks = [rank.key for rank in last.ranks if rank.anchor is None] if last else []
+    if last is None or not ranks:
+        return False
+    words, place = last.text.split(), command.place
+    to = isinstance(place, Relation) and place.kind == "to" and not any(map(_is_it, place.refs))
+    told = to or command.direction in ("forward", "back")
+    nearest = told and {"near", "far"} & {*ranks} and words[-1] not in (*last.nouns, *last.names, "one", "ones")
+    sideways = command.verb == "pick" and words[-3:-1] == ["to", "the"] and not words[-4].endswith(("st", "one"))
+    return bool(nearest) or sideways
 
 
 def _left_out(ref: Ref, spared: Sequence[Ref]) -> Ref:
@@ -538,7 +556,8 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
             raise Misfit
         step = replace(step, place=old.place)
     if step.objects[0].determiner == "it":
-        if len(old.objects) != 1 or _is_several(old.objects[0]) != step.objects[0].plural:
+        alone = len(old.objects) == len(step.objects) == 1
+        if not alone or _is_several(old.objects[0]) != step.objects[0].plural:
             raise Misfit
         step = replace(step, objects=old.objects)
     elif not values.get("cancelled") and step.verb != old.verb:
@@ -564,7 +583,7 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
     Of "all but the can, no, the ball" they take the place of the can; of "the can and the ball, no, the ball" the ball alone is meant.
     """
     *others, last = old
-    if any(ref.unknown for ref in old) or any(map(_is_open, new)):
+    if any(ref.unknown for ref in old) or any(map(_is_open, new)) or not others and _untold(new) == _untold(old):
         raise Misfit
     again = [ref for ref in old if len(new) == 1 and _may_be(new[0], ref)]
     if others:
@@ -586,6 +605,10 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
     if new[0].without and not (new[0].nouns or new[0].names):
         return (replace(whole, text=new[0].text, without=new[0].without),)
     return tuple(_filled_in(ref, last) for ref in new)
+
+
+def _untold(refs: Sequence[Ref]) -> list[Ref]:
+    return [replace(ref, text="") for ref in refs]
 
 
 def _is_open(ref: Ref) -> bool:
@@ -896,6 +919,9 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
         for ref in values["spoken"]
     )
     if len(first.objects) == 1 and first.objects[0].determiner == "it":
+        if len(told) > 1 and not first.objects[0].plural:
+            # "the rag and the lamp, tap it"
+            raise Misfit
         return (replace(first, objects=told), *rest)
     if isinstance(first.place, Relation) and len(told) == 1 and [ref.determiner for ref in first.place.refs] == ["it"]:
         return (replace(first, place=first.place._replace(refs=told)), *rest)
