@@ -112,7 +112,7 @@ def _add_until(
     own = told[0] == "while" and told[1] in lists["persons"] and _IT.isdisjoint(told) if len(told) > 1 else False
     adjoined = not own and not lists["adjoining"].isdisjoint((told[0], first))
     # "the middle one first"
-    adjoined |= not person and told[-1] in ("first", "last")
+    adjoined |= not person and told[-1] in ("first", "last", "tomorrow", "tonight", "later")
     if opens and not clause.named and not adjoined and (person or not (clause.bearing and clause.denies)):
         add("CHAT")
     if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
@@ -126,7 +126,7 @@ def _add_until(
         i
         and clause.end > i + 1
         and not clause.named
-        and (person or (first in lists["subjects"] and (clause.only_denies or not clause.bearing)))
+        and (person or (first in lists["subjects"] and (clause.only_denies or not clause.bearing) and not adjoined))
     ):
         if person or not clause.bearing:
             add("REASON")
@@ -207,7 +207,7 @@ def _clause(
     # "two high", "back to your position": chat only where somebody states it.
     first = next((t.text for t in tokens[i:end] if t.text not in lists["openers"]), "")
     named |= counts and first not in lists["subjects"]
-    if stops:
+    if stops and not tells:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
     return (
         _Clause(end, named, nouns, acts, bearing, binding, always, denies, denies and not bears, wishing, seen)

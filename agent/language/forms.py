@@ -120,6 +120,8 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     if any(_is_any(ref) for ref in values.get("without", ())):
         raise Misfit
     values["without"] = (*values.get("without", ()), *values.pop("less", ()))
+    if any(map(_is_unknown, (*values["without"], *values.get("instead", ())))):
+        raise Misfit
     if len(values.get("colours", ())) > 1 and not values.pop("either", False):
         raise Misfit
     values.pop("either", None)
@@ -282,7 +284,7 @@ def _command(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     without = values.pop("without", ())
-    if any(ref.determiner == "it" for ref in without):
+    if any(ref.determiner == "it" or _is_unknown(ref) for ref in without):
         raise Misfit
     if without:
         whole = values.get("objects", ())
@@ -348,6 +350,9 @@ def _commas(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
 def _sentence(values: dict[str, Any], text: str) -> Any:
     steps = with_verbs(values.get("steps", ()))
     if steps is None:
+        raise Misfit
+    if "begins" in values and steps and steps[0].bare and not {".", ";", ":"} & {*text.split()}:
+        # "do not tap the can, then the ball"
         raise Misfit
     for before, step in zip((None, *steps), steps, strict=False):
         place = step.place
@@ -605,6 +610,10 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
     if new[0].without and not (new[0].nouns or new[0].names):
         return (replace(whole, text=new[0].text, without=new[0].without),)
     return tuple(_filled_in(ref, last) for ref in new)
+
+
+def _is_unknown(ref: Ref) -> bool:
+    return bool(ref.unknown) or any(map(_is_unknown, (each for relation in ref.relations for each in relation.refs)))
 
 
 def _untold(refs: Sequence[Ref]) -> list[Ref]:
@@ -959,7 +968,9 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     not_so, (first, *rest) = values["denied"], values["steps"]
     not_so = not_so[0] if type(not_so) is tuple else not_so
     other = not_so.verb != first.verb and (
-        (first.objects[:1] and first.objects[0].determiner != "it") or not_so.verb == "tap"
+        (first.objects[:1] and first.objects[0].determiner != "it")
+        or not_so.verb == "tap"
+        or (not_so.verb, first.verb) == ("pick", "put")
     )
     if not not_so.objects or not first.objects or other or first.control or not_so.control:
         raise Misfit
