@@ -14,7 +14,7 @@ from robosandbox.agent.language.text import ENDS, Classes, named_in, nearest
 from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
-_NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER", "UP_ORDER", "DOWN_ORDER"})
+_NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER", "SUPER", "OWN_SIDE", "UP_ORDER", "DOWN_ORDER"})
 _HOME = frozenset({"HOME", "GO_HOME"})
 _ACTS = frozenset({"GO", "GO_HOME"})
 _DESCRIBING = frozenset({"NOUN", "NAME", "ID", "SUFFIX", "COLOUR", "HUE", "SHADE", "SIZE", "SUPER", "ORDINAL", "POS", "SHAPE"})

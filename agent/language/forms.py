@@ -318,14 +318,14 @@ def _command(values: dict[str, Any], text: str) -> Any:
 def _is_beyond_its_end(command: Command) -> bool:
     """Say whether a description may go on into the place: "push the can closest | to you", "take the ball | to the left"."""
     last = command.objects[-1] if command.objects else None
-    ranks = [rank.key for rank in last.ranks if rank.anchor is None] if last else []
-    if last is None or not ranks:
+    if last is None:
         return False
+    ranks = [rank.key for rank in last.ranks if rank.anchor is None]
     words, place = last.text.split(), command.place
     to = isinstance(place, Relation) and place.kind == "to" and not any(map(_is_it, place.refs))
     told = to or command.direction in ("forward", "back")
     nearest = told and {"near", "far"} & {*ranks} and words[-1] not in (*last.nouns, *last.names, "one", "ones")
-    sideways = command.verb == "pick" and words[-3:-1] == ["to", "the"] and not words[-4].endswith(("st", "one"))
+    sideways = command.verb == "pick" and last.text.endswith((" to the left", " to the right")) and not words[-4].endswith(("st", "one"))
     return bool(nearest) or sideways
 
 
@@ -363,6 +363,14 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
             raise Misfit
         if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
             raise Misfit
+        lifted = before is not None and before.verb == "pick" and step.verb == "put" and step.objects[:1]
+        if lifted and any(map(_is_it, lifted)) and lifted[0].plural < any(ref.plural and ref.determiner != "all" for ref in before.objects):
+            # "get the crayons, put it on the box"
+            raise Misfit
+        if before is not None and isinstance(place, Relation) and place.kind == "on" and any(map(_is_it, place.refs)):
+            if isinstance(before.place, Region) and before.place.name == "middle" and len(before.objects) > 1:
+                # "put the red cube, the box in the middle, the lid on top": a tower?
+                raise Misfit
         piled = before is not None and before.verb == "stack" and before.place is None
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
             # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
@@ -524,7 +532,7 @@ def _relation(values: dict[str, Any], text: str) -> Relation:
         # "on the far left" is a place of the table.
         raise Misfit
     distance = values.pop("distance", None)
-    if distance is not None and values.get("kind") in ("in", "on", "between", "under"):
+    if distance is not None and values.get("kind") in ("in", "on", "between", "under", "beside"):
         raise Misfit
     if "other" in values:
         # "closer to the bin than the ball"
@@ -928,7 +936,7 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
         for ref in values["spoken"]
     )
     if len(first.objects) == 1 and first.objects[0].determiner == "it":
-        if len(told) > 1 and not first.objects[0].plural:
+        if (len(told) > 1 or (told[0].plural and told[0].determiner != "all")) and not first.objects[0].plural:
             # "the rag and the lamp, tap it"
             raise Misfit
         return (replace(first, objects=told), *rest)
@@ -1010,6 +1018,7 @@ def _in_turn(steps: tuple[Command, ...], turn: tuple[Ref, ...]) -> tuple[Command
     if (
         whole is None
         or steps[0].verb == "stack"
+        or any(ref.nouns and ref.nouns != whole.nouns for ref in turn)
         or not (whole.plural or whole.determiner == "all")
         or steps[0].order
         or whole.number
@@ -1030,7 +1039,7 @@ def _turns(values: dict[str, Any], text: str) -> Any:
     if "turn" in values:
         return _in_turn(steps, values["turn"])
     ref, when = values["what"], values["when"]
-    if ref.instead or (ref.one and not (ref.colours or ref.ranks or ref.names)):
+    if steps[0].verb == "stack" or ref.instead or (ref.one and not (ref.colours or ref.ranks or ref.names)):
         raise Misfit
     if (
         len(steps) == 1
