@@ -135,6 +135,9 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     values.pop("counted", None)
     if any(ref.unknown for ref in values.get("instead", ())) or any(ref.instead for ref in values.get("options", ())):
         raise Misfit
+    if any((ref.nouns, ref.names) == (values.get("nouns", ()), values.get("names", ())) and not (ref.colours or ref.ranks or ref.relations) for ref in values.get("instead", ())):
+        # "the ball, not the ball"
+        raise Misfit
     if values.get("instead") and values.get("determiner") in ("a", "all"):
         # "a bowl but not the blue one" leaves out that.
         raise Misfit
@@ -362,6 +365,12 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
             # "pick up the apple and another 2 cm"
             raise Misfit
         if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
+            raise Misfit
+        if before is None and any(map(_is_any, step.objects)):
+            # "put one in the bin": of what?
+            raise Misfit
+        if before is not None and "only" in text.split() and step.bare and (step.verb, step.place) == (before.verb, before.place):
+            # "only the can in the bin and the ball"
             raise Misfit
         lifted = before is not None and before.verb == "pick" and step.verb == "put" and step.objects[:1]
         if lifted and any(map(_is_it, lifted)) and lifted[0].plural < any(ref.plural and ref.determiner != "all" for ref in before.objects):
@@ -904,9 +913,7 @@ def _until(values: dict[str, Any], text: str) -> Command:
 
 def _each(values: dict[str, Any], text: str) -> Command:
     body = tuple(values["body"])
-    if any(
-        not (step.bare or step.control or any(map(_is_it, (*step.objects, *refs_of(step.place))))) for step in body[1:]
-    ):
+    if any(not (step.bare or step.control or any(map(_is_it, (*step.objects, *refs_of(step.place))))) for step in body):
         # "for each can: tap it, then go home": at the end.
         raise Misfit
     return Command("control", control=ForEach(values["what"], body))
