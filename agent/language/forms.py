@@ -93,6 +93,9 @@ class Costly(tuple):  # type: ignore[type-arg]
 
 def _thing(values: dict[str, Any], text: str) -> Any:
     nth, key = values.pop("nth", None), values.pop("key", "")
+    if key and values.get("ranks"):
+        # "the cubes from the left to the right"
+        raise Misfit
     if any(ref.nouns != values.get("nouns", ()) or ref.colours for ref in values.pop("such_as", ())):
         # "the sponge, any bolt"
         raise Misfit
@@ -240,6 +243,12 @@ def _command(values: dict[str, Any], text: str) -> Any:
             )
             for level, ref in values["order"]
         )
+    part = values.pop("part", ())
+    if part:
+        # "put the cans in the box, but only the tall one"
+        if len(values.get("objects", ())) != 1 or not _is_several(values["objects"][0]) or part[0].plural:
+            raise Misfit
+        values["objects"] = tuple(_of_kind(ref, values["objects"][0]) for ref in part)
     chosen = values.pop("whichever", ())
     if chosen:
         if len(values.get("objects", ())) != 1 or not values["objects"][0].options:
@@ -308,6 +317,11 @@ def _command(values: dict[str, Any], text: str) -> Any:
         raise Misfit
     made = Command(**{"verb": UNSAID, **values})
     to_it = getattr(made.place, "kind", "") == "to" and [ref.text for ref in refs_of(made.place)] == ["it"]
+    if (made.direction or getattr(made.place, "kind", "") in _SIDES) and any(
+        ref.text.endswith((" left", " right")) for ref in made.objects[:-1]
+    ):
+        # "push the can on the left and the ball to the right"
+        raise Misfit
     if (to_it and any(ref.text == "it" for ref in made.objects)) or _is_beyond_its_end(made):
         raise Misfit
     if (
@@ -380,7 +394,11 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
             if isinstance(before.place, Region) and before.place.name == "middle" and len(before.objects) > 1:
                 # "put the red cube, the box in the middle, the lid on top": a tower?
                 raise Misfit
+        on_it = step.bare and isinstance(place, Relation) and any(map(_is_it, place.refs))
         piled = before is not None and before.verb == "stack" and before.place is None
+        if before is not None and before.verb == "stack" and not piled and on_it:
+            # "stack the cubes on the box, red on top"
+            raise Misfit
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
             # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
             raise Misfit
