@@ -180,7 +180,8 @@ def _clause(
             return None
         always |= word in lists["always"]
         bearing |= word in lists["bearing"] and not (tells and (end == i or word in lists["harmless"]))
-        binding |= word in lists["binding"]
+        # "my back hurts"
+        binding |= word in lists["binding"] and not (word == "back" and end and tokens[end - 1].text in lists["persons"])
         # "she would like it shut"
         binding |= wishing and any(name[0] == "V" and name != "VCANNOT" for name in here)
         wishing |= word in lists["wishing"]

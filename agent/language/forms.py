@@ -396,7 +396,7 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
                 raise Misfit
         on_it = step.bare and isinstance(place, Relation) and any(map(_is_it, place.refs))
         piled = before is not None and before.verb == "stack" and before.place is None
-        if before is not None and before.verb == "stack" and not piled and on_it:
+        if before is not None and before.verb == "stack" and not piled and on_it and _is_several(before.objects[0]):
             # "stack the cubes on the box, red on top"
             raise Misfit
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
