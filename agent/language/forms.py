@@ -141,7 +141,8 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     if any((ref.nouns, ref.names) == (values.get("nouns", ()), values.get("names", ())) and not (ref.colours or ref.ranks or ref.relations) for ref in values.get("instead", ())):
         # "the ball, not the ball"
         raise Misfit
-    if values.get("instead") and values.get("determiner") in ("a", "all"):
+    own = any(ref.one or ref.nouns == values.get("nouns") for ref in values.get("instead", ()))
+    if values.get("instead") and (values.get("determiner") in ("a", "all") or (values.get("plural") and own)):
         # "a bowl but not the blue one" leaves out that.
         raise Misfit
     if len({ref.plural or ref.determiner == "all" for ref in values.get("options", ())}) > 1:
@@ -317,6 +318,9 @@ def _command(values: dict[str, Any], text: str) -> Any:
         raise Misfit
     made = Command(**{"verb": UNSAID, **values})
     to_it = getattr(made.place, "kind", "") == "to" and [ref.text for ref in refs_of(made.place)] == ["it"]
+    if any(_may_be(gone, each) for ref in refs_of(made.place) for gone in ref.instead for each in made.objects):
+        # "put the can and the ball in the bin, but not the ball"
+        raise Misfit
     if (made.direction or getattr(made.place, "kind", "") in _SIDES) and any(
         ref.text.endswith((" left", " right")) for ref in made.objects[:-1]
     ):
