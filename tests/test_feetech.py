@@ -20,20 +20,23 @@ import pytest
 pytest.importorskip("serial", reason="the extra `so101` is not installed")
 
 from support.models import wheel_files
-from support.servo_bus import Plant, emulated
+from support.servo_bus import Plant, X, emulated
+from support.servo_fuzz import fuzz
 
 from robosandbox.apps.conformance import check_driver
 from robosandbox.driver import SafeDriver, load_driver
 from robosandbox.drivers.feetech.__main__ import main as set_up
 from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
-from robosandbox.drivers.feetech.protocol import FeetechCodec, Reply
+from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
 from robosandbox.drivers.feetech.servos import Register
-from robosandbox.errors import FaultError, InputError, LimitError
+from robosandbox.errors import FaultError, InputError
 from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.types import Trajectory
 
 ROOT = Path(__file__).resolve().parents[1]
 ANY_SERVO = 3
+# What a servo's control does to and fro by one count of its encoder, rad/s.
+STANDING = 0.05
 # Moves by the wall's clock: beside other tests this computer is a host that stalls, and the driver stops.
 by_the_clock = pytest.mark.alone
 
@@ -55,19 +58,24 @@ def at_rest(plant: Plant) -> dict[int, tuple[float, float]]:
     end = time.monotonic() + 10.0
     while time.monotonic() < end:
         time.sleep(0.5)
-        if max(speed for _, speed in plant.speeds(time.monotonic() - 0.5)) < 0.005:
+        if max(speed for _, speed in plant.speeds(time.monotonic() - 0.5)) < STANDING:
             return plant.joints()
     raise AssertionError("the arm does not come to rest")
 
 
-def option(plant: Plant, more: str = "") -> str:
+def option(plant: Plant, more: str = "", servos: str = "feetech") -> str:
     # The emulated bus is a process that this computer may put off; a real servo answers within a millisecond.
     files = f"port={plant.folder}/bus,calibration={plant.folder}/calibration.json"
-    return f"feetech:{files},link_timeout=0.5{more}"
+    return f"{servos}:{files},link_timeout=0.5{more}"
 
 
-def opened(plant: Plant, robot: Path, more: str = "") -> SafeDriver:
-    return load_driver(option(plant, more), with_robot(find_task("pick_cube_franka").scene, robot))
+def opened(plant: Plant, robot: Path, more: str = "", servos: str = "feetech") -> SafeDriver:
+    return load_driver(option(plant, more, servos), with_robot(find_task("pick_cube_franka").scene, robot))
+
+
+@pytest.fixture(scope="module")
+def koch() -> Path:
+    return wheel_files("mani-skill==3.0.1") / "mani_skill/assets/robots/koch/follower_arm_v1.1.urdf"
 
 
 def sweep(driver: SafeDriver, by: float, seconds: float) -> None:
@@ -85,6 +93,19 @@ def test_frames_are_those_of_the_manual() -> None:
     assert codec.ping(1).hex() == "ffff010201fb"
     assert codec.read(1, 56, 2).hex() == "ffff0104023802be"
     assert codec.sync_write(42, {1: b"\x00\x08", 2: b"\x00\x08"}).hex() == "fffffe0a832a0201000802000835"
+    second = DynamixelCodec()
+    assert second.ping(1).hex() == "fffffd0001030001194e"
+    assert second.read(1, 132, 4).hex() == "fffffd000107000284000400" + "1d15"
+
+
+def test_what_looks_like_a_header_gets_a_byte_more_and_loses_it_again() -> None:
+    codec = DynamixelCodec()
+    request = codec.write(1, 116, b"\xff\xff\xfd\x00")
+    assert b"\xff\xff\xfd\xfd\x00" in request
+    reply = X().reply(7, 0, b"\xff\xff\xfd\x00")
+    received = bytearray(b"\xff\xff\xfd" + request + b"\xff" + reply + reply[:-3])
+    assert codec.take(received) == [Reply(7, 0, b"\xff\xff\xfd\x00")]
+    assert bytes(received) == reply[:-3]
 
 
 def test_noise_and_broken_frames_are_passed_over() -> None:
@@ -94,9 +115,9 @@ def test_noise_and_broken_frames_are_passed_over() -> None:
     assert bytes(received) == good[:5]
 
 
+@pytest.mark.parametrize("register", [Register(31, 2, sign=11), Register(20, 4, complement=True)])
 @pytest.mark.parametrize("value", [0, 1, 2047, -1, -2047])
-def test_a_number_with_a_sign_comes_back(value: int) -> None:
-    register = Register(31, 2, 11)
+def test_a_number_with_a_sign_comes_back(value: int, register: Register) -> None:
     assert register.decode(register.encode(value)) == value
 
 
@@ -125,6 +146,30 @@ def test_the_makers_software_talks_with_the_emulated_bus(plant: Plant) -> None:
     after = [read.getData(servo, 56, 2) for servo in range(1, 7)]
     assert after[0] - before[0] == pytest.approx(200, abs=8)
     assert np.abs(np.subtract(after, before)[1:]).max() < 8
+
+
+@by_the_clock
+def test_dynamixels_software_talks_with_its_emulated_bus(koch: Path, tmp_path: Path) -> None:
+    sdk = pytest.importorskip("dynamixel_sdk", reason="the group `servos` is not installed")
+    with emulated(tmp_path, "--servos", "x", "--robot", str(koch)) as plant:
+        at_rest(plant)
+        port, packets = sdk.PortHandler(str(plant.folder / "bus")), sdk.PacketHandler(2.0)
+        assert port.openPort() and port.setBaudRate(1_000_000)
+        assert packets.ping(port, 1) == (1200, sdk.COMM_SUCCESS, 0)
+        assert packets.ping(port, 9)[1] == sdk.COMM_RX_TIMEOUT
+        read = sdk.GroupSyncRead(port, packets, 132, 4)
+        for servo in range(1, 7):
+            read.addParam(servo)
+        assert read.txRxPacket() == sdk.COMM_SUCCESS
+        before = [read.getData(servo, 132, 4) for servo in range(1, 7)]
+        write = sdk.GroupSyncWrite(port, packets, 116, 4)
+        write.addParam(1, [*(before[0] + 200).to_bytes(4, "little")])
+        assert write.txPacket() == sdk.COMM_SUCCESS
+        time.sleep(1.0)
+        assert read.txRxPacket() == sdk.COMM_SUCCESS
+        after = [read.getData(servo, 132, 4) for servo in range(1, 7)]
+        assert after[0] - before[0] == pytest.approx(200, abs=8)
+        assert np.abs(np.subtract(after, before)[1:]).max() < 8
 
 
 # Calibration.
@@ -183,6 +228,36 @@ def test_the_driver_keeps_its_promises_over_a_bus(plant: Plant, so101: Path) -> 
     with opened(plant, so101) as driver:
         check_driver(driver)
         assert driver.safety.unprotected[0].startswith("force: ")
+
+
+@by_the_clock
+def test_an_arm_of_dynamixels_keeps_the_same_promises_and_says_which_error(
+    koch: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(tmp_path, "--servos", "x", "--robot", str(koch)) as plant:
+        at_rest(plant)
+        with opened(plant, koch, servos="dynamixel") as driver:
+            check_driver(driver)
+            plant.inject("volts", 4, 30)
+            with pytest.raises(FaultError, match=r"\(servo 4\) has too much or too little voltage: 30 C, 3\.0 V"):
+                sweep(driver, 0.1, 1.0)
+            plant.inject("volts", 4, 50)
+            driver.recover()
+            stands = driver.state().q
+            sweep(driver, 0.1, 1.0)
+            driver.wait(0.3)
+            assert driver.state().q - stands == pytest.approx([0.1, 0.0, 0.0, 0.0, 0.0], abs=0.01)
+        port = ("--servos", "dynamixel", "--port", f"{tmp_path}/bus")
+        assert set_up(["scan", *port]) == 0
+        assert "servo 4: XL330-M288, at" in capsys.readouterr().out
+        assert set_up(["middle", *port]) == 2
+        assert "the torque is on" in capsys.readouterr().err
+        assert set_up(["release", *port]) == 0
+        capsys.readouterr()
+        plant.hold({servo: value for servo, (value, _) in plant.joints().items()})
+        time.sleep(0.2)
+        assert set_up(["middle", *port]) == 0
+        assert capsys.readouterr().out.count("reads 2047 here") == 6
 
 
 @by_the_clock
@@ -261,38 +336,6 @@ def test_of_any_commands_none_reaches_a_servo_outside_its_limits(plant: Plant, s
     goals = plant.goals()
     assert refused > 100 and len(goals) > 100
     assert not [row for row in goals if not limits[row[1]].range_min <= row[2] <= limits[row[1]].range_max]
-
-
-def fuzz(driver: SafeDriver, commands: int, seed: int) -> int:
-    """Send an arm jumps, numbers that are none, ways past limits, at any speed; return how many were refused."""
-    random = np.random.default_rng(seed)
-    arm, refused = driver.arms["arm"], 0
-    spec = arm.spec
-    for _ in range(commands):
-        q = driver.state().q
-        wide = random.choice([0.01, 0.1, 1.0, 10.0])
-        goal = q + wide * random.standard_normal(spec.n)
-        if random.random() < 0.1:
-            goal[random.integers(spec.n)] = random.choice([np.nan, np.inf, -np.inf])
-        try:
-            match random.integers(4):
-                case 0:
-                    arm.trim(goal)
-                case 1:
-                    arm.follow(Trajectory(q=np.stack([q, goal]), dt=float(random.choice([1e-9, 0.01, 0.05]))))
-                case 2:
-                    ramp = (0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 8)))[:, None]
-                    with np.errstate(invalid="ignore"):
-                        rows = q + ramp * (goal - q)
-                    arm.follow(Trajectory(q=rows, dt=0.01))
-                case _:
-                    driver.hands["hand"].set_gripper(float(random.choice([-1.0, 0.0, 0.5, 1.0, 2.0, np.nan])))
-        except FaultError:
-            refused += 1
-            driver.recover()
-        except (LimitError, ValueError):
-            refused += 1
-    return refused
 
 
 # Faults.

@@ -1,6 +1,6 @@
-"""A bus of STS3215 servos on a pseudo-terminal with MuJoCo behind it, in a process of its own.
+"""A bus of STS3215 or XL330 servos on a pseudo-terminal with MuJoCo behind it, in a process of its own.
 
-    python tests/support/servo_bus.py FOLDER [--task TASK] [--robot MODEL] [--seed N] [--backlash RAD] [--limp]
+    python tests/support/servo_bus.py FOLDER [--servos sts|x] [--task TASK] [--robot MODEL] [--seed N] [--backlash RAD] [--limp]
 
 FOLDER gets `bus` (the port), `calibration.json` (LeRobot's form), `goals.csv` (each goal that reached a servo: seconds, servo,
 counts, and whether its torque was on) and `control` (a socket that tests speak over, see `Plant`). Its servos are those of the
@@ -18,12 +18,13 @@ import subprocess
 import sys
 import time
 import tty
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from multiprocessing.connection import Client, Listener
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -44,60 +45,229 @@ _MAKE_UP = 4
 _OVERLOAD, _OVERLOAD_SECONDS = 0.8, 2.0
 
 
+class Family(ABC):
+    """What is of one family of servos: where its numbers lie, and its frames; by the makers' tables, not by the driver's."""
+
+    where: ClassVar[Mapping[str, tuple[int, int]]]
+    first: ClassVar[Mapping[str, int]]
+    counts_of_limit: int
+    # No-load speed, counts/s.
+    quickest: float
+    # Sign of the homing offset in what a servo tells; address below which lies what is kept without power.
+    offset_sign: int
+    kept: int
+
+    @abstractmethod
+    def encode(self, name: str, value: int) -> bytes: ...
+
+    @abstractmethod
+    def decode(self, name: str, data: bytes) -> int: ...
+
+    @abstractmethod
+    def frames(self, received: bytearray) -> Iterator[tuple[int, int, bytes]]:
+        """Take the whole requests off what was received: id, instruction, parameters."""
+        ...
+
+    @abstractmethod
+    def span(self, parameters: bytes) -> tuple[int, int, bytes]:
+        """Return address, the number after it, and the rest."""
+        ...
+
+    @abstractmethod
+    def target(self, parameters: bytes) -> tuple[int, bytes]:
+        """Return the address of a write, and its data."""
+        ...
+
+    @abstractmethod
+    def reply(self, id: int, error: int, data: bytes) -> bytes: ...
+
+    @abstractmethod
+    def is_locked(self, servo: Servo) -> bool:
+        """Whether what is kept without power cannot be written."""
+        ...
+
+    @abstractmethod
+    def switched_on(self, servo: Servo) -> None:
+        """Do what a servo does by itself when its torque is put on."""
+
+
+class Sts(Family):
+    """Feetech's STS3215."""
+
+    where: ClassVar = {
+        "model": (3, 2), "id": (5, 1), "min": (9, 2), "max": (11, 2), "max_celsius": (13, 1), "offset": (31, 2), "torque": (40, 1),
+        "goal": (42, 2), "limit": (48, 2), "lock": (55, 1), "position": (56, 2), "load": (60, 2), "volts": (62, 1),
+        "celsius": (63, 1),
+    }  # fmt: skip
+    signs: ClassVar = {"offset": 11, "load": 10}
+    first: ClassVar = {"model": 777, "max": TURN - 1, "limit": 1000, "max_celsius": 70, "lock": 1}
+    counts_of_limit = 1000
+    quickest = 3990.0
+    offset_sign = -1
+    kept = 40
+
+    def encode(self, name: str, value: int) -> bytes:
+        if name in self.signs:
+            value = abs(value) | (value < 0) << self.signs[name]
+        return value.to_bytes(self.where[name][1], "little")
+
+    def decode(self, name: str, data: bytes) -> int:
+        value, sign = int.from_bytes(data, "little"), self.signs.get(name)
+        return -(value & (1 << sign) - 1) if sign is not None and value >> sign & 1 else value
+
+    def frames(self, received: bytearray) -> Iterator[tuple[int, int, bytes]]:
+        while (begin := received.find(b"\xff\xff")) >= 0:
+            del received[:begin]
+            if len(received) < 4 or len(received) < 4 + received[3]:
+                return
+            frame = bytes(received[: 4 + received[3]])
+            if ~sum(frame[2:-1]) & 0xFF == frame[-1]:
+                del received[: len(frame)]
+                yield frame[2], frame[4], frame[5:-1]
+            else:
+                del received[:1]
+
+    def span(self, parameters: bytes) -> tuple[int, int, bytes]:
+        return parameters[0], parameters[1], parameters[2:]
+
+    def target(self, parameters: bytes) -> tuple[int, bytes]:
+        return parameters[0], parameters[1:]
+
+    def reply(self, id: int, error: int, data: bytes) -> bytes:
+        body = bytes((id, len(data) + 2, error)) + data
+        return b"\xff\xff" + body + bytes((~sum(body) & 0xFF,))
+
+    def is_locked(self, servo: Servo) -> bool:
+        return servo.get("lock") == 1
+
+    def switched_on(self, servo: Servo) -> None:
+        """Hold on to the goal that it has."""
+
+
+class X(Family):
+    """Dynamixel's XL330-M288."""
+
+    where: ClassVar = {
+        "model": (0, 2), "id": (7, 1), "mode": (11, 1), "offset": (20, 4), "max_celsius": (31, 1), "most_current": (38, 2),
+        "max": (48, 4), "min": (52, 4), "torque": (64, 1), "hardware_error": (70, 1), "limit": (100, 2), "goal": (116, 4),
+        "load": (126, 2), "position": (132, 4), "volts": (144, 2), "celsius": (146, 1),
+    }  # fmt: skip
+    first: ClassVar = {"model": 1200, "mode": 3, "max": TURN - 1, "limit": 885, "max_celsius": 70, "most_current": 1000}
+    counts_of_limit = 885
+    quickest = 8400.0
+    offset_sign = 1
+    kept = 64
+    _ping, _status = 1, 0x55
+
+    def encode(self, name: str, value: int) -> bytes:
+        return value.to_bytes(self.where[name][1], "little", signed=True)
+
+    def decode(self, name: str, data: bytes) -> int:
+        return int.from_bytes(data, "little", signed=True)
+
+    def frames(self, received: bytearray) -> Iterator[tuple[int, int, bytes]]:
+        while (begin := received.find(b"\xff\xff\xfd\x00")) >= 0:
+            del received[:begin]
+            if len(received) < 7 or len(received) < 7 + int.from_bytes(received[5:7], "little"):
+                return
+            frame = bytes(received[: 7 + int.from_bytes(received[5:7], "little")])
+            if self.crc(frame[:-2]) == int.from_bytes(frame[-2:], "little"):
+                del received[: len(frame)]
+                yield frame[4], frame[7], frame[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
+            else:
+                del received[:1]
+
+    @staticmethod
+    def crc(data: bytes) -> int:
+        left = 0
+        for byte in data:
+            for bit in range(7, -1, -1):
+                left = (left << 1 ^ (0x8005 if (left >> 15 ^ byte >> bit) & 1 else 0)) & 0xFFFF
+        return left
+
+    def span(self, parameters: bytes) -> tuple[int, int, bytes]:
+        return int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little"), parameters[4:]
+
+    def target(self, parameters: bytes) -> tuple[int, bytes]:
+        return int.from_bytes(parameters[:2], "little"), parameters[2:]
+
+    def reply(self, id: int, error: int, data: bytes) -> bytes:
+        body = bytes((self._status, 0x80 if error else 0)) + data.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
+        frame = b"\xff\xff\xfd\x00" + bytes((id,)) + (len(body) + 2).to_bytes(2, "little") + body
+        return frame + self.crc(frame).to_bytes(2, "little")
+
+    def is_locked(self, servo: Servo) -> bool:
+        return servo.get("torque") == 1
+
+    def switched_on(self, servo: Servo) -> None:
+        servo.put("goal", servo.get("position"))
+        servo.put("limit", self.first["limit"])
+
+
+FAMILIES: Mapping[str, type[Family]] = {"sts": Sts, "x": X}
+
+
 class Servo:
     """One servo: its control table, and the joint that it turns."""
 
     def __init__(self, plant: PlantProcess, id: int, actuator: int, qpos: int, middle: float, offset: int) -> None:
         self.plant, self.actuator, self.qpos = plant, actuator, qpos
+        self.family = plant.family
         model = plant.sim.model
         self.gain, self.bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator].copy()
         self.torque = float(model.actuator_forcerange[actuator, 1])
         # Where its horn was put on: what the encoder reads at the joint's 0.
-        self.zero = MIDDLE + offset - middle / COUNT
-        self.table = bytearray(128)
+        self.zero = MIDDLE - self.family.offset_sign * offset - middle / COUNT
+        self.table = bytearray(256)
         self.silent = self.frozen = False
+        # Where its control is on the way to the goal, counts: no servo goes faster than it can.
+        self.sent: float | None = None
         self.loaded_since = 0.0
-        words = ((3, 777), (9, 0), (11, TURN - 1), (16, 1000), (48, 1000), (31, abs(offset) | (offset < 0) << 11))
-        for address, value in words:
-            self.put(address, value)
-        for address, value in ((5, id), (13, 70), (14, 80), (15, 40), (21, 32), (55, 1), (62, 74), (63, 30)):
-            self.table[address] = value
+        for name, value in {**self.family.first, "id": id, "offset": offset, "volts": 74, "celsius": 30}.items():
+            self.put(name, value)
         self.sense()
 
-    def put(self, address: int, value: int) -> None:
-        self.table[address : address + 2] = value.to_bytes(2, "little")
+    def put(self, name: str, value: int) -> None:
+        address, size = self.family.where[name]
+        self.table[address : address + size] = self.family.encode(name, value)
 
-    def get(self, address: int) -> int:
-        return int.from_bytes(self.table[address : address + 2], "little")
+    def get(self, name: str) -> int:
+        address, size = self.family.where[name]
+        return self.family.decode(name, bytes(self.table[address : address + size]))
 
     @property
     def id(self) -> int:
-        return self.table[5]
+        return self.get("id")
 
     @property
     def error(self) -> int:
-        """The error byte of its replies."""
-        hot = self.table[63] >= self.table[13]
+        """Its errors: of voltage, heat and load."""
+        hot = self.get("celsius") >= self.get("max_celsius")
         loaded = self.loaded_since > 0.0 and self.plant.time - self.loaded_since > _OVERLOAD_SECONDS
-        return (not 40 <= self.table[62] <= 80) | hot << 2 | loaded << 5
+        return (not 40 <= self.get("volts") <= 80) | hot << 2 | loaded << 5
 
     @property
     def counts(self) -> int:
         """Its position now."""
-        kept = self.get(31)
-        offset = -(kept & 0x7FF) if kept >> 11 else kept
-        return (round(self.zero + self.plant.sim.q(self.qpos) / COUNT) - offset) % TURN
+        turned = self.zero + self.plant.sim.q(self.qpos) / COUNT
+        return (round(turned) + self.family.offset_sign * self.get("offset")) % TURN
 
     def act(self) -> None:
         """Drive the joint for a tick."""
         model, error = self.plant.sim.model, self.error
-        on = self.table[40] == 1 and not error & 1 << 2
-        limit = self.torque * min(self.get(48), 1000) / 1000.0 * (0.2 if error & 1 << 5 else 1.0)
+        on = self.get("torque") == 1 and not error & 1 << 2
+        most = self.family.counts_of_limit
+        limit = self.torque * min(self.get("limit"), most) / most * (0.2 if error & 1 << 5 else 1.0)
         model.actuator_forcerange[self.actuator] = -limit, limit
         model.actuator_gainprm[self.actuator, 0] = self.gain if on else 0.0
         model.actuator_biasprm[self.actuator, :3] = self.bias[:3] if on else 0.0
-        if on and not self.frozen:
-            off = (min(max(self.get(42), self.get(9)), self.get(11)) - self.counts) * COUNT
+        if not on:
+            self.sent = None
+        elif not self.frozen:
+            counts, step = self.counts, self.family.quickest * _TICK
+            goal = min(max(self.get("goal"), self.get("min")), self.get("max"))
+            self.sent = counts if self.sent is None else self.sent + min(max(goal - self.sent, -step), step)
+            off = (self.sent - counts) * COUNT
             # Within its gear's play a servo moves nothing.
             if abs(off) > self.plant.backlash:
                 self.plant.controls[self.actuator] = self.plant.sim.q(self.qpos) + off
@@ -107,9 +277,11 @@ class Servo:
         if self.frozen:
             return
         share = self.plant.sim.force(self.actuator) / self.torque
-        self.put(56, self.counts)
-        self.put(60, round(1000 * min(abs(share), 1.0)) | (share < 0) << 10)
-        if abs(share) < _OVERLOAD or not self.table[40]:
+        self.put("position", self.counts)
+        self.put("load", round(1000 * min(max(share, -1.0), 1.0)))
+        if "hardware_error" in self.family.where:
+            self.put("hardware_error", self.error)
+        if abs(share) < _OVERLOAD or not self.get("torque"):
             self.loaded_since = 0.0
         elif not self.loaded_since:
             self.loaded_since = self.plant.time
@@ -118,7 +290,11 @@ class Servo:
 class PlantProcess:
     """The plant, its bus and the socket of tests, in one loop."""
 
-    def __init__(self, folder: Path, task: str, robot: str | None, seed: int, backlash: float, limp: bool) -> None:
+    def __init__(
+        self, folder: Path, task: str, robot: str | None, seed: int, backlash: float, limp: bool, servos: str
+    ) -> None:
+        self.family = FAMILIES[servos]()
+        self.blind = False
         found = find_task(task)
         if robot is not None:
             found = found.model_copy(update={"scene": with_robot(found.scene, Path(robot))})
@@ -146,8 +322,8 @@ class PlantProcess:
             )
         write_calibration(folder / "calibration.json", calibration)
         for servo in self.servos.values():
-            servo.put(42, servo.get(56))
-            servo.table[40] = not limp
+            servo.put("goal", servo.get("position"))
+            servo.put("torque", not limp)
         self.goals = (folder / "goals.csv").open("w", buffering=1)
         self.speeds: deque[tuple[float, float]] = deque(maxlen=20000)
         self.listener = Listener(str(folder / "control"))
@@ -216,41 +392,43 @@ class PlantProcess:
 
     def answer(self) -> None:
         """Answer every whole request that was received."""
-        while (begin := self.received.find(b"\xff\xff")) >= 0:
-            del self.received[:begin]
-            if len(self.received) < 4 or len(self.received) < 4 + self.received[3]:
-                return
-            frame = bytes(self.received[: 4 + self.received[3]])
-            if ~sum(frame[2:-1]) & 0xFF == frame[-1]:
-                del self.received[: len(frame)]
-                self.obey(frame[2], frame[4], frame[5:-1])
-            else:
-                del self.received[:1]
+        for id, instruction, parameters in self.family.frames(self.received):
+            self.obey(id, instruction, parameters)
 
-    def obey(self, id: int, instruction: int, rest: bytes) -> None:
-        listening = {one.id: one for one in self.servos.values() if not one.silent}
+    def obey(self, id: int, instruction: int, parameters: bytes) -> None:
+        family, listening = self.family, {one.id: one for one in self.servos.values() if not one.silent}
         if instruction == 0x82:
-            asked = [listening[each] for each in rest[2:] if each in listening]
-            os.write(self.master, b"".join(_reply(one, one.table[rest[0] : rest[0] + rest[1]]) for one in asked))
+            address, size, ids = family.span(parameters)
+            asked = [listening[each] for each in ids if each in listening]
+            os.write(self.master, b"".join(self.reply(one, one.table[address : address + size]) for one in asked))
         elif instruction == 0x83:
-            for at in range(2, len(rest), rest[1] + 1):
-                if rest[at] in listening:
-                    self.write(listening[rest[at]], rest[0], rest[at + 1 : at + 1 + rest[1]])
+            address, size, rows = family.span(parameters)
+            for at in range(0, len(rows), size + 1):
+                if rows[at] in listening:
+                    self.write(listening[rows[at]], address, rows[at + 1 : at + 1 + size])
         elif id in listening:
-            servo, data = listening[id], b""
+            servo, data = listening[id], bytearray()
             if instruction == 2:
-                data = bytes(servo.table[rest[0] : rest[0] + rest[1]])
+                address, size, _ = family.span(parameters)
+                data = servo.table[address : address + size]
             elif instruction == 3:
-                self.write(servo, rest[0], rest[1:])
-            os.write(self.master, _reply(servo, data))
+                self.write(servo, *family.target(parameters))
+            elif instruction == 1 and isinstance(family, X):
+                data = servo.table[:2] + b"\x2e"
+            os.write(self.master, self.reply(servo, data))
+
+    def reply(self, servo: Servo, data: bytearray) -> bytes:
+        return self.family.reply(servo.id, servo.error, bytes(data))
 
     def write(self, servo: Servo, address: int, data: bytes) -> None:
-        # Below 40 lies what is kept without power: it can be written while the lock is off.
-        if address < 40 and servo.table[55]:
+        if address < self.family.kept and self.family.is_locked(servo):
             return
+        was_on = servo.get("torque")
         servo.table[address : address + len(data)] = data
-        if address <= 42 < address + len(data):
-            self.goals.write(f"{time.monotonic():.4f},{servo.id},{servo.get(42)},{servo.table[40]}\n")
+        if servo.get("torque") > was_on:
+            self.family.switched_on(servo)
+        if address <= self.family.where["goal"][0] < address + len(data):
+            self.goals.write(f"{time.monotonic():.4f},{servo.id},{servo.get('goal')},{servo.get('torque')}\n")
 
     # Asked by tests.
 
@@ -261,6 +439,8 @@ class PlantProcess:
         return self.sim.world.camera_specs()
 
     def do_capture(self, camera: str, window: PictureWindow | None) -> RgbdFrame | Exception:
+        if self.blind:
+            return OSError(f"the camera {camera} is gone")
         try:
             return self.sim.world.capture(camera, window)
         except Exception as error:
@@ -292,18 +472,22 @@ class PlantProcess:
         servo = self.servos.get(id)
         if fault == "cable":
             self.unplug() if value else self.plug()
+        elif fault == "power":
+            for each in self.servos.values():
+                each.silent = not value
+                each.put("torque", 0)
+        elif fault == "held":
+            # Somebody holds the arm as it stands.
+            self.do_hold({each.id: self.sim.q(each.qpos) for each in self.servos.values()} if value else None)
+        elif fault == "blind":
+            self.blind = bool(value)
         elif fault in ("silent", "frozen"):
             setattr(servo, fault, bool(value))
         elif fault == "slip":
             servo.zero += value
         else:
-            servo.table[{"celsius": 63, "volts": 62, "id": 5}[fault]] = value
+            servo.put(fault, value)
         return time.monotonic()
-
-
-def _reply(servo: Servo, data: bytes | bytearray) -> bytes:
-    body = bytes((servo.id, len(data) + 2, servo.error)) + data
-    return b"\xff\xff" + body + bytes((~sum(body) & 0xFF,))
 
 
 class _Sim:
@@ -384,6 +568,7 @@ def emulated(folder: Path, *arguments: str) -> Iterator[Plant]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
+    parser.add_argument("--servos", choices=(*FAMILIES,), default="sts")
     parser.add_argument("--task", default="pick_cube_franka")
     parser.add_argument("--robot")
     parser.add_argument("--seed", type=int, default=0)

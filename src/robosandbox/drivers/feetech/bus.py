@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import serial
 
-from robosandbox.drivers.feetech.protocol import FeetechCodec, Reply
-from robosandbox.drivers.feetech.servos import Register
+from robosandbox.drivers.feetech.protocol import Reply
+from robosandbox.drivers.feetech.servos import Register, ServoFamily
 
 # Seconds to wait for the replies to one request: an adapter that collects bytes for 16 ms, as FTDI's do, and the bytes of a
 # sync read of a dozen servos at 115200 baud (15 ms).
@@ -34,14 +34,15 @@ class Bus:
     Args:
         port: Device, as /dev/ttyACM0.
         baud: Bits a second.
+        family: The servos.
 
     Raises:
         BusError: The port cannot be opened, or another program has it.
     """
 
-    def __init__(self, port: str, baud: int) -> None:
-        self.port = port
-        self._codec = FeetechCodec()
+    def __init__(self, port: str, baud: int, family: ServoFamily) -> None:
+        self.port, self.family = port, family
+        self._codec = family.codec
         self._received = bytearray()
         try:
             self._serial = serial.Serial(
@@ -77,6 +78,26 @@ class Bus:
         """Return the reply of each servo that answers to a request for the same bytes of all."""
         request = self._codec.sync_read(servos, block.address, block.size)
         return {servo: reply for servo, reply in self._ask(request, servos).items() if len(reply.data) == block.size}
+
+    def errors(self, servo: int, reply: Reply) -> list[str]:
+        """Return what a servo says is the matter, "the servo ..."; it is asked where its reply says only that something is.
+
+        Raises:
+            BusError: It does not answer.
+        """
+        family, bits = self.family, reply.error
+        if family.hardware_error is not None:
+            bits = self.read(servo, family.hardware_error) if bits & family.alert else 0
+        return [said for bit, said in family.errors.items() if bits >> bit & 1]
+
+    def keep(self, servo: int, register: Register, value: int) -> None:
+        """Write a number that a servo keeps without power; raises BusError where it does not answer."""
+        lock = self.family.lock
+        if lock is not None:
+            self.write(servo, lock, 0)
+        self.write(servo, register, value)
+        if lock is not None:
+            self.write(servo, lock, 1)
 
     def write_all(self, register: Register, values: Mapping[int, int]) -> None:
         """Write a number to each of several servos at once; none replies."""

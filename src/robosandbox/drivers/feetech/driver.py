@@ -1,4 +1,4 @@
-"""The driver of an arm of serial bus servos: commands and readings at every tick, faults by the joint's name, no fall."""
+"""Drivers of arms of serial bus servos: commands and readings at every tick, faults by the joint's name, no fall."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Final, Protocol
+from typing import ClassVar, Final, Protocol
 
 import numpy as np
 
@@ -26,7 +26,8 @@ from robosandbox.driver import (
     refusal,
 )
 from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
-from robosandbox.drivers.feetech.servos import STS, Reading
+from robosandbox.drivers.feetech.protocol import Reply
+from robosandbox.drivers.feetech.servos import STS, X_SERIES, Reading, ServoFamily
 from robosandbox.errors import FaultError, InputError, LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.extras import missing_extra
@@ -77,7 +78,7 @@ class Eyes(Senses, Protocol):
         ...
 
 
-class Feetech(BareDriver):
+class SerialServos(BareDriver):
     """An arm whose joints, and gripper, are servos on one serial bus.
 
     Args:
@@ -98,6 +99,7 @@ class Feetech(BareDriver):
     """
 
     episode: Final = 0
+    family: ClassVar[ServoFamily]
 
     def __init__(
         self,
@@ -127,7 +129,7 @@ class Feetech(BareDriver):
             names.append("gripper")
             limits.append((min(ends), max(ends)))
         servos = None if calibration is None else read_calibration(calibration)
-        self.joints = servo_joints(servos, names, limits, STS.counts)
+        self.joints = servo_joints(servos, names, limits, self.family.counts)
         self._ids = [joint.id for joint in self.joints]
         self.control_timestep, self.port = tick, port
         self.speed = speed
@@ -139,15 +141,17 @@ class Feetech(BareDriver):
         self._silent_since: dict[int, float] = {}
         self._goals: dict[int, int] = {}
         self._limits_celsius: dict[int, int] = {}
+        self._full_load: dict[int, int] = {}
+        self._quickest: dict[int, float] = {}
         hand = None if spec.gripper is None else _ServoHand(self, spec.gripper, self.joints[-1])
         self.hands = {} if hand is None else {hand.name: hand}
         self._arm = _ServoArm(self, spec, self.joints[: spec.n], planning.kinematics(), hand)
         self.arms = {ARM: self._arm}
         self._cameras: Mapping[str, CameraSpec] = {}
         try:
-            self._bus = Bus(port, baud)
+            self._bus = Bus(port, baud, self.family)
         except BusError as error:
-            raise InputError(f"--driver feetech: {error}") from None
+            raise InputError(f"--driver {type(self).__name__.lower()}: {error}") from None
         try:
             self._check_servos()
             self._hold()
@@ -157,7 +161,7 @@ class Feetech(BareDriver):
                 self.senses, self._cameras = eyes, eyes.cameras
         except (BusError, ImportError, AttributeError, ValueError) as error:
             self._bus.close()
-            raise InputError(f"--driver feetech: {error}") from None
+            raise InputError(f"--driver {type(self).__name__.lower()}: {error}") from None
         except BaseException:
             self._bus.close()
             raise
@@ -177,7 +181,7 @@ class Feetech(BareDriver):
         self._loop.close()
         try:
             if self._release and not self.fault:
-                self._bus.write_all(STS.torque, dict.fromkeys(self._ids, 0))
+                self._bus.write_all(self.family.torque, dict.fromkeys(self._ids, 0))
         except BusError as error:
             _log.warning("the torque is still on: %s", error)
         self._bus.close()
@@ -197,7 +201,7 @@ class Feetech(BareDriver):
         self.fault = ""
         self._silent_since.clear()
         try:
-            self._bus = Bus(self.port, self._baud)
+            self._bus = Bus(self.port, self._baud, self.family)
             self._check_servos()
             self._hold()
         except (BusError, InputError) as error:
@@ -227,7 +231,7 @@ class Feetech(BareDriver):
         """Send servos to joint values; nothing is sent while the port is gone."""
         goals = {joint.id: joint.count(float(value)) for joint, value in zip(joints, values, strict=True)}
         try:
-            self._bus.write_all(STS.goal, goals)
+            self._bus.write_all(self.family.goal, goals)
         except BusError as error:
             self._fail(f"{error}; the servos hold where they were sent last")
         else:
@@ -250,7 +254,7 @@ class Feetech(BareDriver):
         """Read every servo once, and see what is the matter; return whether all have answered."""
         asked = self.time
         try:
-            replies = self._bus.read_all(self._ids, STS.state)
+            replies = self._bus.read_all(self._ids, self.family.state)
         except BusError as error:
             self._fail(f"{error}; the servos hold where they were sent last")
             return False
@@ -260,8 +264,9 @@ class Feetech(BareDriver):
             if joint.id in replies:
                 self._silent_since.pop(joint.id, None)
                 # It may be as old as the request, where this computer was away meanwhile.
-                reading = Reading.of(replies[joint.id], asked)
+                reading = Reading.of(replies[joint.id], asked, self.family, self._full_load[joint.id])
                 self._check_reading(joint, reading, past[-1] if past else None, now)
+                self._check_errors(joint, reading, replies[joint.id])
                 past.append(reading)
                 while now - past[0].time > _STUCK_SECONDS:
                     past.popleft()
@@ -271,21 +276,27 @@ class Feetech(BareDriver):
 
     def _check_reading(self, joint: ServoJoint, reading: Reading, before: Reading | None, now: float) -> None:
         hottest = self._limits_celsius[joint.id] - _COOLER
-        for said in reading.errors:
-            self._fail(
-                f"{joint.said} {said}: {reading.celsius} C, {reading.volts:.1f} V, {100 * abs(reading.load):.0f} % load"
-            )
         if reading.celsius >= hottest:
             self._fail(
                 f"{joint.said} is at {reading.celsius} C, and {hottest} are allowed: let it cool, with less load on it"
             )
         if before is not None:
             gone, gap = abs(reading.counts - before.counts), now - before.time
-            if gone > STS.no_load_speed * (gap + _HELD_BACK):
+            if gone > self._quickest[joint.id] * (gap + _HELD_BACK):
                 self._fail(
                     f"{joint.said} read {before.counts}, and {gap:.3f} s later {reading.counts} counts: farther than it can go; "
                     "look whether its horn slips or its encoder fails, and calibrate it again"
                 )
+
+    def _check_errors(self, joint: ServoJoint, reading: Reading, reply: Reply) -> None:
+        try:
+            errors = self._bus.errors(joint.id, reply)
+        except BusError:
+            errors = ["reports an error, and does not say which"]
+        for said in errors:
+            self._fail(
+                f"{joint.said} {said}: {reading.celsius} C, {reading.volts:.1f} V, {100 * abs(reading.load):.0f} % load"
+            )
 
     def check_stuck(self, joint: ServoJoint, sent: float) -> None:
         """See whether a joint that was sent on by `sent`, rad, in the time that is remembered has stayed where it was."""
@@ -313,15 +324,23 @@ class Feetech(BareDriver):
             raise InputError(
                 f"{self.port}: {', '.join(silent)} of {len(self.joints)} servos give no answer: look after power, cables and ids"
             )
+        family = self.family
         for joint in self.joints:
-            model, mode = self._bus.read(joint.id, STS.model), self._bus.read(joint.id, STS.mode)
-            if model not in STS.models:
-                known = ", ".join(f"{name} ({number})" for number, name in STS.models.items())
-                raise InputError(f"{self.port}: {joint.said} is of model {model}; this driver knows {known}")
-            if mode != 0:
-                raise InputError(f"{self.port}: {joint.said} is in mode {mode}; it is to be in 0, position")
-            self._limits_celsius[joint.id] = self._bus.read(joint.id, STS.max_temperature)
-            offset, wanted = self._bus.read(joint.id, STS.offset), joint.calibration.homing_offset
+            number, mode = self._bus.read(joint.id, family.model), self._bus.read(joint.id, family.mode)
+            model = family.models.get(number)
+            if model is None:
+                known = ", ".join(f"{each.name} ({number})" for number, each in family.models.items())
+                raise InputError(f"{self.port}: {joint.said} is of model {number}; this driver knows {known}")
+            if mode not in family.modes:
+                by_position = " or ".join(f"{number}, {name}" for number, name in family.modes.items())
+                raise InputError(f"{self.port}: {joint.said} is in mode {mode}; it is to be in {by_position}")
+            self._quickest[joint.id] = model.no_load_speed * family.counts / 60.0
+            if model.full_load is not None or family.most_current is None:
+                self._full_load[joint.id] = model.full_load or 1
+            else:
+                self._full_load[joint.id] = max(1, self._bus.read(joint.id, family.most_current))
+            self._limits_celsius[joint.id] = self._bus.read(joint.id, family.max_temperature)
+            offset, wanted = self._bus.read(joint.id, family.offset), joint.calibration.homing_offset
             if self._calibrated and offset != wanted:
                 raise InputError(
                     f"{self.port}: {joint.said} has the homing offset {offset}, and the calibration says {wanted}: it is another "
@@ -333,22 +352,24 @@ class Feetech(BareDriver):
 
         Nothing is written where something is the matter.
         """
-        self._goals = {joint.id: self._bus.read(joint.id, STS.goal) for joint in self.joints}
+        self._goals = {joint.id: self._bus.read(joint.id, self.family.goal) for joint in self.joints}
         while not self.poll() and not self.fault:
             pass
         if self.fault:
             return
-        if self.hands:
-            self._bus.write(self.joints[-1].id, STS.torque_limit, round(1000 * self._grip))
         for joint in self.joints:
             counts = self._past[joint.id][-1].counts
             gives_way = joint.name not in self._arm.spec.joints or (
                 abs((self._goals[joint.id] - counts) * joint.radians) <= _LARGEST_TRIM
             )
-            if not gives_way or self._bus.read(joint.id, STS.torque) != 1:
-                self._bus.write(joint.id, STS.goal, counts)
-                self._bus.write(joint.id, STS.torque, 1)
+            if not gives_way or self._bus.read(joint.id, self.family.torque) != 1:
+                self._bus.write(joint.id, self.family.goal, counts)
+                self._bus.write(joint.id, self.family.torque, 1)
                 self._goals[joint.id] = counts
+        if self.hands:
+            # After the torque, with which some servos forget it.
+            grip = round(self.family.full_torque * self._grip)
+            self._bus.write(self.joints[-1].id, self.family.torque_limit, grip)
         end = self.time + _SETTLE_SECONDS
         while self.time < end and not self.fault:
             time.sleep(self.control_timestep)
@@ -357,12 +378,24 @@ class Feetech(BareDriver):
             self._arm.settle()
 
 
+class Feetech(SerialServos):
+    """An arm of Feetech's STS servos, as SO-100 and SO-101."""
+
+    family = STS
+
+
+class Dynamixel(SerialServos):
+    """An arm of Dynamixel's X servos, as Koch; its gripper is a servo that turns a finger."""
+
+    family = X_SERIES
+
+
 class _ServoArm(BareArm):
     """The arm as its encoders know it."""
 
     def __init__(
         self,
-        cell: Feetech,
+        cell: SerialServos,
         spec: RobotSpec,
         joints: Sequence[ServoJoint],
         kinematics: Kinematics,
@@ -457,7 +490,7 @@ class _ServoArm(BareArm):
 class _ServoHand(BareHand):
     """The gripper as its servo knows it."""
 
-    def __init__(self, cell: Feetech, spec: GripperSpec, joint: ServoJoint) -> None:
+    def __init__(self, cell: SerialServos, spec: GripperSpec, joint: ServoJoint) -> None:
         super().__init__(cell, spec)
         self._cell, self._joint = cell, joint
         self._closed: float | None = None
