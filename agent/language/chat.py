@@ -17,7 +17,9 @@ from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabu
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER", "SUPER", "OWN_SIDE", "UP_ORDER", "DOWN_ORDER"})
 _HOME = frozenset({"HOME", "GO_HOME"})
 _ACTS = frozenset({"GO", "GO_HOME"})
-_DESCRIBING = frozenset({"NOUN", "NAME", "ID", "SUFFIX", "COLOUR", "HUE", "SHADE", "SIZE", "SUPER", "ORDINAL", "POS", "SHAPE"})
+_DESCRIBING = frozenset(
+    {"NOUN", "NAME", "ID", "SUFFIX", "COLOUR", "HUE", "SHADE", "SIZE", "SUPER", "ORDINAL", "POS", "SHAPE"}
+)
 _A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
@@ -181,7 +183,9 @@ def _clause(
         always |= word in lists["always"]
         bearing |= word in lists["bearing"] and not (tells and (end == i or word in lists["harmless"]))
         # "my back hurts"
-        binding |= word in lists["binding"] and not (word == "back" and end and tokens[end - 1].text in lists["persons"])
+        binding |= word in lists["binding"] and not (
+            word == "back" and end and tokens[end - 1].text in lists["persons"]
+        )
         # "she would like it shut"
         binding |= wishing and any(name[0] == "V" and name != "VCANNOT" for name in here)
         wishing |= word in lists["wishing"]

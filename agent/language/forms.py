@@ -138,10 +138,12 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     values.pop("counted", None)
     if any(ref.unknown for ref in values.get("instead", ())) or any(ref.instead for ref in values.get("options", ())):
         raise Misfit
-    if any((ref.nouns, ref.names) == (values.get("nouns", ()), values.get("names", ())) and not (ref.colours or ref.ranks or ref.relations) for ref in values.get("instead", ())):
+    said = (values.get("nouns", ()), values.get("names", ()))
+    of_kind = [ref for ref in values.get("instead", ()) if (ref.nouns, ref.names) == said]
+    if any(not (ref.colours or ref.ranks or ref.relations) for ref in of_kind):
         # "the ball, not the ball"
         raise Misfit
-    own = any(ref.one or ref.nouns == values.get("nouns") for ref in values.get("instead", ()))
+    own = of_kind or any(ref.one for ref in values.get("instead", ()))
     if values.get("instead") and (values.get("determiner") in ("a", "all") or (values.get("plural") and own)):
         # "a bowl but not the blue one" leaves out that.
         raise Misfit
@@ -346,7 +348,11 @@ def _is_beyond_its_end(command: Command) -> bool:
     to = isinstance(place, Relation) and place.kind == "to" and not any(map(_is_it, place.refs))
     told = to or command.direction in ("forward", "back")
     nearest = told and {"near", "far"} & {*ranks} and words[-1] not in (*last.nouns, *last.names, "one", "ones")
-    sideways = command.verb == "pick" and last.text.endswith((" to the left", " to the right")) and not words[-4].endswith(("st", "one"))
+    sideways = (
+        command.verb == "pick"
+        and last.text.endswith((" to the left", " to the right"))
+        and not words[-4].endswith(("st", "one"))
+    )
     return bool(nearest) or sideways
 
 
@@ -368,6 +374,22 @@ def _commas(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
     return items
 
 
+def _is_open_after(step: Command, before: Command, text: str) -> bool:
+    """Say whether it is open what a step means beside the one before it."""
+    place = step.place
+    on_it = isinstance(place, Relation) and place.kind == "on" and any(map(_is_it, place.refs))
+    several = any(ref.plural and ref.determiner != "all" for ref in before.objects)
+    # "only the can in the bin and the ball"
+    only = "only" in text.split() and step.bare and (step.verb, place) == (before.verb, before.place)
+    # "get the crayons, put it on the box"
+    lifted = several and before.verb == "pick" and step.verb == "put" and step.objects[:1] == (IT,)
+    # "put the red cube, the box in the middle, the lid on top": a tower?
+    middle = len(before.objects) > 1 and isinstance(before.place, Region) and before.place.name == "middle"
+    # "stack the cubes on the box, red on top"
+    piled = step.bare and before.verb == "stack" and before.place is not None and _is_several(before.objects[0])
+    return bool(only or lifted or (on_it and (middle or piled)))
+
+
 def _sentence(values: dict[str, Any], text: str) -> Any:
     steps = with_verbs(values.get("steps", ()))
     if steps is None:
@@ -387,22 +409,9 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         if before is None and any(map(_is_any, step.objects)):
             # "put one in the bin": of what?
             raise Misfit
-        if before is not None and "only" in text.split() and step.bare and (step.verb, step.place) == (before.verb, before.place):
-            # "only the can in the bin and the ball"
+        if before is not None and _is_open_after(step, before, text):
             raise Misfit
-        lifted = before is not None and before.verb == "pick" and step.verb == "put" and step.objects[:1]
-        if lifted and any(map(_is_it, lifted)) and lifted[0].plural < any(ref.plural and ref.determiner != "all" for ref in before.objects):
-            # "get the crayons, put it on the box"
-            raise Misfit
-        if before is not None and isinstance(place, Relation) and place.kind == "on" and any(map(_is_it, place.refs)):
-            if isinstance(before.place, Region) and before.place.name == "middle" and len(before.objects) > 1:
-                # "put the red cube, the box in the middle, the lid on top": a tower?
-                raise Misfit
-        on_it = step.bare and isinstance(place, Relation) and any(map(_is_it, place.refs))
         piled = before is not None and before.verb == "stack" and before.place is None
-        if before is not None and before.verb == "stack" and not piled and on_it and _is_several(before.objects[0]):
-            # "stack the cubes on the box, red on top"
-            raise Misfit
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
             # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
             raise Misfit
@@ -559,7 +568,10 @@ def _relation(values: dict[str, Any], text: str) -> Relation:
     if any(near.kind in (*_SIDES, "beside") and any(map(_is_it, near.refs)) for near in beside):
         # "next to the mug, to the left of it": not a mug to the left of something.
         raise Misfit
-    if any(ref.one and ref.text.split()[-1] in _SIDES and [rank.nth for rank in ref.ranks] == [1] for ref in values.get("refs", ())):
+    if any(
+        ref.one and ref.text.split()[-1] in _SIDES and [rank.nth for rank in ref.ranks] == [1]
+        for ref in values.get("refs", ())
+    ):
         # "on the far left" is a place of the table.
         raise Misfit
     distance = values.pop("distance", None)
@@ -627,7 +639,7 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
     Of "all but the can, no, the ball" they take the place of the can; of "the can and the ball, no, the ball" the ball alone is meant.
     """
     *others, last = old
-    if any(ref.unknown for ref in old) or any(map(_is_open, new)) or not others and _untold(new) == _untold(old):
+    if any(ref.unknown for ref in old) or any(map(_is_open, new)) or (not others and _untold(new) == _untold(old)):
         raise Misfit
     again = [ref for ref in old if len(new) == 1 and _may_be(new[0], ref)]
     if others:
