@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robosandbox.errors import ErrorCode
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place, spots_within, taken_anew, touched_within
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.types import DetectedObject, SkillResult
+from robosandbox.types import DetectedObject, SkillCall, SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
@@ -37,9 +38,11 @@ class PlaceIn(Skill):
         )
 
     def alternatives(self, failed: FailedCall, *, container: str) -> Iterator[Alternative]:
-        """Yield another grip on what is held."""
-        del container
+        """Yield another grip on what is held, or putting what has no room to spare in by feel."""
         yield from taken_anew(failed)
+        if failed.error.code == ErrorCode.PLACEMENT and failed.scene.held is not None:
+            by_feel = SkillCall(skill="insert", arguments={"container": container})
+            yield Alternative(why=f"{failed.scene.held} is put into {container} by feel", call=by_feel)
 
     def run(self, ctx: SkillContext, *, container: str) -> SkillResult:
         """Put the held object into what holds things: a bin, bowl, cup, plate, tray or open drawer.

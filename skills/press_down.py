@@ -7,17 +7,15 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from robosandbox.driver import require
-from robosandbox.errors import CollisionError, Phase, TrackingError, UnreachableError
+from robosandbox.errors import Phase, TrackingError
 from robosandbox.skills.primitives.force import press_with
 from robosandbox.skills.primitives.hand_move import HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
 from robosandbox.world.contracts import Contract
-from robosandbox.world.relations import centre, top
+from robosandbox.world.relations import top
 
-# Metres above a thing from which the tool centre point comes down on it, the first that is free: closed fingers may reach beyond it.
-_ABOVE = (0.01, 0.03, 0.06)
 # Metres below where the hand is down to which it looks for something to press on, where no thing is named.
 _DEEPEST = 0.5
 # Metres beyond what is met that the hand may be sent: a soft arm presses with 20 N where it is sent so far into what is hard.
@@ -79,7 +77,7 @@ class PressDown(HandMove):
         arm = Mover(ctx)
         require(ctx.driver, "wrist_wrench", "what the hand presses with is felt")
         if object is not None:
-            _come_over(arm, object)
+            arm.come_over(object)
         above = arm.state.tcp_pose
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
         deepest = above.xyz[2] - top(arm.find(object)) - arm.hangs + _INTO if object is not None else _DEEPEST
@@ -98,27 +96,3 @@ class PressDown(HandMove):
             skill=self.name,
             detail={"force_n": done.mean, "least_n": done.least, "most_n": done.most, "object": object or ""},
         )
-
-
-def _come_over(arm: Mover, name: str) -> None:
-    """Bring the hand close over a thing, its fingers closed where they hold nothing.
-
-    Raises:
-        UnreachableError: The hand cannot be there.
-        CollisionError: Something is in the way.
-    """
-    if arm.spec.gripper is not None and arm.start.held is None:
-        arm.open(0.0)
-        arm.use(arm.look())
-    below = arm.find(name)
-    x, y, _ = centre(below)
-    failure: UnreachableError | CollisionError | None = None
-    for above in _ABOVE:
-        try:
-            arm.bring((float(x), float(y), top(below) + above + arm.hangs))
-        except (UnreachableError, CollisionError) as error:
-            failure = failure or error
-        else:
-            return
-    assert failure is not None
-    raise failure

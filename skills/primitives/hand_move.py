@@ -16,7 +16,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, Pose, Speed, Trajectory
 from robosandbox.world.contracts import Contract
-from robosandbox.world.relations import bottom
+from robosandbox.world.relations import bottom, centre, top
 
 # Configurations at random from which others are looked for where those at hand touch something.
 _SEEDS = 12
@@ -34,6 +34,8 @@ HAND_GOES = (
 _FEELING = 0.005
 # Times that a way which leads out of reach is halved: to a millimetre of the longest.
 _HALVINGS = 11
+# Metres above a thing from which the tool centre point comes down on it, the first that is free: closed fingers may reach beyond it.
+_ABOVE = (0.01, 0.03, 0.06)
 # How near the hand comes to where its way ends, metres and rad, and the seconds of integral action that it may take.
 _NEAR, _TURNED, _SECONDS = 0.0005, 0.003, 1.5
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -162,6 +164,29 @@ class Mover(Manipulator):
                 failure = failure or error
                 continue
             return self.arrive(way, goal)
+        assert failure is not None
+        raise failure
+
+    def come_over(self, name: str) -> None:
+        """Bring the hand close over a thing, its fingers closed where they hold nothing.
+
+        Raises:
+            UnreachableError: The hand cannot be there.
+            CollisionError: Something is in the way.
+        """
+        if self.spec.gripper is not None and self.start.held is None:
+            self.open(0.0)
+            self.use(self.look())
+        below = self.find(name)
+        x, y, _ = centre(below)
+        failure: UnreachableError | CollisionError | None = None
+        for above in _ABOVE:
+            try:
+                self.bring((float(x), float(y), top(below) + above + self.hangs))
+            except (UnreachableError, CollisionError) as error:
+                failure = failure or error
+            else:
+                return
         assert failure is not None
         raise failure
 

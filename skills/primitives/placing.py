@@ -101,6 +101,7 @@ def place(
     target: str,
     allowed: Iterable[str],
     check: Callable[[DetectedObject, ObservedScene], MeasuredRelation],
+    lower: Callable[[PlacePlan], None] | None = None,
 ) -> SkillResult:
     """Put the held object on the first spot that can be reached, let go, and check where it is.
 
@@ -112,6 +113,7 @@ def place(
         target: Name for the evidence.
         allowed: What the object or the fingers may touch: the support.
         check: Whether the settled object is where it should be.
+        lower: Brings it down from the end of the way there; straight to its goal where it is left out.
 
     Raises:
         PlacementError: It ended elsewhere or was not let go.
@@ -124,7 +126,10 @@ def place(
     held = arm.find(held.id, scene)
     way = plan_place(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
-    arm.follow(way.descent, Phase.LOWER, yielding=True)
+    if lower is None:
+        arm.follow(way.descent, Phase.LOWER, yielding=True)
+    else:
+        lower(way)
     _release(arm, held.id, way)
     after = arm.settle(held.id)
     if after.find(held.id) is None:

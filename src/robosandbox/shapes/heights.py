@@ -23,8 +23,8 @@ _LEVEL = 0.995
 _SAME_HEIGHT = 0.002
 # Metres over a surface that have to be free for it to be one on which things stand.
 _HEADROOM = 0.03
-# Narrowest surface and hollow that something is put on or into, metres.
-_LEAST_WIDTH = 0.02
+# Narrowest surface that something is put on, and hollow that something is put into, metres: a hole for a peg.
+_LEAST_WIDTH, _LEAST_HOLLOW = 0.02, 0.01
 # Least depth of a hollow, metres: a rim on a flat plate is less than what a depth camera resolves.
 _LEAST_DEPTH = 0.006
 # Share of what is covered that has to be free to one side for that side to be open.
@@ -247,7 +247,7 @@ class HeightGrid:
         for number in range(1, count + 1):
             mask = basin == number
             inside = _depths(mask) * self.cell - self.cell / 2.0
-            if inside.max() < _LEAST_WIDTH / 2.0:
+            if inside.max() < _LEAST_HOLLOW / 2.0:
                 continue
             found.append(self._room(mask, inside, top, float(np.median(level[mask]))))
         return tuple(sorted(found, key=lambda room: -float(room.half.prod()) * (room.rim - room.floor)))

@@ -23,6 +23,7 @@ from robosandbox.world.placement_sampling import (
     levelled,
     placements_in,
     resting_pose,
+    side_room,
     with_pose,
 )
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
@@ -34,6 +35,8 @@ _MOST = 0.9
 # Room between an object and the edges of a drawer's opening, metres; chosen as the room that `spots` leaves at a
 # container's walls.
 _ROOM = 0.004
+# By how much a hollow may be wider than it is known to be, metres on each side: two columns of the grid on which hollows are found.
+_SIZE_ERROR = 0.003
 # Places in a cupboard of which it is asked whether a door stands before them, and shares of the way there at which it is looked.
 _WAYS_IN, _SHARES = 4, (0.25, 0.5, 0.75, 1.0)
 # Share of a container that randomly packed balls fill (Scott 1960 measured 0.60 for loose, 0.64 for dense packing).
@@ -204,6 +207,23 @@ def fits(view: View, a: str, c: str) -> Finding:
         help="clear it or choose another place",
         blocking=names,
         remedies=tuple(fact("on", name, TABLE) for name in reversed(names)),
+    )
+
+
+@predicate("object", "object")
+def slides_in(view: View, a: str, c: str) -> Finding:
+    """An object is not wider than a container's inside, as far as sizes are known; it may just fit."""
+    item, vessel = view.get(a), view.get(c)
+    if not vessel.shape.holds_things:
+        return Finding(holds=False, cause=f"no room for {a} in {c}: it is {vessel.shape.name}")
+    room = side_room(item, vessel)
+    return Finding(
+        holds=room > -_SIZE_ERROR,
+        margin=room,
+        tolerance=_SIZE_ERROR,
+        is_sure=is_clearly_seen(item, vessel),
+        cause=f"{a} is {-2e3 * room:.0f} mm wider than the inside of {c}",
+        help="choose another place",
     )
 
 

@@ -76,6 +76,11 @@ _MOUTH_UP = 0.25
 _TURN_SHARES = (1.0, 0.75, 0.5, 0.25)
 
 
+# Level directions in which an object's outline is measured: each side of a triangle, square, hexagon or octagon faces one.
+_ANGLES = 2.0 * np.pi * np.arange(48) / 48.0
+_AROUND = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(48)])
+
+
 @frozen
 class Placement:
     """Placement for the held object.
@@ -303,6 +308,31 @@ def first_placement_in(
 ) -> Placement | None:
     """Return the first of `placements_in`; None where there is none."""
     return next(placements_in(vessel, held, contents), None)
+
+
+def middle_of(item: DetectedObject) -> Array:
+    """Return the middle of an object's outline as seen from above, that of a triangle too, shape (3,), 0 high, metres."""
+    # The Steiner point.
+    middle: Array = 2.0 / len(_AROUND) * support(item, _AROUND) @ _AROUND
+    return middle
+
+
+def side_room(held: DetectedObject, vessel: DetectedObject) -> float:
+    """Return how far the walls of a container stay off an object in its middle, metres; below 0 it is too wide.
+
+    Of a hollow that is no rectangle the widest circle is known; the widest circle within the object has to fit there.
+    """
+    room, level = mouth_of(vessel), levelled(held)
+    if room.is_round:
+        upright = with_pose(held, Pose.from_matrix(held.pose.position, level))
+        reach = support(upright, _AROUND)
+        return float(room.half[0] - (reach - _AROUND @ middle_of(upright)).min())
+    axes, origin = vessel.pose.rotation[:, :2].T, vessel.pose.position
+    found = -np.inf
+    for yaw in turns(yaw_to_align(held, vessel)):
+        upright = with_pose(held, Pose.from_matrix(held.pose.position, about_z(yaw) @ level))
+        found = max(found, float((room.square - _span(upright, axes, origin)[1]).min()))
+    return found
 
 
 def _inside(vessel: DetectedObject) -> tuple[Array, Array, float, float]:

@@ -55,9 +55,9 @@ class Bus:
         """Close the port; the servos stay as they are."""
         self._serial.close()
 
-    def ping(self, servo: int) -> bool:
-        """Return whether a servo answers."""
-        return any(self._ask(self._codec.ping(servo), (servo,)) for _ in range(_PINGS))
+    def ping(self, servo: int, *, expected: bool = False) -> bool:
+        """Return whether a servo answers; one that is expected to is asked as often as in any other request."""
+        return any(self._ask(self._codec.ping(servo), (servo,)) for _ in range(_TRIES if expected else _PINGS))
 
     def read(self, servo: int, register: Register) -> int:
         """Return a number of a servo; raises BusError where it does not answer."""

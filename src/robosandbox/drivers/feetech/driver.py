@@ -319,7 +319,7 @@ class SerialServos(BareDriver):
 
     def _check_servos(self) -> None:
         """See whether the servos are those of the calibration; raises InputError or BusError."""
-        silent = [joint.said for joint in self.joints if not self._bus.ping(joint.id)]
+        silent = [joint.said for joint in self.joints if not self._bus.ping(joint.id, expected=True)]
         if silent:
             raise InputError(
                 f"{self.port}: {', '.join(silent)} of {len(self.joints)} servos give no answer: look after power, cables and ids"

@@ -1,0 +1,49 @@
+"""Putting things into holes that they just fit, by feel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.pegs import insert, scene
+
+from robosandbox.workcell.session import open_session
+
+
+@pytest.fixture
+def pegs(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
+    shape, clearance = request.param
+    (tmp_path / "pegs.xml").write_text(scene(shape, clearance))
+    return tmp_path / "pegs.xml"
+
+
+@pytest.mark.parametrize(
+    ("pegs", "seed"),
+    [(("square", 0.001), 1), (("round", 0.0005), 2), (("triangle", 0.001), 3)],
+    indirect=["pegs"],
+    ids=str,
+)
+def test_a_peg_goes_into_a_hole_that_is_elsewhere(pegs: Path, seed: int) -> None:
+    row = insert(pegs, "mujoco", seed)
+    assert row["claimed"] and row["in"], row
+    assert row["force_n"] < 44.0
+
+
+@pytest.mark.parametrize("pegs", [("square", -0.001)], indirect=True)
+def test_a_hole_that_is_too_narrow_is_told_and_the_peg_stays_in_the_hand(pegs: Path) -> None:
+    row = insert(pegs, "mujoco", 0)
+    assert not row["claimed"] and not row["in"]
+    assert (
+        "did not sink into block within 4 mm of where its hole is seen: it is elsewhere, or too narrow" in row["said"]
+    )
+    assert row["held"] == "peg"
+
+
+@pytest.mark.parametrize("pegs", [("hexagon", 0.0005)], indirect=True)
+def test_a_sentence_that_puts_something_where_it_has_no_room_to_spare_is_mended_by_feel(pegs: Path) -> None:
+    with open_session(scene=pegs) as cell:
+        episode = cell.run("put the peg in the block")
+        assert episode.success
+        assert "insert(container=block)" in episode.final_detail
+        truth = cell.driver.simulation.truth()  # type: ignore[union-attr]
+        assert truth.objects["peg"].pose.xyz[2] - 0.035 == pytest.approx(0.01, abs=0.002)
