@@ -104,6 +104,44 @@ def test_when_and_on_what_condition_is_no_chat(sentence: str) -> None:
     assert isinstance(plan_of(sentence), Refusal)
 
 
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "pour the green can to the left of the bin",
+        "put the red cube behind the white block in the bin",
+        "take the orange can to the right",
+        "put the cube nearest to the bin",
+        "push the cube closest to you two inches",
+        "put the ball on the far left",
+        "pick up the ball, any cube",
+        "tap the red cube and the yellow ball, no ball",
+        "tap the yellow ball, not the yellow ball",
+        "put the cans and the ball in the bin, but not the ball",
+        "line up the cans, but not the green one",
+        "do not tap the green can, then the orange can",
+        "pls no touch the ball, tap the ball",
+        "grab the ball. Actually, never mind the ball, tap the bin",
+        "tap the ball, put the can in the bin, scratch that, tap the bar",
+        "if you can't reach the ball, tap the green can",
+        "only the ball in the bin and the red cube",
+        "push the ball on the left and the red cube to the right",
+        "the red cube and the ball, tap it",
+        "pick up the ball and another 2 cm",
+        "pour half of the green can into the bin",
+        "put one in the bin and one on the white block",
+        "smallest ball, tap the green can",
+        "my bar, tap the green can",
+        "top down: red cube in the bin",
+        "my turn: tap the ball",
+        "if the red cube is not near the bin put it there",
+        "put the cubes in the bin but not the ball in your dreams",
+    ],
+)
+def test_what_is_contradicted_or_left_open_moves_nothing(sentence: str) -> None:
+    answer = plan_of(sentence)
+    assert isinstance(answer, Refusal), answer
+
+
 def test_what_an_act_takes_no_account_of_is_refused() -> None:
     answer = plan_of("line up the cubes from left to right")
     assert isinstance(answer, Refusal) and "takes no account of an order" in answer.message

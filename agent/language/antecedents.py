@@ -33,7 +33,9 @@ def told_of(body: Steps, condition: Condition) -> Steps:
         what = told.subject
         # "if the can is not in the tray, put it there"
         around = [relation.refs for relation in told.so.relations]
-        there = around[0][0] if len(around) == 1 and len(around[0]) == 1 else None
+        # "if it is not near the bin, put it there": near it, and not in it.
+        inside = told.so.relations and told.so.relations[0].kind in ("in", "on")
+        there = around[0][0] if inside and len(around) == 1 and len(around[0]) == 1 else None
     if it and what is not None:
         objects = (what, *objects[1:])
     elif objects and objects[0].text == "one" and isinstance(told, There):

@@ -20,6 +20,7 @@ SAME, OTHER = "same", "opposite"
 """Directions that are told by the one before."""
 _ONES = ("one", "ones")
 _SIDEWAYS = ("left", "right", "front", "back", "beside")
+_ENDS_BESIDE = (" left", " right")
 THERE_TOO = "there_too"
 """The text of a thing that is the place of the step before."""
 
@@ -59,8 +60,9 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     ):
         # "tap the can, just one"
         return None
-    if last.direction and any(rank.key in _SIDEWAYS for ref in objects for rank in ref.ranks):
-        # "push the can to the left and the ball to the right, not the cup"
+    sided = [ref for ref in objects if any(rank.key in _SIDEWAYS for rank in ref.ranks)]
+    if sided and (last.direction or (last.place and any(ref.text.endswith(_ENDS_BESIDE) for ref in sided))):
+        # "push the can to the left and the ball to the right, not the cup"; "the ball in the bin and the cube on the right"
         return None
     if objects and step == Command(UNSAID, objects, times=step.times):
         if same:

@@ -14,9 +14,12 @@ from robosandbox.agent.language.text import ENDS, Classes, named_in, nearest
 from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
-_NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER"})
+_NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER", "SUPER", "OWN_SIDE", "UP_ORDER", "DOWN_ORDER"})
 _HOME = frozenset({"HOME", "GO_HOME"})
 _ACTS = frozenset({"GO", "GO_HOME"})
+_DESCRIBING = frozenset(
+    {"NOUN", "NAME", "ID", "SUFFIX", "COLOUR", "HUE", "SHADE", "SIZE", "SUPER", "ORDINAL", "POS", "SHAPE"}
+)
 _A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
@@ -96,6 +99,10 @@ def _add_until(
         # "I will make tea" is what somebody else does.
         return
     thing = opens and clause.nouns and told[0] in lists["determiners"] and len(told) <= _A_THING
+    rest = range(i + (told[0] in lists["determiners"]), clause.end)
+    if len(rest) > 1 - clause.named and all(not _DESCRIBING.isdisjoint(found[k]) for k in rest):
+        # "my thimble", "smallest ball"
+        return
     if (thing or not whole) and not person and lists["talk"].isdisjoint(told):
         # "the lid, the can in the bin", "the lid and the can": things that are not seen here, and no clause.
         return
@@ -107,7 +114,7 @@ def _add_until(
     own = told[0] == "while" and told[1] in lists["persons"] and _IT.isdisjoint(told) if len(told) > 1 else False
     adjoined = not own and not lists["adjoining"].isdisjoint((told[0], first))
     # "the middle one first"
-    adjoined |= not person and told[-1] in ("first", "last")
+    adjoined |= not person and told[-1] in ("first", "last", "tomorrow", "tonight", "later")
     if opens and not clause.named and not adjoined and (person or not (clause.bearing and clause.denies)):
         add("CHAT")
     if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
@@ -121,7 +128,7 @@ def _add_until(
         i
         and clause.end > i + 1
         and not clause.named
-        and (person or (first in lists["subjects"] and (clause.only_denies or not clause.bearing)))
+        and (person or (first in lists["subjects"] and (clause.only_denies or not clause.bearing) and not adjoined))
     ):
         if person or not clause.bearing:
             add("REASON")
@@ -175,7 +182,10 @@ def _clause(
             return None
         always |= word in lists["always"]
         bearing |= word in lists["bearing"] and not (tells and (end == i or word in lists["harmless"]))
-        binding |= word in lists["binding"]
+        # "my back hurts"
+        binding |= word in lists["binding"] and not (
+            word == "back" and end and tokens[end - 1].text in lists["persons"]
+        )
         # "she would like it shut"
         binding |= wishing and any(name[0] == "V" and name != "VCANNOT" for name in here)
         wishing |= word in lists["wishing"]
@@ -202,7 +212,7 @@ def _clause(
     # "two high", "back to your position": chat only where somebody states it.
     first = next((t.text for t in tokens[i:end] if t.text not in lists["openers"]), "")
     named |= counts and first not in lists["subjects"]
-    if stops:
+    if stops and not tells:
         found[i]["CHATTER"] = [Hit(stop, None, EVERYTHING) for stop in stops]
     return (
         _Clause(end, named, nouns, acts, bearing, binding, always, denies, denies and not bears, wishing, seen)

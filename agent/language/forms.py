@@ -93,6 +93,12 @@ class Costly(tuple):  # type: ignore[type-arg]
 
 def _thing(values: dict[str, Any], text: str) -> Any:
     nth, key = values.pop("nth", None), values.pop("key", "")
+    if key and values.get("ranks"):
+        # "the cubes from the left to the right"
+        raise Misfit
+    if any(ref.nouns != values.get("nouns", ()) or ref.colours for ref in values.pop("such_as", ())):
+        # "the sponge, any bolt"
+        raise Misfit
     if nth is None and key and not values.get("plural"):
         raise Misfit
     if nth is not None or key:
@@ -117,6 +123,8 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     if any(_is_any(ref) for ref in values.get("without", ())):
         raise Misfit
     values["without"] = (*values.get("without", ()), *values.pop("less", ()))
+    if any(map(_is_unknown, (*values["without"], *values.get("instead", ())))):
+        raise Misfit
     if len(values.get("colours", ())) > 1 and not values.pop("either", False):
         raise Misfit
     values.pop("either", None)
@@ -130,7 +138,13 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     values.pop("counted", None)
     if any(ref.unknown for ref in values.get("instead", ())) or any(ref.instead for ref in values.get("options", ())):
         raise Misfit
-    if values.get("instead") and values.get("determiner") in ("a", "all"):
+    said = (values.get("nouns", ()), values.get("names", ()))
+    of_kind = [ref for ref in values.get("instead", ()) if (ref.nouns, ref.names) == said]
+    if any(not (ref.colours or ref.ranks or ref.relations) for ref in of_kind):
+        # "the ball, not the ball"
+        raise Misfit
+    own = of_kind or any(ref.one for ref in values.get("instead", ()))
+    if values.get("instead") and (values.get("determiner") in ("a", "all") or (values.get("plural") and own)):
         # "a bowl but not the blue one" leaves out that.
         raise Misfit
     if len({ref.plural or ref.determiner == "all" for ref in values.get("options", ())}) > 1:
@@ -201,6 +215,8 @@ def _of_kind(ref: Ref, whole: Ref) -> Ref:
 
 def _command(values: dict[str, Any], text: str) -> Any:
     values.pop("denied", None)
+    if {ref.nouns for ref in values.pop("such_as", ())} - {ref.nouns for ref in values.get("objects", ())}:
+        raise Misfit
     values["times"] = int(values.get("times", 1))
     if values.get("order") == ():
         values.pop("order")
@@ -230,6 +246,12 @@ def _command(values: dict[str, Any], text: str) -> Any:
             )
             for level, ref in values["order"]
         )
+    part = values.pop("part", ())
+    if part:
+        # "put the cans in the box, but only the tall one"
+        if len(values.get("objects", ())) != 1 or not _is_several(values["objects"][0]) or part[0].plural:
+            raise Misfit
+        values["objects"] = tuple(_of_kind(ref, values["objects"][0]) for ref in part)
     chosen = values.pop("whichever", ())
     if chosen:
         if len(values.get("objects", ())) != 1 or not values["objects"][0].options:
@@ -238,7 +260,8 @@ def _command(values: dict[str, Any], text: str) -> Any:
     of = values.pop("of", None)
     if of is not None:
         if (
-            not of.plural
+            any(map(_is_it, values.get("objects", ())))
+            or not of.plural
             or of.determiner == "all"
             or (
                 of.number
@@ -276,7 +299,7 @@ def _command(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     without = values.pop("without", ())
-    if any(ref.determiner == "it" for ref in without):
+    if any(ref.determiner == "it" or _is_unknown(ref) for ref in without):
         raise Misfit
     if without:
         whole = values.get("objects", ())
@@ -296,12 +319,41 @@ def _command(values: dict[str, Any], text: str) -> Any:
         # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
         raise Misfit
     made = Command(**{"verb": UNSAID, **values})
+    to_it = getattr(made.place, "kind", "") == "to" and [ref.text for ref in refs_of(made.place)] == ["it"]
+    if any(_may_be(gone, each) for ref in refs_of(made.place) for gone in ref.instead for each in made.objects):
+        # "put the can and the ball in the bin, but not the ball"
+        raise Misfit
+    if (made.direction or getattr(made.place, "kind", "") in _SIDES) and any(
+        ref.text.endswith((" left", " right")) for ref in made.objects[:-1]
+    ):
+        # "push the can on the left and the ball to the right"
+        raise Misfit
+    if (to_it and any(ref.text == "it" for ref in made.objects)) or _is_beyond_its_end(made):
+        raise Misfit
     if (
         made.verb in ("put", "push", "tap", "pick", "pour", "open", "close", "swap", "aside", "unstack")
         and not made.objects
     ):
         raise Misfit
     return made
+
+
+def _is_beyond_its_end(command: Command) -> bool:
+    """Say whether a description may go on into the place: "push the can closest | to you", "take the ball | to the left"."""
+    last = command.objects[-1] if command.objects else None
+    if last is None:
+        return False
+    ranks = [rank.key for rank in last.ranks if rank.anchor is None]
+    words, place = last.text.split(), command.place
+    to = isinstance(place, Relation) and place.kind == "to" and not any(map(_is_it, place.refs))
+    told = to or command.direction in ("forward", "back")
+    nearest = told and {"near", "far"} & {*ranks} and words[-1] not in (*last.nouns, *last.names, "one", "ones")
+    sideways = (
+        command.verb == "pick"
+        and last.text.endswith((" to the left", " to the right"))
+        and not words[-4].endswith(("st", "one"))
+    )
+    return bool(nearest) or sideways
 
 
 def _left_out(ref: Ref, spared: Sequence[Ref]) -> Ref:
@@ -322,15 +374,42 @@ def _commas(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
     return items
 
 
+def _is_open_after(step: Command, before: Command, text: str) -> bool:
+    """Say whether it is open what a step means beside the one before it."""
+    place = step.place
+    on_it = isinstance(place, Relation) and place.kind == "on" and any(map(_is_it, place.refs))
+    several = any(ref.plural and ref.determiner != "all" for ref in before.objects)
+    # "only the can in the bin and the ball"
+    only = "only" in text.split() and step.bare and (step.verb, place) == (before.verb, before.place)
+    # "get the crayons, put it on the box"
+    lifted = several and before.verb == "pick" and step.verb == "put" and step.objects[:1] == (IT,)
+    # "put the red cube, the box in the middle, the lid on top": a tower?
+    middle = len(before.objects) > 1 and isinstance(before.place, Region) and before.place.name == "middle"
+    # "stack the cubes on the box, red on top"
+    piled = step.bare and before.verb == "stack" and before.place is not None and _is_several(before.objects[0])
+    return bool(only or lifted or (on_it and (middle or piled)))
+
+
 def _sentence(values: dict[str, Any], text: str) -> Any:
     steps = with_verbs(values.get("steps", ()))
     if steps is None:
+        raise Misfit
+    if "begins" in values and steps and steps[0].bare and not {".", ";", ":"} & {*text.split()}:
+        # "do not tap the can, then the ball"
         raise Misfit
     for before, step in zip((None, *steps), steps, strict=False):
         place = step.place
         if before is not None and step.control and step.bare:
             raise Misfit
+        if step.distance is not None and not (step.direction or step.place):
+            # "pick up the apple and another 2 cm"
+            raise Misfit
         if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
+            raise Misfit
+        if before is None and any(map(_is_any, step.objects)):
+            # "put one in the bin": of what?
+            raise Misfit
+        if before is not None and _is_open_after(step, before, text):
             raise Misfit
         piled = before is not None and before.verb == "stack" and before.place is None
         if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
@@ -489,8 +568,14 @@ def _relation(values: dict[str, Any], text: str) -> Relation:
     if any(near.kind in (*_SIDES, "beside") and any(map(_is_it, near.refs)) for near in beside):
         # "next to the mug, to the left of it": not a mug to the left of something.
         raise Misfit
+    if any(
+        ref.one and ref.text.split()[-1] in _SIDES and [rank.nth for rank in ref.ranks] == [1]
+        for ref in values.get("refs", ())
+    ):
+        # "on the far left" is a place of the table.
+        raise Misfit
     distance = values.pop("distance", None)
-    if distance is not None and values.get("kind") in ("in", "on", "between", "under"):
+    if distance is not None and values.get("kind") in ("in", "on", "between", "under", "beside"):
         raise Misfit
     if "other" in values:
         # "closer to the bin than the ball"
@@ -527,7 +612,8 @@ def _replaced(values: dict[str, Any], text: str) -> tuple[Command, ...]:
             raise Misfit
         step = replace(step, place=old.place)
     if step.objects[0].determiner == "it":
-        if len(old.objects) != 1:
+        alone = len(old.objects) == len(step.objects) == 1
+        if not alone or _is_several(old.objects[0]) != step.objects[0].plural:
             raise Misfit
         step = replace(step, objects=old.objects)
     elif not values.get("cancelled") and step.verb != old.verb:
@@ -553,7 +639,7 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
     Of "all but the can, no, the ball" they take the place of the can; of "the can and the ball, no, the ball" the ball alone is meant.
     """
     *others, last = old
-    if any(ref.unknown for ref in old) or any(map(_is_open, new)):
+    if any(ref.unknown for ref in old) or any(map(_is_open, new)) or (not others and _untold(new) == _untold(old)):
         raise Misfit
     again = [ref for ref in old if len(new) == 1 and _may_be(new[0], ref)]
     if others:
@@ -577,12 +663,24 @@ def _set_right(old: Sequence[Ref], new: Sequence[Ref]) -> tuple[Ref, ...]:
     return tuple(_filled_in(ref, last) for ref in new)
 
 
+def _is_unknown(ref: Ref) -> bool:
+    return bool(ref.unknown) or any(map(_is_unknown, (each for relation in ref.relations for each in relation.refs)))
+
+
+def _untold(refs: Sequence[Ref]) -> list[Ref]:
+    return [replace(ref, text="") for ref in refs]
+
+
 def _is_open(ref: Ref) -> bool:
     """Say whether better words tell too little to stand for others: "all of them", "three", "the one next to it"."""
     whole = ref.determiner == "all" and not (ref.nouns or ref.names or ref.colours or ref.without)
     counted = not (ref.nouns or ref.colours) and bool(ref.names) and all(name.isdigit() for name in ref.names)
     near = any(map(_is_it, (each for relation in ref.relations for each in relation.refs)))
     return _is_any(ref) or _is_it(ref) or whole or counted or near
+
+
+def _is_several(ref: Ref) -> bool:
+    return ref.plural or ref.determiner == "all"
 
 
 def _is_it(ref: Ref) -> bool:
@@ -849,9 +947,7 @@ def _until(values: dict[str, Any], text: str) -> Command:
 
 def _each(values: dict[str, Any], text: str) -> Command:
     body = tuple(values["body"])
-    if any(
-        not (step.bare or step.control or any(map(_is_it, (*step.objects, *refs_of(step.place))))) for step in body[1:]
-    ):
+    if any(not (step.bare or step.control or any(map(_is_it, (*step.objects, *refs_of(step.place))))) for step in body):
         # "for each can: tap it, then go home": at the end.
         raise Misfit
     return Command("control", control=ForEach(values["what"], body))
@@ -881,6 +977,9 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
         for ref in values["spoken"]
     )
     if len(first.objects) == 1 and first.objects[0].determiner == "it":
+        if (len(told) > 1 or (told[0].plural and told[0].determiner != "all")) and not first.objects[0].plural:
+            # "the rag and the lamp, tap it"
+            raise Misfit
         return (replace(first, objects=told), *rest)
     if isinstance(first.place, Relation) and len(told) == 1 and [ref.determiner for ref in first.place.refs] == ["it"]:
         return (replace(first, place=first.place._replace(refs=told)), *rest)
@@ -918,9 +1017,14 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     not_so, (first, *rest) = values["denied"], values["steps"]
     not_so = not_so[0] if type(not_so) is tuple else not_so
     other = not_so.verb != first.verb and (
-        (first.objects[:1] and first.objects[0].determiner != "it") or not_so.verb == "tap"
+        (first.objects[:1] and first.objects[0].determiner != "it")
+        or not_so.verb == "tap"
+        or (not_so.verb, first.verb) == ("pick", "put")
     )
     if not not_so.objects or not first.objects or other or first.control or not_so.control:
+        raise Misfit
+    if all(getattr(first, name) == getattr(not_so, name) for name in ("verb", "objects", "place", "direction")):
+        # "no touch the brick, tap the brick"
         raise Misfit
     if [ref.text for ref in refs_of(first.place)] == ["there"] and not_so.place is not None:
         first = replace(first, place=not_so.place)
@@ -936,6 +1040,9 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
 def _split(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     """As in "the red mug left, the black one right of the sponge"."""
     near, verb = values["refs"], values.get("verb", "put")
+    if not {*values["kind"]} <= {*_SIDES}:
+        # "the salt behind the lemon in the bowl"
+        raise Misfit
     pairs = zip(values["item"], values["kind"], strict=True)
     return tuple(Command(verb, (item,), Relation(kind, near)) for item, kind in pairs)
 
@@ -952,6 +1059,7 @@ def _in_turn(steps: tuple[Command, ...], turn: tuple[Ref, ...]) -> tuple[Command
     if (
         whole is None
         or steps[0].verb == "stack"
+        or any(ref.nouns and ref.nouns != whole.nouns for ref in turn)
         or not (whole.plural or whole.determiner == "all")
         or steps[0].order
         or whole.number
@@ -972,7 +1080,7 @@ def _turns(values: dict[str, Any], text: str) -> Any:
     if "turn" in values:
         return _in_turn(steps, values["turn"])
     ref, when = values["what"], values["when"]
-    if ref.instead or (ref.one and not (ref.colours or ref.ranks or ref.names)):
+    if steps[0].verb == "stack" or ref.instead or (ref.one and not (ref.colours or ref.ranks or ref.names)):
         raise Misfit
     if (
         len(steps) == 1
