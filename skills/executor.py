@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import SkillError
+from robosandbox.errors import FaultError, Phase, SkillError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.abilities import GripperAbilities
 from robosandbox.skills.protocols import SkillContext
@@ -63,6 +63,10 @@ class Executor:
         robot = GripperAbilities(ctx)
         result: SkillResult = call.skill.run(ctx, **call.arguments)
         after = ctx.look()
+        # What a robot that has failed meanwhile was last seen to have done is not what is so.
+        ctx.arm.state()
+        if ctx.driver.fault:
+            raise FaultError(f"{ctx.driver.fault}; whether it is done is not known", phase=Phase.VERIFY)
         seen = View(scene=after, before=before, robot=robot)
         broken = first_refuted(contract.gives, seen)
         if broken is None:

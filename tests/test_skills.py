@@ -10,6 +10,7 @@ from robosandbox.apps.conformance import check_planner, check_skill
 from robosandbox.driver import Driver
 from robosandbox.errors import (
     AlreadyHoldingError,
+    FaultError,
     GraspError,
     InvalidArgumentError,
     NotHoldingError,
@@ -99,6 +100,17 @@ def test_push_slides_the_cube_that_way(ctx, direction, axis):
     perform(ctx, SKILLS["push"], {"object": "red_cube", "direction": direction, "distance": 0.06})
     moved = truth(ctx, "red_cube").pose.position[:2] - before
     assert moved @ np.array(axis) == pytest.approx(0.06, abs=0.015)
+
+
+def test_nothing_is_claimed_of_a_robot_that_fails_as_a_skill_ends(ctx, monkeypatch):
+    class FailingPick(type(SKILLS["pick"])):
+        def run(self, ctx, *, object: str):
+            done = super().run(ctx, object=object)
+            monkeypatch.setattr(MuJoCoBackend, "fault", "elbow_flex (servo 3) has not answered for 0.11 s")
+            return done
+
+    with pytest.raises(FaultError, match=r"has not answered for 0\.11 s; whether it is done is not known"):
+        perform(ctx, FailingPick(), {"object": "red_cube"})
 
 
 @pytest.mark.parametrize(

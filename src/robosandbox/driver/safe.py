@@ -146,7 +146,7 @@ class SafeDriver(PassingDriver):
     @property
     def fault(self) -> str:
         """Reason why nothing moves before `recover`, in words; "" where there is no fault."""
-        return self.safety.fault
+        return self.safety.fault or self._inner.fault
 
     @property
     def guards(self) -> list[Guard]:
