@@ -50,7 +50,7 @@ STANDS = 0.05
 # Seconds for which it has to.
 STANDS_FOR = 0.3
 # Seconds in which a pick is on its way, after its first look.
-PICK_SECONDS = (1.0, 6.0)
+PICK_SECONDS = (1.0, 4.5)
 # What is spoiled, and what ends it: (fault, servo, value).
 FAULTS: Mapping[str, tuple[tuple[str, int, int], tuple[str, int, int]]] = {
     "cable": (("cable", 0, 1), ("cable", 0, 0)),
