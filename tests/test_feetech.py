@@ -393,6 +393,26 @@ def test_after_a_fault_nothing_moves_until_somebody_recovers(
 
 
 @by_the_clock
+def test_a_gripper_that_had_no_power_is_not_taken_to_grip(plant: Plant, so101: Path) -> None:
+    with opened(plant, so101) as driver:
+        hand, gripper = driver.hands["hand"], 6
+        hand.set_gripper(0.0)
+        driver.wait(1.0)
+        # As of fingers that something keeps apart.
+        plant.inject("frozen", gripper, 1)
+        hand.set_gripper(1.0)
+        driver.wait(0.5)
+        assert hand.state().commanded - hand.state().closed > 0.5
+        plant.inject("power", 0, 0)
+        with pytest.raises(FaultError, match="has not answered"):
+            sweep(driver, 0.1, 2.0)
+        plant.inject("power", 0, 1)
+        time.sleep(0.5)
+        driver.recover()
+        assert hand.state().commanded == pytest.approx(hand.state().closed, abs=0.02)
+
+
+@by_the_clock
 def test_a_host_that_stalls_stops_the_arm(plant: Plant, so101: Path) -> None:
     with opened(plant, so101) as driver:
         ticks = iter(range(1_000_000))

@@ -144,6 +144,7 @@ class SerialServos(BareDriver):
         self._full_load: dict[int, int] = {}
         self._quickest: dict[int, float] = {}
         hand = None if spec.gripper is None else _ServoHand(self, spec.gripper, self.joints[-1])
+        self._hand = hand
         self.hands = {} if hand is None else {hand.name: hand}
         self._arm = _ServoArm(self, spec, self.joints[: spec.n], planning.kinematics(), hand)
         self.arms = {ARM: self._arm}
@@ -200,6 +201,8 @@ class SerialServos(BareDriver):
         self._bus.close()
         self.fault = ""
         self._silent_since.clear()
+        if self._hand is not None:
+            self._hand.forget()
         try:
             self._bus = Bus(self.port, self._baud, self.family)
             self._check_servos()
@@ -523,6 +526,10 @@ class _ServoHand(BareHand):
         geometry = self.spec.geometry
         goal = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
         self._cell.send([self._joint], np.array([goal]))
+
+    def forget(self) -> None:
+        """Go by the goal that the servo has: without power it has let go of what it was told to grip."""
+        self._closed = None
 
     @property
     def _sent(self) -> float:
