@@ -392,7 +392,8 @@ def placements_on(
 ) -> tuple[list[Placement], tuple[str, ...]]:
     """Return where an object may stand on another, the best first, and the ids of what occupies the rest.
 
-    On a thing it stands in the middle, squared with it first; on what a scene's file fixes, wherever its level face is free.
+    On a thing it stands in the middle, squared with it first; on what a scene's file fixes, wherever its level face is free, and where
+    another as large may follow for which the middle leaves no room, on one half of it.
 
     Args:
         held: What is to stand there.
@@ -406,7 +407,46 @@ def placements_on(
     if surface is None or not base.is_fixed:
         point = centre(base)
         return [Placement((float(point[0]), float(point[1])), rest_height(held, base), headings)], ()
-    return _on_face(held, base, surface, others)
+    others = tuple(others)
+    spots, blocking = _on_face(held, base, surface, others)
+    return (spots if _leaves_room(held, spots) else [*_halves(held, base, surface, others), *spots]), blocking
+
+
+def _leaves_room(held: DetectedObject, spots: Sequence[Placement]) -> bool:
+    """Tell whether a thing as large has room on one of some spots when the held one stands on the first."""
+    if not spots:
+        return False
+    farthest = max(spots, key=lambda spot: math.dist(spot.xy, spots[0].xy))
+    first, next_one = (with_pose(held, resting_pose(held, spot, levelled(held))) for spot in (spots[0], farthest))
+    return gap(first, next_one) >= _SPACING
+
+
+def _halves(
+    held: DetectedObject, base: DetectedObject, face: LevelSurface, others: Sequence[DetectedObject]
+) -> Iterator[Placement]:
+    """Yield the free halves of an open face where there is another thing as large, which may come to stand beside it."""
+    alike = (item for item in others if item.id != held.id and item.shape.name == held.shape.name and not item.is_fixed)
+    if not np.isinf(face.headroom) or not any(np.allclose(item.size, held.size, atol=_STEP) for item in alike):
+        return
+    rotation, origin = base.pose.rotation, base.pose.position
+    low, high = face.points.min(axis=0), face.points.max(axis=0)
+    middle, level = (low + high) / 2.0, levelled(held)
+    for yaw in turns(yaw_to_align(held, base))[:4]:
+        upright = with_pose(held, Pose.from_matrix(held.pose.position, about_z(yaw) @ level))
+        at, half = _span(upright, rotation[:, :2].T, origin)
+        room = (high - low) / 2.0 - half
+        for axis in np.flatnonzero((room >= half + _SPACING / 2.0) & (room >= 0.0).all()):
+            aside = min(room[axis], half[axis] + _HAND_ROOM / 2.0)
+            for side in (aside, -aside):
+                corners = [middle + side * np.eye(2)[axis] + (u, v) * half for u in (-1, 1) for v in (-1, 1)]
+                if any(np.hypot(*(face.points - corner).T).min() > 2.0 * face.cell for corner in corners):
+                    continue
+                spot = np.mean(corners, axis=0) + rotation.T[:2] @ (upright.pose.position - origin) - at
+                x, y, z = origin + rotation @ np.array([*spot, face.height])
+                placement = Placement((float(x), float(y)), float(z), (yaw,))
+                standing = with_pose(held, resting_pose(held, placement, about_z(yaw) @ level))
+                if all(gap(standing, item) >= _SPACING for item in others if item.id not in (held.id, base.id)):
+                    yield placement
 
 
 def _on_face(
