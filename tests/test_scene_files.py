@@ -308,6 +308,25 @@ def test_several_things_find_room_on_one_shelf() -> None:
         assert all("shelf" in now.objects[name].contacts for name in ("box", "red_mug"))
 
 
+def test_two_things_as_large_share_a_face_whose_middle_leaves_no_room_for_the_second(tmp_path: Path) -> None:
+    box = '<freejoint/><geom type="box" size="0.025 0.05 0.03" mass="0.05"/></body>'
+    world = tmp_path / "two.xml"
+    world.write_text(
+        f"""<mujoco><worldbody><geom type="plane" size="2 2 0.1"/>
+        <body name="table" pos="0.2 0 0.2"><geom type="box" size="0.4 0.4 0.02"/></body>
+        <body name="stove" pos="0.28 -0.15 0.23"><geom type="box" size="0.065 0.065 0.01"/></body>
+        <body name="box_1" pos="0.25 0.06 0.251">{box}
+        <body name="box_2" pos="0.25 0.2 0.251">{box}
+        </worldbody></mujoco>"""
+    )
+    with open_here(WorkcellOptions(scene=world)) as cell:
+        episode = cell.run("on(box_1, stove), on(box_2, stove)")
+        assert episode.success, episode.final_detail
+        now = cell.simulation.truth().objects
+        assert all("stove" in now[name].contacts for name in ("box_1", "box_2"))
+        assert all(now[name].pose.position[2] > 0.265 for name in ("box_1", "box_2"))
+
+
 def test_a_recorded_episode_in_a_file_is_replayed(tmp_path: Path, task_file: Path) -> None:
     from typer.testing import CliRunner
 
