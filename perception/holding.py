@@ -130,7 +130,11 @@ class HoldTracker:
         assert self.hold is not None and self._geometry is not None
         if self._geometry.cup is not None:
             return _sucks(state, self._geometry)
-        if state.force is None and state.commanded is not None and state.commanded - state.closed < _SHORT_OF_COMMAND / 2.0:
+        if (
+            state.force is None
+            and state.commanded is not None
+            and state.commanded - state.closed < _SHORT_OF_COMMAND / 2.0
+        ):
             # They are where they were sent, as after a loss of power: nothing presses, however near it is.
             return False
         empty = max(self._geometry.min_aperture + _SOMETHING, _CLOSED * self.hold.width)
