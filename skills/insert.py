@@ -134,7 +134,7 @@ def _seat(arm: Mover, name: str, hole: DetectedObject, floor: float) -> float:
             since += hand.tick
             if hand.height < deepest - _WAY:
                 deepest, since = hand.height, 0.0
-        while hand.height < above:
+        for _ in range(round((above - deepest) / _FASTEST / hand.tick)):
             hand.go(np.array([0.0, 0.0, _FASTEST]))
         seen = arm.find(name, arm.settle(name))
     stands = bottom(seen) - floor
@@ -155,7 +155,7 @@ def _failure(why: str, item: DetectedObject, hole: DetectedObject, expected: Pos
 
 
 class _Insertion:
-    """What is held, on its way into a hole."""
+    """A held thing on its way into a hole."""
 
     def __init__(self, arm: Mover, held: DetectedObject, hole: DetectedObject, way: PlacePlan) -> None:
         self._arm, self._held, self._hole, self._way = arm, held, hole, way
@@ -197,8 +197,8 @@ class _Insertion:
 
     def _meet(self, rim: float) -> float | None:
         """Come down until it stands on something, and return that height; None where it went into the hole."""
-        calm = 0
-        while self._lowest > rim - _BEGUN:
+        calm, deadline = 0, self._arm.driver.time + _PATIENCE
+        while self._lowest > rim - _BEGUN and self._arm.driver.time < deadline:
             self._hand.press(_SEARCHING)
             calm = calm + 1 if self._hand.pressed > 0.5 * _SEARCHING else 0
             if calm * self._hand.tick > _SETTLED:
@@ -288,12 +288,11 @@ class _Insertion:
 
     def _lift_to(self, centre: Array) -> None:
         """Rise a little and go back to the middle of a search."""
-        hand, most = self._hand, _ALONG
+        hand = self._hand
         for _ in range(round(_SETTLED / hand.tick)):
             hand.go(np.array([0.0, 0.0, _BACK / _SETTLED]))
-        while (left := float(np.linalg.norm(centre - hand.place[:2]))) > 1e-5:
-            away = centre - hand.place[:2]
-            hand.go(np.array([*(away * min(most / left, 1.0 / hand.tick)), 0.0]))
+        for left in range(round(_AROUND / _ALONG / hand.tick), 0, -1):
+            hand.go(np.array([*((centre - hand.place[:2]) / (left * hand.tick)), 0.0]))
 
     def _come_out(self) -> None:
         """Rise to where it came from."""

@@ -39,12 +39,12 @@ class YieldingHand:
 
     @property
     def felt(self) -> Array:
-        """What the hand presses with, N in the world, shape (3,)."""
+        """Force with which the hand presses, N in the world, shape (3,)."""
         return self._arm.pressed() - self._before
 
     @property
     def pressed(self) -> float:
-        """What it presses down with, N."""
+        """Force with which it presses down, N."""
         return -float(self.felt[2])
 
     @property

@@ -46,7 +46,7 @@ _OVERLOAD, _OVERLOAD_SECONDS = 0.8, 2.0
 
 
 class Family(ABC):
-    """What is of one family of servos: where its numbers lie, and its frames; by the makers' tables, not by the driver's."""
+    """One family of servos: where its numbers lie, and its frames; by the makers' tables, not by the driver's."""
 
     where: ClassVar[Mapping[str, tuple[int, int]]]
     first: ClassVar[Mapping[str, int]]
@@ -83,7 +83,7 @@ class Family(ABC):
 
     @abstractmethod
     def is_locked(self, servo: Servo) -> bool:
-        """Whether what is kept without power cannot be written."""
+        """Tell whether what is kept without power cannot be written."""
         ...
 
     @abstractmethod
