@@ -386,7 +386,9 @@ def _is_open_after(step: Command, before: Command, text: str) -> bool:
     # "put the red cube, the box in the middle, the lid on top": a tower?
     middle = len(before.objects) > 1 and isinstance(before.place, Region) and before.place.name == "middle"
     # "stack the cubes on the box, red on top"
-    piled = step.bare and before.verb == "stack" and before.place is not None and _is_several(before.objects[0])
+    piled = (
+        step.bare and before.verb == "stack" and before.place is not None and any(map(_is_several, before.objects[:1]))
+    )
     return bool(only or lifted or (on_it and (middle or piled)))
 
 
@@ -977,7 +979,8 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
         for ref in values["spoken"]
     )
     if len(first.objects) == 1 and first.objects[0].determiner == "it":
-        if (len(told) > 1 or (told[0].plural and told[0].determiner != "all")) and not first.objects[0].plural:
+        several = len(told) > 1 or any(ref.plural and ref.determiner != "all" for ref in told)
+        if several and not first.objects[0].plural:
             # "the rag and the lamp, tap it"
             raise Misfit
         return (replace(first, objects=told), *rest)
