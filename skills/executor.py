@@ -58,15 +58,13 @@ class Executor:
         ctx = self._ctx
         if not contract.gives and not contract.keeps_hold:
             unsaid: SkillResult = call.skill.run(ctx, **call.arguments)
+            self._check_robot()
             return unsaid
         require(ctx, contract, before)
         robot = GripperAbilities(ctx)
         result: SkillResult = call.skill.run(ctx, **call.arguments)
         after = ctx.look()
-        # What a robot that has failed meanwhile was last seen to have done is not what is so.
-        ctx.arm.state()
-        if ctx.driver.fault:
-            raise FaultError(f"{ctx.driver.fault}; whether it is done is not known", phase=Phase.VERIFY)
+        self._check_robot()
         seen = View(scene=after, before=before, robot=robot)
         broken = first_refuted(contract.gives, seen)
         if broken is None:
@@ -79,6 +77,12 @@ class Executor:
             raise lost(*broken, seen, by=call.skill.name)
         moved = disturbed(before, after, *contract.moves, *before.in_hands)
         return result.model_copy(update={"side_effects": (*result.side_effects, *moved)})
+
+    def _check_robot(self) -> None:
+        """Hear of the robot once more: what one that has failed meanwhile was last seen to have done is not what is so."""
+        self._ctx.arm.state()
+        if self._ctx.driver.fault:
+            raise FaultError(f"{self._ctx.driver.fault}; whether it is done is not known", phase=Phase.VERIFY)
 
 
 def require(ctx: SkillContext, contract: Contract, scene: ObservedScene) -> None:

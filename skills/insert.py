@@ -55,7 +55,7 @@ class Insert(Skill):
     """Put what is held into a hole that it just fits."""
 
     name = "insert"
-    words = Words(verbs=("insert it into", "plug it into"), object="container")
+    words = Words(verbs=("plug it into", "fit it into"), object="container", hand="any")
 
     def contract(self, *, container: str) -> Contract:
         """Return what putting the held object into a hole needs and brings about."""

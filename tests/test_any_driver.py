@@ -260,3 +260,18 @@ def test_goals_that_pixels_are_used_for_are_recorded_too(tmp_path: Path) -> None
 def test_an_environment_says_that_it_needs_a_simulated_world() -> None:
     with pytest.raises(UnsupportedError, match="truth: the driver of panda does not know the true state of its world"):
         ManipulationEnv(_TASK, driver="hardware")
+
+
+@pytest.mark.gl
+def test_fingers_that_are_where_they_were_sent_hold_nothing_however_near_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    with open_session(_TASK, driver="hardware", driver_options={"seed": 3}, perception="rgbd") as session:
+        assert session.run().success
+        assert session.observe().held == "red_cube"
+        hand = session.driver.hands["hand"]
+        now = hand.state()
+        assert now.commanded is not None and now.commanded > now.closed
+        # As after a loss of power: the fingers are sent to where they are, as far apart as before.
+        limp = replace(now, commanded=now.closed)
+        monkeypatch.setattr("robosandbox.drivers.hardware._HardwareHand.state", lambda _: limp)
+        session.driver.wait(0.1)
+        assert session.observe().held is None

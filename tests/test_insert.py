@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from support.pegs import insert, scene
 
+from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.session import open_session
 
 
@@ -47,3 +48,12 @@ def test_a_sentence_that_puts_something_where_it_has_no_room_to_spare_is_mended_
         assert "insert(container=block)" in episode.final_detail
         truth = cell.driver.simulation.truth()  # type: ignore[union-attr]
         assert truth.objects["peg"].pose.xyz[2] - 0.035 == pytest.approx(0.01, abs=0.002)
+
+
+@pytest.mark.parametrize("pegs", [("square", 0.002)], indirect=True)
+def test_what_is_held_is_plugged_into_a_hole_by_words(pegs: Path) -> None:
+    with open_session(scene=pegs) as cell:
+        cell.do("pick", object="peg", to="block")
+        plan = cell.plan("plug it into the block")
+        assert isinstance(plan, Plan)
+        assert [*plan.steps] == [SkillCall(skill="insert", arguments={"container": "block"})]

@@ -23,6 +23,7 @@ from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.primitives.abilities import RobotAbilities
 from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject, SkillResult
@@ -100,6 +101,21 @@ def test_push_slides_the_cube_that_way(ctx, direction, axis):
     perform(ctx, SKILLS["push"], {"object": "red_cube", "direction": direction, "distance": 0.06})
     moved = truth(ctx, "red_cube").pose.position[:2] - before
     assert moved @ np.array(axis) == pytest.approx(0.06, abs=0.015)
+
+
+def test_nothing_is_claimed_of_a_robot_that_fails_as_a_skill_without_promises_ends(ctx, monkeypatch):
+    class Nod(Skill):
+        """Nod."""
+
+        name = "nod"
+
+        def run(self, ctx):
+            """Nod."""
+            monkeypatch.setattr(MuJoCoBackend, "fault", "elbow_flex (servo 3) has not answered for 0.11 s")
+            return SkillResult(skill=self.name)
+
+    with pytest.raises(FaultError, match="whether it is done is not known"):
+        perform(ctx, Nod(), {})
 
 
 def test_nothing_is_claimed_of_a_robot_that_fails_as_a_skill_ends(ctx, monkeypatch):

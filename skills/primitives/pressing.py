@@ -97,6 +97,12 @@ def press_along(
     return Pressed(force=push.force, arrived=arrived)
 
 
+def damped_inverse(jacobian: Array) -> Array:
+    """Return the joints' motion for each of the TCP's, shape (n, 6), from a Jacobian (6, n), bounded near a singularity."""
+    inverse: Array = jacobian.T @ np.linalg.inv(jacobian @ jacobian.T + _DAMPING * np.eye(6))
+    return inverse
+
+
 @frozen
 class StraightPath:
     """A straight way as places along it, metres, with the configuration and the upward motion of the joints at each.
@@ -123,9 +129,7 @@ class StraightPath:
         for row in way.q:
             point, _ = kinematics.forward(row)
             points.append(point.copy())
-            jacobian = kinematics.jacobian(point)
-            inverse = jacobian.T @ np.linalg.inv(jacobian @ jacobian.T + _DAMPING * np.eye(6))
-            up.append(inverse[:, 2])
+            up.append(damped_inverse(kinematics.jacobian(point))[:, 2])
         places = np.array(points)
         axis = (places[-1] - places[0]) / np.linalg.norm(places[-1] - places[0])
         along = np.maximum.accumulate((places - places[0]) @ axis)

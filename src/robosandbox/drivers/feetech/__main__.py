@@ -8,7 +8,8 @@
 
 `scan` lists the servos that answer. `id` gives the only servo on the bus another id. `release` takes the torque off: hold the arm,
 it falls. `middle` makes where each joint stands now the middle of its encoder. `range` watches while somebody moves every joint to
-both of its ends, and writes the calibration. `--servos dynamixel` is for Dynamixel's X servos. Ends with 0, or with 2 and a line that says what is wrong.
+both of its ends, and writes the calibration. `--servos dynamixel` is for Dynamixel's X servos. Ends with 0, or with 2 and a line
+that says what is wrong.
 """
 
 from __future__ import annotations
@@ -83,11 +84,13 @@ def _run(bus: Bus, given: argparse.Namespace) -> None:
 def _scan(bus: Bus, found: list[int]) -> None:
     family = bus.family
     for servo in found:
-        model = bus.read(servo, family.model)
+        number = bus.read(servo, family.model)
+        model = family.models.get(number)
         print(
-            f"servo {servo}: {family.models[model].name if model in family.models else f'model {model}'}, at {bus.read(servo, family.position)} of {family.counts}, "
+            f"servo {servo}: {f'model {number}' if model is None else model.name}, "
+            f"at {bus.read(servo, family.position)} of {family.counts}, "
             f"{bus.read(servo, family.voltage) / 10:.1f} V, {bus.read(servo, family.temperature)} C, "
-            f"torque {'on' if bus.read(servo, bus.family.torque) else 'off'}"
+            f"torque {'on' if bus.read(servo, family.torque) else 'off'}"
         )
     print(f"{len(found)} servos answer")
 
