@@ -66,6 +66,9 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
     lists = vocabulary.lists
     opens, tells = _opens(tokens, i, lists["openers"]), tokens[i].text in lists["talk"]
     end = next((k for k in range(i, len(tokens)) if tokens[k].text in ENDS), len(tokens))
+    if opens and "UNKNOWN" in found[i] and _is_called(tokens, i):
+        # "Marta, tap the can" is said to somebody else.
+        return
     # "dinner is late so tap the can": the order begins behind it.
     joints = [k for k in range(i + 2, end) if tokens[k].text in lists["joints"]] if opens or tells else []
     for stop in (*joints, end) if end > i else ():
@@ -113,9 +116,11 @@ def _add_until(
     # "after lunch", "or I will", "while I hold it": when, or on what condition, it is to be done.
     own = told[0] == "while" and told[1] in lists["persons"] and _IT.isdisjoint(told) if len(told) > 1 else False
     adjoined = not own and not lists["adjoining"].isdisjoint((told[0], first))
+    # "the moment the kettle boils"
+    adjoined |= told[0] == "the" and told[1:2] != [] and told[1] in lists["moments"]
     # "the middle one first"
     adjoined |= not person and told[-1] in ("first", "last", "tomorrow", "tonight", "later")
-    if opens and not clause.named and not adjoined and (person or not (clause.bearing and clause.denies)):
+    if opens and not (clause.named or adjoined) and (person or not (clause.bearing and clause.denies)):
         add("CHAT")
     if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
         add("STATED")
@@ -143,6 +148,11 @@ def _add_until(
         add("TALK")
         if not (clause.named or clause.nouns):
             add("SAID")
+
+
+def _is_called(tokens: Sequence[Token], i: int) -> bool:
+    """Say whether a word is written as a name and set apart as one who is spoken to."""
+    return tokens[i].raw[:1].isupper() and [token.text for token in tokens[i + 1 : i + 2]] == [","]
 
 
 def _is_act(word: str | None, vocabulary: Vocabulary) -> bool:

@@ -295,7 +295,7 @@ def _command(values: dict[str, Any], text: str) -> Any:
         else:
             raise Misfit
     if getattr(values.get("place"), "kind", "") == "discard" and any(
-        ref.determiner == "all" and not ref.nouns for ref in values.get("objects", ())
+        ref.determiner == "all" and not (ref.nouns or ref.relations) for ref in values.get("objects", ())
     ):
         raise Misfit
     without = values.pop("without", ())
@@ -983,6 +983,10 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
         if several and not first.objects[0].plural:
             # "the rag and the lamp, tap it"
             raise Misfit
+        left_out = first.objects[0].without
+        if left_out and len(told) != 1:
+            raise Misfit
+        told = (_left_out(told[0], left_out),) if left_out else told
         return (replace(first, objects=told), *rest)
     if isinstance(first.place, Relation) and len(told) == 1 and [ref.determiner for ref in first.place.refs] == ["it"]:
         return (replace(first, place=first.place._replace(refs=told)), *rest)
@@ -1037,7 +1041,11 @@ def _denied(values: dict[str, Any], text: str) -> tuple[Command, ...]:
     objects = tuple(not_so.objects) if spoken else first.objects
     if not spoken and first.place is None and not_so.place is not None:
         raise Misfit
-    return (replace(first, objects=objects), *rest)
+    step = replace(first, objects=objects)
+    if spoken or not_so.verb != first.verb or any(ref.one for ref in not_so.objects):
+        return (step, *rest)
+    # "do not tap the mugs, tap the red mug": a plan that does it all the same is refused.
+    return (step, *rest, replace(not_so, verb="nothing", negated=not_so.verb))
 
 
 def _split(values: dict[str, Any], text: str) -> tuple[Command, ...]:

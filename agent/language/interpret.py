@@ -140,7 +140,9 @@ def _by_rules(
         )
     if isinstance(found, Refusal):
         return found
-    return _once_each(prompt, choose(found, scene, names, discourse, chosen, close=CLOSE_RULES, far=CLOSE_RULES))
+    return _once_each(
+        prompt, choose(found, scene, names, discourse, chosen, close=CLOSE_RULES, far=CLOSE_RULES, strict=True)
+    )
 
 
 def _accounted(
@@ -281,6 +283,12 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
     words = {*re.findall(r"next to|[a-z]+" + marks, said)}
     # "the ball lives in the basket, put it back": back is where it lives.
     at_home = bool(words & _AT_HOME)
+    closed = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
+    if closed and "before" in words and "open" not in words:
+        # "close the drawer before you put the egg in it"
+        return Refusal(
+            code=RefusalCode.AMBIGUOUS, message=f"Nothing goes into {closed[-1]} while it is closed; when should it be?"
+        )
     if (_ON_THE_WAY - _NEVERTHELESS if at_home else _ON_THE_WAY) & words:
         return made
     reopened = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
@@ -405,6 +413,7 @@ def choose(
     *,
     close: float = CLOSE,
     far: float = 3 * CLOSE,
+    strict: bool = False,
 ) -> Draft | Refusal:
     """Return the plan of the plainest reading that has one; two different plans of equal right are ambiguous.
 
@@ -416,6 +425,7 @@ def choose(
         chosen: Answers to questions asked before.
         close: Costs that differ by no more are of equal right.
         far: How much more a reading may cost that is taken in place of one whose things are unclear.
+        strict: One whose things are ambiguous, or that cannot be done, is not replaced by a farther one.
     """
     plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
     refused: list[tuple[RefusedError, Sentence]] = []
@@ -436,8 +446,7 @@ def choose(
             refused.append((error.with_traceback(None), reading))
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
-                unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS) and not error.firm
-                limit = min(limit, strain + (far if unclear else min(far, CLOSE)))
+                limit = min(limit, strain + _leeway(error, reading, far, strict=strict))
             continue
         best = strain if not plans else best
         if not any(_same_in_the_end(_effect(draft), other) for other in plans):
@@ -458,6 +467,17 @@ def choose(
     if discourse is not None:
         discourse.become(context)
     return draft
+
+
+def _leeway(error: RefusedError, reading: Sentence, far: float, *, strict: bool) -> float:
+    """Return how much more a reading may cost that is taken in place of one that was refused."""
+    code = error.refusal.code
+    if not strict:
+        unclear = code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS) and not error.firm
+        return far if unclear else min(far, CLOSE)
+    # "put the fruit in the bowl, don't touch the lemon" means the other fruit.
+    spares = bool(reading.avoid) or code is RefusalCode.UNRECOGNIZED
+    return far if spares or (code is RefusalCode.OBJECT_NOT_FOUND and not error.firm) else 0.0
 
 
 def resumed(draft: Draft, scene: ObservedScene, skills: Sequence[str]) -> Draft | Refusal:
