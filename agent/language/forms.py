@@ -46,6 +46,8 @@ from robosandbox.agent.language.logic import (
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.measures import Measure
 from robosandbox.agent.language.ruleset import COSTS
+from robosandbox.agent.language.worded import ways_of
+from robosandbox.skills.words import Words
 
 _SIDES = ("left", "right", "front", "back")
 
@@ -215,6 +217,9 @@ def _of_kind(ref: Ref, whole: Ref) -> Ref:
 
 def _command(values: dict[str, Any], text: str) -> Any:
     values.pop("denied", None)
+    way = values.pop("way", None)
+    if way is not None:
+        return _for_skill(values, ways_of(values["skill"])[way])
     if {ref.nouns for ref in values.pop("such_as", ())} - {ref.nouns for ref in values.get("objects", ())}:
         raise Misfit
     values["times"] = int(values.get("times", 1))
@@ -336,6 +341,17 @@ def _command(values: dict[str, Any], text: str) -> Any:
     ):
         raise Misfit
     return made
+
+
+def _for_skill(values: dict[str, Any], words: Words) -> Any:
+    """As in "raise the hand by 5 cm": what a skill says for itself; a verb that asks for nothing beside is plainer as its own."""
+    told = {argument for argument, _ in values.get("slots", ())}
+    enough = not words.required or any(argument in words.required for argument in told)
+    made = Command(**{**values, "words": words})
+    placed = any(ref.relations or ref.ranks for ref in made.objects)
+    if not enough:
+        return Costly((made, COSTS[2]))
+    return made if words.required or placed else Costly((made, -COSTS[1] - 0.1))
 
 
 def _is_beyond_its_end(command: Command) -> bool:
@@ -1110,7 +1126,8 @@ def _turns(values: dict[str, Any], text: str) -> Any:
 FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "any": lambda values, text: values["is"],
     "list": _list,
-    "Commas": _commas, "slot": lambda values, text: tuple(values.items()),
+    "Commas": _commas, "slot": lambda values, text: tuple((name.replace("__", " "), value) for name, value in values.items()),
+    "triple": lambda values, text: tuple(map(float, values["of"])),
     "product": _product, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,

@@ -18,9 +18,11 @@ from robosandbox.agent.language.lexicon import WORDS
 from robosandbox.agent.language.logic import Question, Reply
 from robosandbox.agent.language.parser import Parser
 from robosandbox.agent.language.ruleset import COSTS, GRAMMARS, Ruleset, bring, languages, ruleset
+from robosandbox.agent.language.skill_words import lines_of
 from robosandbox.agent.language.text import ENDS, MAX_CHARACTERS, Said, TooLongError, classes_of, said
 from robosandbox.agent.language.tokens import SceneWords, scene_words
 from robosandbox.agent.language.vocabulary import Token, logical_lines, spelled
+from robosandbox.agent.language.worded import Worded
 from robosandbox.types import Refusal, RefusalCode
 
 ENGLISH = "english"
@@ -48,10 +50,14 @@ class Translated(Protocol):
 
 
 def learn_translations(skills: Iterable[object]) -> None:
-    """Take in what skills say for themselves in other languages."""
+    """Take in what skills say for themselves, in each language."""
     for skill in skills:
-        if isinstance(skill, Translated) and skill.translations:
-            bring(skill.name, skill.translations)
+        told = dict(skill.translations) if isinstance(skill, Translated) else {}
+        if isinstance(skill, Worded) and skill.words:
+            ways = skill.words if isinstance(skill.words, tuple) else (skill.words,)
+            told[ENGLISH] = f"{lines_of(skill.name, ways)}\n{told.get(ENGLISH, '')}"
+        if told:
+            bring(skill.name, told)
 
 
 @lru_cache(maxsize=2)

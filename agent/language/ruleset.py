@@ -28,11 +28,11 @@ from robosandbox.shapes import shapes
 
 GRAMMARS = Path(__file__).with_name("grammars")
 BUILT_IN = (
-    "ID", "NAME", "SIDENAME", "SUFFIX", "ONE_NAME", "UNKNOWN", "NUMERAL", "MARK", "END", "OVER",
+    "ID", "NAME", "SIDENAME", "SUFFIX", "ONE_NAME", "UNKNOWN", "NUMERAL", "MARK", "END", "OVER", "WORD",
     "CHAT", "CHATTER", "PURPOSE", "REMARK", "REASON", "SAID", "STATED", "TALK", "OWN_DOING",
 )  # fmt: skip
 """Classes that no lexicon lists: an id, a word or a last part of one, a noun that nobody knows, a number in figures,
-a mark, one that ends a sentence, the end, and the clauses that may be passed over (chat.py)."""
+a mark, one that ends a sentence, the end, any one word, and the clauses that may be passed over (chat.py)."""
 # How far from plain speech a way of saying something is, by the number of its "!".
 COSTS = (0.0, 0.3, 0.8, 4.0)
 _HEAD = re.compile(r"(?P<name>\w+)(?:\((?P<takes>[\w ]+)\))?(?: : (?P<form>\w+))?")

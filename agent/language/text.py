@@ -261,6 +261,7 @@ def classes_of(tokens: Sequence[Token], words: SceneWords, book: Ruleset, *, len
 def _add_word(here: Classes, tokens: Sequence[Token], i: int, words: SceneWords, book: Ruleset) -> None:
     """Add what a word is by the ids of the scene, or that nobody knows it."""
     word, vocabulary = tokens[i].text, book.vocabulary
+    here["WORD"] = [Hit(i + 1, word, EVERYTHING)]
     following = tokens[i + 1].text if i + 1 < len(tokens) else ""
     if word in words.ids and i and tokens[i - 1].text in vocabulary.lists.get("articles", ()):
         # "the orange and the red mug": the fruit, unless a noun comes behind it.

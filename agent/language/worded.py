@@ -121,6 +121,11 @@ def known() -> Iterator[tuple[str, Words]]:
     return ((name, words) for name, ways in _KNOWN.items() for words in ways)
 
 
+def ways_of(skill: str) -> tuple[Words, ...]:
+    """Return what a skill says of its verbs."""
+    return _KNOWN.get(skill, ())
+
+
 def words_of(skill: str, *, with_object: bool) -> Words:
     """Return what a skill says of its verbs that have an object, or have none; of rules for it nothing else is known."""
     return next((words for words in _KNOWN.get(skill, ()) if bool(words.object) is with_object), Words(verbs=(skill,)))
