@@ -95,6 +95,9 @@ class Costly(tuple):  # type: ignore[type-arg]
 
 def _thing(values: dict[str, Any], text: str) -> Any:
     nth, key = values.pop("nth", None), values.pop("key", "")
+    closest, closest_to = values.pop("closest", ""), values.pop("closest_to", None)
+    if closest:
+        values["ranks"] = (*values.get("ranks", ()), Rank(closest, anchor=closest_to))
     if key and values.get("ranks"):
         # "the cubes from the left to the right"
         raise Misfit
@@ -262,6 +265,13 @@ def _command(values: dict[str, Any], text: str) -> Any:
         if len(values.get("objects", ())) != 1 or not values["objects"][0].options:
             raise Misfit
         values["objects"] = (replace(values["objects"][0], ranks=chosen),)
+    among = values.pop("among", ())
+    if among:
+        # "of the ball and the cup, pick up the taller one"
+        one = values["objects"][0] if len(values.get("objects", ())) == 1 else None
+        if one is None or not (one.one and one.ranks) or one.colours or one.nouns or one.names:
+            raise Misfit
+        values["objects"] = (replace(one, options=among, one=False),)
     of = values.pop("of", None)
     if of is not None:
         if (
@@ -791,7 +801,9 @@ def _holder(ref: Ref) -> bool:
     """Say whether a description is one of a container, as its noun or the end of its name says: "the toolbox"."""
     said = (ref.nouns or ref.names)[:1]
     kinds = [noun for noun, kind in NOUN_CLASS.items() if kind in _HOLDERS]
-    return bool(said) and (NOUN_CLASS.get(said[0], "") in _HOLDERS or said[0].endswith(tuple(kinds)))
+    return bool(said) and (
+        NOUN_CLASS.get(said[0], "") in _HOLDERS or said[0].endswith((*kinds, "bag", "basket", "crate", "tray", "tub"))
+    )
 
 
 def likeness(new: Ref, old: Ref) -> int:

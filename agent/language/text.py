@@ -111,9 +111,9 @@ def _known(token: Token, words: SceneWords, book: Ruleset, mend: bool) -> Iterat
     if mend and "_" in word:
         from rapidfuzz.distance import OSA
 
-        named = [name for name in words.ids if OSA.distance(word, name, score_cutoff=2) <= 2]
-        if len(named) == 1:
-            yield Token(words.ids[named[0]], token.raw, "id")
+        named = sorted((OSA.distance(word, name, score_cutoff=2), name) for name in words.ids)
+        if named and named[0][0] <= 2 and (len(named) == 1 or named[1][0] > named[0][0]):
+            yield Token(words.ids[named[0][1]], token.raw, "id")
             return
     if not parts and mend and word not in book.known and word not in named_in(words, book.vocabulary):
         parts = (nearest(word, book, words) or word,)
@@ -152,11 +152,13 @@ def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
     near: list[tuple[float, str]] = []
     begun = (other for letter in {*word[:2]} for other in book.by_letter.get(letter, ()))
     for known in {*(name for name in names if name[0] in word[:2]), *begun}:
-        if abs(len(known) - len(word)) > most or len(known) < LEAST_LETTERS:
+        if abs(len(known) - len(word)) > 2 or len(known) < LEAST_LETTERS:
             continue
-        far = OSA.distance(word, known, score_cutoff=most)
+        # What is in the scene is known by its consonants: "froot", "notebk".
+        most_here = 2 if known in names and _consonants(known) == _consonants(word) else most
+        far = OSA.distance(word, known, score_cutoff=most_here)
         same = sorted(known) == sorted(word)
-        if far <= most and (known in names or (_slipped(word, known) and (same or known not in pronouns))):
+        if far <= most_here and (known in names or (_slipped(word, known) and (same or known not in pronouns))):
             near.append(
                 (
                     far
@@ -169,6 +171,10 @@ def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
             )
     near.sort()
     return near[0][1] if near and (len(near) == 1 or near[1][0] > near[0][0]) else None
+
+
+def _consonants(word: str) -> str:
+    return word[0] + "".join(letter for letter in word[1:] if letter not in "aeiou")
 
 
 def _slipped(word: str, known: str) -> bool:
