@@ -44,7 +44,7 @@ from robosandbox.agent.language.logic import (
     While,
 )
 from robosandbox.agent.language.match import NOUN_CLASS
-from robosandbox.agent.language.measures import Measure
+from robosandbox.agent.language.measures import Length, Measure
 from robosandbox.agent.language.ruleset import COSTS
 from robosandbox.agent.language.worded import ways_of
 from robosandbox.skills.words import Words
@@ -209,6 +209,10 @@ def _measure(values: dict[str, Any], text: str) -> Measure:
 
 def _product(values: dict[str, Any], text: str) -> float:
     return float(round(math.prod(values["of"]), 12))
+
+
+def _length(values: dict[str, Any], text: str) -> Length:
+    return Length(math.prod(values["of"]) * values["unit"], values["unit"])
 
 
 def _of_kind(ref: Ref, whole: Ref) -> Ref:
@@ -768,6 +772,14 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
         return replace(step, times=int(values["times"]))
     if "distance" in values and step.distance is not None:
         return replace(step, distance=values["distance"])
+    if "amount" in values:
+        # "push it 5 cm to the left, make that 2"
+        told = step.distance
+        return (
+            replace(step, distance=Length(values["amount"] * told.unit, told.unit))
+            if isinstance(told, Length)
+            else None
+        )
     if "ref" not in values:
         return None
     ref, old = values["ref"], values.get("old")
@@ -1140,7 +1152,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "list": _list,
     "Commas": _commas, "slot": lambda values, text: tuple((name.replace("__", " "), value) for name, value in values.items()),
     "triple": lambda values, text: tuple(map(float, values["of"])),
-    "product": _product, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
+    "product": _product, "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
     "Fix": _fix, "Corrected": _corrected, "Specified": _specified,

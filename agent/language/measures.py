@@ -12,6 +12,18 @@ _TOLERANCE = 0.12  # Share by which a measure that people say may be off. Chosen
 _LEAST_TOLERANCE = 0.003  # Metres by which it may be off at the least. Chosen.
 
 
+class Length(float):
+    """A length in metres that knows in which unit it was said, so that "make that 2" can be told."""
+
+    unit: float
+
+    def __new__(cls, metres: float, unit: float) -> Length:
+        """Make one; `unit` is in metres."""
+        made = super().__new__(cls, round(metres, 12))
+        made.unit = unit
+        return made
+
+
 class Measure(NamedTuple):
     """One measure of a thing.
 
