@@ -1,6 +1,6 @@
 """How well sentences are understood: right, rightly refused, wrongly refused, wrong motion; by who speaks, with timing.
 
-    uv run benchmarks/language.py [--learned] [--unread] [--sealed] [--rules] [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
+    uv run benchmarks/language.py [--learned] [--unread] [--sealed] [--fresh] [--rules] [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
                                   [--refusals N] [--planner NAME --base-url URL --model NAME --cassette FILE]
 
 Without a choice the learned sentences are scored: those of tests/prompts that the grammar may be mended for. The sealed ones
@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sentences import KINDS, LEARNED, PARAMETERS, SEALED, UNREAD, Prompt, accepts, load_prompts, load_scene
+from sentences import FRESH, KINDS, LEARNED, PARAMETERS, SEALED, UNREAD, Prompt, accepts, load_prompts, load_scene
 
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
@@ -233,6 +233,7 @@ def _chosen(options: argparse.Namespace) -> list[Prompt]:
     paths = list(options.prompts or ())
     paths += SEALED if options.sealed else ()
     paths += UNREAD if options.unread else ()
+    paths += FRESH if options.fresh else ()
     paths += [path for path in LEARNED if path not in UNREAD] if options.read else ()
     paths += LEARNED if options.learned or not paths else ()
     prompts = [prompt for path in paths for prompt in load_prompts(path, scene)]
@@ -244,6 +245,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("--learned", action="store_true", help="the sentences that the grammar may be mended for")
     parser.add_argument("--read", action="store_true", help="those of them that are read")
     parser.add_argument("--unread", action="store_true", help="those of them that nobody reads")
+    parser.add_argument("--fresh", action="store_true", help="those that were written without sight of any grammar")
     parser.add_argument("--sealed", action="store_true", help="those that it may not")
     parser.add_argument("--prompts", type=Path, nargs="*", help="prompt files")
     parser.add_argument("--scene", type=Path, help="use this file's scene instead of each file's own")

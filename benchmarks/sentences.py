@@ -24,6 +24,8 @@ from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
 CORPUS = Path(__file__).parent.parent / "tests" / "prompts"
 LEARNED = tuple(sorted(CORPUS.glob("*.yaml")))
 SEALED = tuple(sorted((CORPUS / "sealed").glob("*.yaml")))
+# Written without sight of any grammar; the rules are mended for them, the older grammar is not.
+FRESH = tuple(sorted((CORPUS / "fresh").glob("*.yaml")))
 # A third of the learned files, at random, each by its own name so that a further file moves none: scored, and read by nobody.
 UNREAD = tuple(path for path in LEARNED if random.Random(f"40 {path.stem}").random() < 1 / 3)
 PARAMETERS: dict[str, tuple[str, ...]] = {
