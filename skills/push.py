@@ -191,7 +191,7 @@ class PushTo(Skill):
                 fact("accessible", object),
                 fact("on", object, TABLE),
                 fact("on_the_open", object),
-                fact("room_at", object, x, y),
+                fact("room_to_slide_to", object, x, y),
                 fact("reachable", object),
                 fact("reachable_at", object, x, y),
                 fact("room_to_push_to", object, x, y),

@@ -16,7 +16,7 @@ from robosandbox.driver import require
 from robosandbox.errors import CollisionError, DrawerError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import DrawerEvidence
 from robosandbox.skills.primitives.gripping import empty_aperture
-from robosandbox.skills.primitives.guarded import follow_free, follow_until
+from robosandbox.skills.primitives.guarded import follow_free, follow_until, nowhere_faster
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, moved, withdrawn
 from robosandbox.skills.primitives.part_ways import (
     HOVERS,
@@ -32,7 +32,7 @@ from robosandbox.skills.primitives.part_ways import (
     plan_push,
     pressing_poses,
 )
-from robosandbox.types import Array, DetectedObject, ObservedScene, SkillResult, Trajectory
+from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
 from robosandbox.world.nearness import nearer
 from robosandbox.world.parts import TURNED_WITHIN, joint_of, lever, open_share, open_value, part_value, shut_value
 from robosandbox.world.relations import bottom, contents, room_of, top
@@ -58,8 +58,9 @@ _LOCKED_WITHIN = 0.003
 _BESIDE = 0.005
 # Times that a grip which slipped is taken anew, and that a part which has followed is pushed on; as in `pick`.
 _ATTEMPTS = 3
-# Metres beyond its travel that the hand goes at the most which presses a button: a stop of rubber gives before it is felt.
-_BEYOND = 0.02
+# Metres beyond its travel that the hand goes at the most which presses a button: a stop of rubber gives before it is felt. And metres
+# farther to which it is sent where it is to press with a force: what it presses with is what its servos trail by.
+_BEYOND, _TRAILS = 0.02, 0.1
 
 
 def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> tuple[DetectedObject, float]:
@@ -317,13 +318,13 @@ def _in_the_way(part: DetectedObject, scene: ObservedScene, *, closing: bool) ->
     )
 
 
-def press_part(arm: Manipulator, name: str, most: float) -> tuple[float, float]:
+def press_part(arm: Manipulator, name: str, most: float | None = None) -> tuple[float, float]:
     """Press a part in with the closed fingers and come off it; return the share of its way that it went, and the most force, N.
 
     Args:
         arm: The skill's manipulator.
         name: Id of the part.
-        most: Force at which it is felt to stop, N.
+        most: Force to press with, N; until it is felt to stop when left out.
 
     Raises:
         UnreachableError: It is out of reach.
@@ -335,6 +336,7 @@ def press_part(arm: Manipulator, name: str, most: float) -> tuple[float, float]:
     rest = part_value(part)
     end = joint.high if joint.high - rest >= rest - joint.low else joint.low
     span = abs(end - rest)
+    beyond = span + _BEYOND + (0.0 if most is None else _TRAILS)
     axis = np.array(joint.axis) * (1.0 if end > rest else -1.0)
     arm.ctx.enter(Phase.PLAN)
     if arm.spec.gripper is not None:
@@ -344,7 +346,7 @@ def press_part(arm: Manipulator, name: str, most: float) -> tuple[float, float]:
     q = arm.q
     for tcp in pressing_poses(arm, part, axis):
         start = moved(tcp, -STAND_OFF * axis)
-        goal = moved(tcp, (span + _BEYOND) * axis)
+        goal = moved(tcp, beyond * axis)
         try:
             arm.motion.allow()
             descent = arm.line_to(start, moved(start, -HOVER_HEIGHT * axis), speed=arm.tempo.near)
@@ -356,7 +358,7 @@ def press_part(arm: Manipulator, name: str, most: float) -> tuple[float, float]:
             continue
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
-        return _pressed(arm, part, stroke, axis, rest, span, most)
+        return _pressed(arm, part, stroke, tcp, axis, most)
     if failures:
         raise most_telling(failures)
     # A hand that cannot point along the way presses with its side.
@@ -364,17 +366,21 @@ def press_part(arm: Manipulator, name: str, most: float) -> tuple[float, float]:
         arm.motion.open_to(arm.geometry.min_aperture)
     way = plan_push(arm, part, end)
     arm.motion.allow(*around(part))
-    goal = moved(way.poses[0], (STAND_OFF + span + _BEYOND) * axis)
+    tcp = moved(way.poses[0], STAND_OFF * axis)
+    goal = moved(tcp, beyond * axis)
     stroke = arm.motion.plan_line(way.descent.q[-1], goal, speed=SPEED)
     follow_free(arm, way.approach, Phase.APPROACH)
     follow_free(arm, way.descent, Phase.DESCEND)
-    return _pressed(arm, part, stroke, axis, rest, span, most)
+    return _pressed(arm, part, stroke, tcp, axis, most)
 
 
 def _pressed(
-    arm: Manipulator, part: DetectedObject, stroke: Trajectory, axis: Array, rest: float, span: float, most: float
+    arm: Manipulator, part: DetectedObject, stroke: Trajectory, tcp: Pose, axis: Array, most: float | None
 ) -> tuple[float, float]:
-    force, owner = 0.0, part.id.rpartition(".")[0]
+    """Follow a stroke along an axis (3,) until the force is felt, or the hand is beyond the part's travel from where it meets it."""
+    owner, joint, rest = part.id.rpartition(".")[0], joint_of(part), part_value(part)
+    span = max(joint.high - rest, rest - joint.low)
+    force = 0.0
 
     def felt() -> bool:
         nonlocal force
@@ -382,10 +388,11 @@ def _pressed(
         felt_on = arm.force_on(part.id) + (arm.force_on(owner) if owner else 0.0)
         now = float(felt_on @ axis)
         force = max(force, now)
-        return now > most
+        gone = float((arm.state.tcp_pose.position - tcp.position) @ axis)
+        return now > (MOST_FORCE if most is None else most) or gone > span + _BEYOND
 
     # A servo trails its target by its damping over its stiffness, and presses with what it trails by.
-    follow_until(arm, _slowed(stroke, STAND_OFF + span + _BEYOND, _FEELS), Phase.TOUCH, felt)
+    follow_until(arm, nowhere_faster(arm, stroke, _FEELS), Phase.TOUCH, felt)
     scene = arm.look()
     share = abs(part_value(arm.find(part.id, scene)) - rest) / span
     arm.use(scene)

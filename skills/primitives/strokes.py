@@ -16,6 +16,7 @@ from robosandbox.types.robot import RobotSpec
 from robosandbox.values import frozen
 from robosandbox.world.effects import shifted
 from robosandbox.world.nearness import nearer
+from robosandbox.world.placement_sampling import at_its_height
 from robosandbox.world.relations import bottom, bounds, centre, gap, support, top
 
 # Metres between fingers and object before a stroke; chosen as ten times perception's error (halved 2 % shorter
@@ -145,28 +146,28 @@ def _leg(
     now = shifted(scene, target.id, np.array([*(begin - centre(target)[:2]), 0.0]))
     there, way = arm.find(target.id, now), np.array([*(end - begin), 0.0])
     distance = float(np.linalg.norm(way))
-    others = [item for item in now.objects if item.id not in {target.id, *now.in_hands} and _beside(there, item)]
+    others = [
+        piece
+        for item in now.objects
+        if item.id not in {target.id, *now.in_hands}
+        for piece in at_its_height(there, item, _TIP_CLEARANCE)
+    ]
     for share in np.linspace(0.0, 1.0, 1 + math.ceil(distance / _SHORTEST_LEG))[1:]:
         moved = arm.find(target.id, shifted(now, target.id, share * way))
-        met = next((item.id for item in others if nearer(moved, item, min(_TIP_CLEARANCE, gap(there, item)))), None)
+        met = next((item for item in others if nearer(moved, item, min(_TIP_CLEARANCE, gap(there, item)))), None)
         if met is not None:
             raise CollisionError(
-                f"{target.id} would meet {met} on its way; clear the way, or choose another place",
+                f"{target.id} would meet {met.id} on its way; clear the way, or choose another place",
                 phase=Phase.PLAN,
                 evidence=CollisionEvidence(
                     body=target.id,
-                    other=met,
-                    depth=-gap(moved, arm.find(met, now)),
+                    other=met.id,
+                    depth=-gap(moved, met),
                     waypoint=round(100 * share),
                     waypoints=100,
                 ),
             )
     return plan_stroke(arm, there, now, way / distance, distance, missed)
-
-
-def _beside(target: DetectedObject, item: DetectedObject) -> bool:
-    """Tell whether an object reaches above the bottom of another and begins under its top."""
-    return top(item) > bottom(target) + _TIP_CLEARANCE and bottom(item) < top(target)
 
 
 def hand_rotations(robot: RobotSpec, axis: Array, hand: Array) -> list[tuple[Array, float]]:
