@@ -87,6 +87,7 @@ class PartWay:
         steps: From each pose to the next.
         values: The joint's value at each pose.
         ends_at_stop: Whether the last step meets the end of the joint's range.
+        aperture: How far apart the fingers of a hand that pushes are, metres; None without fingers, and where it grips.
     """
 
     grasp: Grasp | None
@@ -96,6 +97,7 @@ class PartWay:
     steps: tuple[Trajectory, ...]
     values: tuple[float, ...]
     ends_at_stop: bool
+    aperture: float | None = None
 
 
 def touched(part: DetectedObject) -> tuple[str, ...]:
@@ -155,8 +157,16 @@ def _is_own(part: DetectedObject, error: SkillError) -> bool:
     return met == part.id or met in around(part)
 
 
-def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
-    """Return the first way on which the closed hand can push a face of a part to a value of its joint.
+def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float = _PRESS) -> PartWay:
+    """Return the first way on which the hand can push a face of a part to a value of its joint: closed, or else with one open finger.
+
+    An open finger goes before the palm, which may have no room where closed fingers have.
+
+    Args:
+        arm: Whose hand.
+        part: What is pushed.
+        goal: Value of its joint.
+        press: How far beyond the end of its range it is pushed, where that is the goal, metres.
 
     Raises:
         GraspError: No face of it looks against its way.
@@ -164,12 +174,16 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
         CollisionError: Something is in the way.
     """
     motion, failures, q_now, turns = arm.motion, list[SkillError](), arm.q, _turns(arm, part)
-    faces = [*_faces(arm, part, goal)]
+    gripper = arm.spec.gripper
+    apertures = (None,) if gripper is None else (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
+    pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goal, aperture)]
     # A hand that presses on what the part is on does not shut it: only where nothing else is left.
-    for allowed, (tcp, direction) in product(dict.fromkeys((touched(part), around(part))), faces):
+    for allowed, (aperture, tcp, direction) in product(dict.fromkeys((touched(part), around(part))), pushes):
+        if aperture is not None:
+            motion.open_to(aperture)
         start = moved(tcp, -STAND_OFF * direction)
         values = _values(part, tcp, goal)
-        beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp)]
+        beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp, press)]
         for share in turns:
             poses = _along(part, tcp, beyond, share)
             try:
@@ -181,7 +195,9 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
                 continue
-            return PartWay(None, approach, descent, (start, *poses), steps, tuple(values), _is_end(part, goal))
+            return PartWay(
+                None, approach, descent, (start, *poses), steps, tuple(values), _is_end(part, goal), aperture
+            )
     if not failures:
         raise no_grip(arm, part, "none_found", 0.0)
     raise most_telling(failures)
@@ -398,11 +414,11 @@ def _values(part: DetectedObject, grip: Pose, goal: float) -> list[float]:
     return [here + (goal - here) * mark / length for mark in kept] + [goal]
 
 
-def _pressed_home(part: DetectedObject, goal: float, grip: Pose) -> float:
+def _pressed_home(part: DetectedObject, goal: float, grip: Pose, press: float) -> float:
     """Return the value of its joint to which a hand pushes a part, beyond the end of its range where that is the goal."""
     if not _is_end(part, goal):
         return goal
-    return goal + math.copysign(_PRESS, goal - part_value(part)) / _arm_of(joint_of(part), grip.position)
+    return goal + math.copysign(press, goal - part_value(part)) / _arm_of(joint_of(part), grip.position)
 
 
 def _along(part: DetectedObject, grip: Pose, values: Sequence[float], share: float) -> tuple[Pose, ...]:
@@ -420,8 +436,15 @@ def _along(part: DetectedObject, grip: Pose, values: Sequence[float], share: flo
     )
 
 
-def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tuple[Pose, Array]]:
-    """Yield TCP poses with the hand at faces of a part that look against its way, and the way there, the longest lever first."""
+def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float | None) -> Iterator[tuple[Pose, Array]]:
+    """Yield TCP poses with the hand at faces of a part that look against its way, and the way there, the longest lever first.
+
+    Args:
+        arm: Whose hand.
+        part: What is pushed.
+        goal: Value of its joint.
+        aperture: How far apart the fingers are, metres; None without any.
+    """
     joint, hand = joint_of(part), arm.state.tcp_pose.rotation
     sign = 1.0 if goal > part_value(part) else -1.0
     found: dict[tuple[float, ...], tuple[tuple[float, ...], Pose, Array]] = {}
@@ -441,7 +464,7 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tupl
                     level = np.array([1.0, 0.0, 0.0])
                 level = level / np.linalg.norm(level)
                 for lean, rotation in _pushing(arm, way, level):
-                    first = _foremost(arm, rotation, way)
+                    first = _foremost(arm, rotation, way, aperture)
                     if first is None:
                         continue
                     pose = Pose.from_matrix(point - first, rotation)
@@ -490,10 +513,11 @@ def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]]) -> li
     return [candidate for _, candidate in sorted(ranked, key=lambda one: one[0])]
 
 
-def _foremost(arm: Manipulator, rotation: Array, way: Array) -> Array | None:
-    """Return the offset (3,) from a closed hand's TCP to what of it goes first along a way (3,): its tips, a corner of them, or its side.
+def _foremost(arm: Manipulator, rotation: Array, way: Array, aperture: float | None) -> Array | None:
+    """Return the offset (3,) from the TCP to what of a hand goes first along a way (3,): its tips, a corner of them, or its side.
 
-    None where that is not known: fingers taper, and their thickness is the largest.
+    None where that is not known: fingers taper, and their thickness is the largest; and of an open hand where it is not the side of
+    one finger.
     """
     local = rotation.T @ way
     x, y, z = np.where(np.abs(local) > _LEVEL, local, 0.0)
@@ -504,7 +528,9 @@ def _foremost(arm: Manipulator, rotation: Array, way: Array) -> Array | None:
     if y != 0.0 and z != 0.0:
         return None
     geometry = arm.spec.gripper.geometry
-    outside = geometry.min_aperture / 2.0 + geometry.finger_thickness
+    if aperture is None or (aperture > geometry.min_aperture and (x != 0.0 or z != 0.0)):
+        return None
+    outside = aperture / 2.0 + geometry.finger_thickness
     half = np.array([geometry.finger_width / 2.0, outside, geometry.tip_depth])
     first: Array = rotation @ (np.sign([x, y, z]) * half)
     return first

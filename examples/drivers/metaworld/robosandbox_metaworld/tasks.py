@@ -22,7 +22,7 @@ TASKS: dict[str, tuple[str, ...]] = {
     "disassemble-v3": ("pick(object=RoundNut)", "move_by(dz=0.15)"),
     "door-close-v3": ("closed(door.link)",),
     "door-lock-v3": ("turned_to(door.lock_link, 1.0)",),
-    "door-open-v3": ("open(door.link)",),
+    "door-open-v3": ("open(part=door.link, share=1.0, force=60)",),
     "door-unlock-v3": ("turned_to(door.lock_link, 0.0)",),
     "drawer-close-v3": ("closed(drawer.link)",),
     "drawer-open-v3": ("open(part=drawer.link, share=1.0)",),
