@@ -48,6 +48,8 @@ PULLED_SHARE = 0.75
 # m/s of a hand that leads a part that it holds; that pushes it, since what is pushed runs ahead and is met again; that feels whether what
 # it holds follows, as of a touch; and that brings it to its stop, which gives least: what it presses with grows by its servos' stiffness times this.
 _LEADS, _PUSHES, _FEELS, _STOPS = 0.06, 0.04, 0.01, 0.006
+# m/s of a hand to which a part that is pushed still does not give way is stuck.
+_SLOWEST = 0.005
 # Metres that a hand goes at the most which turns on the spot.
 _SPOT = 1e-3
 # Share of a step that a part has to follow, for the play of a grip between two fingers.
@@ -99,14 +101,18 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
 def lead_or_push(
     arm: Manipulator, name: str, goals: Sequence[float], enough: float, most: float = MOST_FORCE
 ) -> tuple[DetectedObject, float]:
-    """Lead a part as `lead` does, or push it as `push` does where there is nothing to hold it by; raises as `lead`."""
+    """Lead a part as `lead` does, or push it as `push` does where there is nothing to hold it by, or the grip jams; raises as `lead`."""
     try:
         return lead(arm, name, goals, enough)
-    except (UnreachableError, CollisionError, GraspError) as held:
-        try:
-            return push(arm, name, goals[0], enough, most)
-        except (UnreachableError, CollisionError, GraspError):
-            raise held from None
+    except (UnreachableError, CollisionError, GraspError, DrawerError) as held:
+        for goal in goals:
+            try:
+                return push(arm, name, goal, enough, most)
+            except (UnreachableError, CollisionError):
+                continue
+            except (GraspError, DrawerError):
+                break
+        raise held
 
 
 def set_part(arm: Manipulator, skill: str, name: str, share: float) -> SkillResult:
@@ -212,6 +218,14 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -
         slow = _STOPS if stops else _PUSHES if way.grasp is None else _FEELS if number == 1 else _LEADS
         length = max(length, abs(way.values[number] - way.values[number - 1]) * lever(part))
         stopped = follow_until(arm, _slowed(way.steps[number - 1], length, slow), Phase.SLIDE, felt)
+        while stopped and way.grasp is None and not stops and slow > _SLOWEST:
+            # What is damped resists a hand by its speed: it gives way to a slower one.
+            slow /= 2.0
+            try:
+                rest = arm.motion.plan_line(arm.q, way.poses[number], speed=SPEED)
+            except (UnreachableError, CollisionError):
+                break
+            stopped = follow_until(arm, _slowed(rest, length, slow), Phase.SLIDE, felt)
         gone = part_value(arm.find(part.id, arm.look())) - way.values[0]
         wanted = way.values[number] - way.values[0]
         if stopped or math.copysign(1.0, wanted) * gone < _FOLLOWS * abs(wanted):

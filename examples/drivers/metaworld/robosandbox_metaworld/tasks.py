@@ -18,7 +18,7 @@ TASKS: dict[str, tuple[str, ...]] = {
     "coffee-button-v3": ("press(part=coffee_machine.cmbutton)",),
     "coffee-pull-v3": ("pick(object=obj)", "place_at(x={x}, y={y})"),
     "coffee-push-v3": ("pick(object=obj)", "place_at(x={x}, y={y})"),
-    "dial-turn-v3": ("turned_to(body_1, 1.0)",),
+    "dial-turn-v3": ("turned_to(body_1, 0.8)",),
     "disassemble-v3": ("pick(object=RoundNut)", "move_by(dz=0.15)"),
     "door-close-v3": ("closed(door.link)",),
     "door-lock-v3": ("turned_to(door.lock_link, 1.0)",),
