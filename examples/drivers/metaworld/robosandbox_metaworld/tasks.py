@@ -1,7 +1,7 @@
 """MetaWorld's 50 tasks, which have no sentences, as goals and calls.
 
 A line without "=" is a goal in relations, one with it a call. Things and parts are those that the importer finds; {x}, {y}, {z} are
-MetaWorld's own goal position, metres, and {over} a hand's length above it. Nothing here knows a start or a seed.
+MetaWorld's own goal position, metres, {over} a hand's length above it, {before_y} and {beyond_x} a little this side of it. Nothing here knows a start or a seed.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ TASKS: dict[str, tuple[str, ...]] = {
     "pick-place-wall-v3": ("pick(object=obj)", "move_to(x={x}, y={y}, z={z})"),
     "plate-slide-back-side-v3": ("at(body_1, {x:.3f}, {y:.3f})",),
     "plate-slide-back-v3": ("at(body_1, {x:.3f}, {y:.3f})",),
-    "plate-slide-side-v3": ("at(body_1, {x:.3f}, {y:.3f})",),
-    "plate-slide-v3": ("at(body_1, {x:.3f}, {y:.3f})",),
+    "plate-slide-side-v3": ("push_to(object=body_1, x={beyond_x:.3f}, y={y:.3f})",),
+    "plate-slide-v3": ("push_to(object=body_1, x={x:.3f}, y={before_y:.3f})",),
     "push-back-v3": ("at(obj, {x:.3f}, {y:.3f})",),
     "push-v3": ("at(obj, {x:.3f}, {y:.3f})",),
     "push-wall-v3": ("at(obj, {x:.3f}, {y:.3f})",),
