@@ -61,8 +61,8 @@ _BESIDE = 0.005
 # Times that a grip which slipped is taken anew, and that a part which has followed is pushed on; as in `pick`.
 _ATTEMPTS = 3
 # Metres beyond its travel that the hand goes at the most which presses a button: a stop of rubber gives before it is felt. And metres
-# farther to which it is sent where it is to press with a force: what it presses with is what its servos trail by.
-_BEYOND, _TRAILS = 0.02, 0.1
+# farther to which it is sent where it is to press with a force, as far as there is room: what it presses with is what its servos trail by.
+_BEYOND, _TRAILS = 0.02, (0.1, 0.05, 0.025, 0.0)
 
 
 def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> tuple[DetectedObject, float]:
@@ -353,7 +353,7 @@ def press_part(arm: Manipulator, name: str, most: float | None = None) -> tuple[
     rest = part_value(part)
     end = joint.high if joint.high - rest >= rest - joint.low else joint.low
     span = abs(end - rest)
-    beyond = span + _BEYOND + (0.0 if most is None else _TRAILS)
+    trails = _TRAILS[-1:] if most is None else _TRAILS
     axis = np.array(joint.axis) * (1.0 if end > rest else -1.0)
     arm.ctx.enter(Phase.PLAN)
     if arm.spec.gripper is not None:
@@ -363,13 +363,12 @@ def press_part(arm: Manipulator, name: str, most: float | None = None) -> tuple[
     q = arm.q
     for tcp in pressing_poses(arm, part, axis):
         start = moved(tcp, -STAND_OFF * axis)
-        goal = moved(tcp, beyond * axis)
         try:
             arm.motion.allow()
-            descent = arm.line_to(start, moved(start, -HOVER_HEIGHT * axis), speed=arm.tempo.near)
+            descent = arm.line_to(start, moved(start, -HOVERS[-1] * axis), speed=arm.tempo.near)
             approach = arm.motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
             arm.motion.allow(*around(part))
-            stroke = arm.motion.plan_line(descent.q[-1], goal, speed=SPEED)
+            stroke = _stroke(arm, descent.q[-1], [moved(tcp, (span + _BEYOND + trail) * axis) for trail in trails])
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue
@@ -384,11 +383,20 @@ def press_part(arm: Manipulator, name: str, most: float | None = None) -> tuple[
         arm.open(way.aperture)
     arm.motion.allow(*around(part))
     tcp = moved(way.poses[0], STAND_OFF * axis)
-    goal = moved(tcp, beyond * axis)
-    stroke = arm.motion.plan_line(way.descent.q[-1], goal, speed=SPEED)
+    stroke = _stroke(arm, way.descent.q[-1], [moved(tcp, (span + _BEYOND + trail) * axis) for trail in trails])
     follow_free(arm, way.approach, Phase.APPROACH)
     follow_free(arm, way.descent, Phase.DESCEND)
     return _pressed(arm, part, stroke, tcp, axis, most)
+
+
+def _stroke(arm: Manipulator, q: Array, goals: Sequence[Pose]) -> Trajectory:
+    """Return the straight way from a configuration (n,) to the first of some poses that is free; raises as `plan_line` for the last."""
+    for goal in goals[:-1]:
+        try:
+            return arm.motion.plan_line(q, goal, speed=SPEED)
+        except (UnreachableError, CollisionError):
+            continue
+    return arm.motion.plan_line(q, goals[-1], speed=SPEED)
 
 
 def _pressed(
