@@ -153,6 +153,11 @@ def _turns(arm: Manipulator, part: DetectedObject) -> tuple[float, ...]:
     return _TURNS if arm.planning.can_face(turn @ arm.state.tcp_pose.rotation) else (0.0,)
 
 
+def jams(arm: Manipulator, part: DetectedObject) -> bool:
+    """Tell whether a grip on a part jams as that turns: the hand cannot turn with it."""
+    return _turns(arm, part) == (0.0,)
+
+
 def _is_own(part: DetectedObject, error: SkillError) -> bool:
     """Tell whether the hand would only meet the part itself, or what it is on."""
     met = error.evidence.other if isinstance(error.evidence, CollisionEvidence) else ""
@@ -180,7 +185,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
     apertures = (None,) if gripper is None else (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
     pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goal, aperture)]
     # A hand that presses on what the part is on does not shut it: only where nothing else is left.
-    ways = [(share, False) for share in turns] + [(0.0, True)] * (joint_of(part).kind == "hinge")
+    ways = [(share, False) for share in turns] + [(0.0, True)] * jams(arm, part)
     for allowed, (aperture, tcp, direction) in product(dict.fromkeys((touched(part), around(part))), pushes):
         if aperture is not None:
             motion.open_to(aperture)

@@ -26,6 +26,7 @@ from robosandbox.skills.primitives.part_ways import (
     PartWay,
     around,
     is_hook,
+    jams,
     no_grip,
     opened_for,
     plan_lead,
@@ -105,6 +106,8 @@ def lead_or_push(
     try:
         return lead(arm, name, goals, enough)
     except (UnreachableError, CollisionError, GraspError, DrawerError) as held:
+        if isinstance(held, DrawerError) and not jams(arm, arm.find(name)):
+            raise
         for goal in goals:
             try:
                 return push(arm, name, goal, enough, most)
