@@ -21,6 +21,7 @@ from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, Sp
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.shapes.room import Room
 from robosandbox.sim.keyframes import Keyframe, keyframes_of
+from robosandbox.sim.objects.standing import glides, is_free
 from robosandbox.sim.scene_sidecar import ObjectNotes, SceneSidecar, scene_sidecar, sidecar_path
 from robosandbox.spatial import quat_xyzw_from_matrix
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
@@ -223,8 +224,7 @@ class _Reader:
     # What a body is.
 
     def _is_free(self, body: int) -> bool:
-        first = int(self._model.body_jntadr[body])
-        return first >= 0 and int(self._model.jnt_type[first]) == _FREE
+        return is_free(self._model, body)
 
     def _moves(self, body: int) -> bool:
         return int(self._model.body_jntnum[body]) > 0
@@ -274,6 +274,10 @@ class _Reader:
     def _fixture(self, body: int, table: Table, called: str | None, owner: str) -> Iterator[SceneObject]:
         """Yield a fixture and its parts, or a part of the fixture whose id is `owner`."""
         name = str(self._model.body(body).name)
+        if glides(self._model, body):
+            if (made := self._thing(body)) is not None:
+                yield made
+            return
         if self._moves(body):
             yield from self._parts(body, owner)
             return

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.sim.objects.standing import speed
 from robosandbox.sim.world import World
 from robosandbox.types import Convex, ObjectTruth, Pose, SceneObject, Touch, Vec3, frozen_array
 
@@ -49,7 +50,7 @@ def object_truth(
         pose = Pose.from_matrix(data.xpos[parts[0]], rotation)
         linear = angular = np.zeros(3)
         if not item.is_fixed:
-            linear, angular = data.qvel[dofs[0] : dofs[0] + 3], rotation @ data.qvel[dofs[0] + 3 : dofs[0] + 6]
+            linear, angular = speed(model, data, int(parts[0]))
     joint = None if item.geometry is None else item.geometry.joint
     if joint is not None:
         opening, rate = float(data.qpos[model.jnt_qposadr[model.body_jntadr[parts[0]]]]), float(data.qvel[dofs[0]])

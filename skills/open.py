@@ -8,7 +8,7 @@ from pydantic import Field
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import RESISTED, lead_or_push
+from robosandbox.skills.primitives.parts import MOST_FORCE, RESISTED, lead_or_push
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
@@ -24,7 +24,7 @@ class Open(Skill):
 
     name = "open"
 
-    def contract(self, *, part: str, share: float = 0.9) -> Contract:
+    def contract(self, *, part: str, share: float = 0.9, force: float | None = None) -> Contract:
         """Return what leading a part open needs and brings about."""
         del share
         return Contract(
@@ -32,19 +32,27 @@ class Open(Skill):
                 fact("has_gripper"),
                 fact("movable_part", part),
                 fact("hand_empty"),
-                fact("may_press", RESISTED),
+                fact("may_press", RESISTED if force is None else force),
                 fact("reachable", part),
                 fact("room_to_swing", part),
             ),
             gives=(fact("open", part),),
         )
 
-    def run(self, ctx: SkillContext, *, part: str, share: Annotated[float, Field(gt=0.5, le=1.0)] = 0.9) -> SkillResult:
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        part: str,
+        share: Annotated[float, Field(gt=0.5, le=1.0)] = 0.9,
+        force: Annotated[float, Field(gt=0.0)] | None = None,
+    ) -> SkillResult:
         """Take hold of a door, drawer or lid and lead it open; push it where there is nothing to hold.
 
         Args:
             part: Id of the part, as cupboard.door.
             share: How far, as a share of its way.
+            force: Along its way from which it counts as stuck where it is pushed, N.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -59,6 +67,7 @@ class Open(Skill):
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_open": True}
             )
+        most = MOST_FORCE if force is None else force
         goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > OPEN_SHARE]
-        now, force = lead_or_push(arm, part, goals, open_value(before, OPEN_SHARE))
+        now, force = lead_or_push(arm, part, goals, open_value(before, OPEN_SHARE), most)
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})

@@ -10,7 +10,7 @@ from robosandbox.errors import Phase, SkillError
 from robosandbox.evidence import Evidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import MOST_FORCE, RESISTED, press_part
+from robosandbox.skills.primitives.parts import RESISTED, press_part
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
@@ -76,7 +76,7 @@ class Press(Skill):
             PressError: It did not go in.
         """
         arm = Manipulator(ctx)
-        share, felt = press_part(arm, part, MOST_FORCE if force is None else force)
+        share, felt = press_part(arm, part, force)
         if share < _PRESSED or (force is not None and felt < _CLOSE_ENOUGH * force):
             asked = "" if force is None else f" of {force:g} N asked for"
             raise PressError(

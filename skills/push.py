@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from robosandbox.errors import ErrorCode, Phase, SkillError
+from robosandbox.errors import CollisionError, ErrorCode, Phase, SkillError, UnreachableError
 from robosandbox.evidence import Evidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
@@ -191,7 +191,7 @@ class PushTo(Skill):
                 fact("accessible", object),
                 fact("on", object, TABLE),
                 fact("on_the_open", object),
-                fact("room_at", object, x, y),
+                fact("room_to_slide_to", object, x, y),
                 fact("reachable", object),
                 fact("reachable_at", object, x, y),
                 fact("room_to_push_to", object, x, y),
@@ -239,7 +239,10 @@ class PushTo(Skill):
         def plan(target: DetectedObject, scene: ObservedScene, missed: int) -> Stroke:
             return plan_push_to(arm, target, scene, goal, missed)
 
-        pressed = _strokes(arm, object, is_there, plan, _STROKES_TO)
+        def is_enough(target: DetectedObject) -> bool:
+            return _missing(target, x, y) < AT_TOLERANCE
+
+        pressed = _strokes(arm, object, is_there, plan, _STROKES_TO, is_enough)
         scene = arm.settle(object)
         after = arm.find(object, scene)
         standing = on_table(after, scene.table_height)
@@ -276,6 +279,7 @@ def _strokes(
     is_there: Callable[[DetectedObject], bool],
     plan: Callable[[DetectedObject, ObservedScene, int], Stroke],
     most: int,
+    is_enough: Callable[[DetectedObject], bool] | None = None,
 ) -> Pressed | None:
     """Push an object until it is there, or resists, or the last stroke is done; return what the last one came to.
 
@@ -285,6 +289,7 @@ def _strokes(
         is_there: Tells whether it has gone as far as it is to go.
         plan: Returns the next stroke, given how many have passed by the object.
         most: How many strokes there are at most.
+        is_enough: Tells whether it has gone far enough where no stroke leads farther.
     """
     missed = 0
     pressed: Pressed | None = None
@@ -297,7 +302,12 @@ def _strokes(
             break
         # A hand that passed by the object, as between two fixed fingers, is turned for the next stroke.
         missed += stayed
-        last = plan(target, scene, missed)
+        try:
+            last = plan(target, scene, missed)
+        except (UnreachableError, CollisionError):
+            if pressed is None or is_enough is None or not is_enough(target):
+                raise
+            break
         try:
             pressed = _carried_out(arm, target, last)
         except MetError as met:
@@ -346,7 +356,7 @@ def _room_above(arm: Manipulator, target: DetectedObject) -> float:
 def _carried_out(arm: Manipulator, target: DetectedObject, stroke: Stroke) -> Pressed:
     """Put the fingers behind the object and push it once."""
     if arm.spec.gripper is not None:
-        arm.open_for(stroke.approach, 0.0)
+        arm.open_for(stroke.approach, stroke.aperture)
     follow_free(arm, stroke.approach, Phase.APPROACH)
     follow_free(arm, stroke.descent, Phase.DESCEND)
     pressed = press_along(

@@ -26,6 +26,8 @@ from robosandbox.types import Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
+from robosandbox.world.placement_sampling import at_its_height, separately
+from robosandbox.world.relations import bottom, top
 
 RACK = Path(__file__).parents[1] / "examples" / "scenes" / "rack.xml"
 STOVE = Path(__file__).parents[1] / "examples" / "scenes" / "stove.xml"
@@ -568,3 +570,47 @@ def test_a_bar_with_16_mm_behind_it_is_held_by_the_tips_of_the_fingers() -> None
         episode, ways = _watched(cell, "close it", "cabinet.top")
         assert episode.success, episode.final_detail
         assert abs(ways[-1]) < 0.008
+
+
+GLIDING = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="2 2 0.1"/>
+    <body name="table" pos="0.4 0 0.2"><geom type="box" size="0.4 0.5 0.2"/></body>
+    <body name="net" pos="0.5 0.2 0.4">
+      <geom type="box" pos="0 0.07 0.06" size="0.07 0.005 0.06"/>
+      <geom type="box" pos="0 0.02 0.12" size="0.07 0.055 0.004"/>
+    </body>
+    <body name="channel" pos="0.5 -0.1 0.415">
+      <body name="puck">
+        <joint name="puck_x" type="slide" axis="1 0 0" range="-0.2 0.2" damping="1"/>
+        <joint name="puck_y" type="slide" axis="0 1 0" range="-0.3 0.3" damping="1"/>
+        <geom type="box" size="0.05 0.05 0.015" mass="0.05"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_what_glides_on_two_slides_is_a_thing_that_is_pushed_to_a_point(tmp_path: Path) -> None:
+    path = tmp_path / "room.xml"
+    path.write_text(GLIDING)
+    file = read_scene_file(path)
+    puck = next(item for item in file.objects if item.id == "puck")
+    assert puck.kind == "box" and not puck.is_fixed
+    with open_here(WorkcellOptions(scene=path, robot_base=(0.0, 0.0, 0.4, 0.0))) as cell:
+        cell.do("push_to", object="puck", x=0.52, y=0.05)
+        x, y, _ = cell.truth().objects["puck"].pose.xyz
+        assert np.hypot(x - 0.52, y - 0.05) < 0.015
+
+
+def test_what_is_pushed_has_room_under_what_is_over_it(tmp_path: Path) -> None:
+    path = tmp_path / "room.xml"
+    path.write_text(GLIDING)
+    with open_here(WorkcellOptions(scene=path, robot_base=(0.0, 0.0, 0.4, 0.0))) as cell:
+        scene = cell.observe()
+        puck, net = (next(item for item in scene.objects if item.id == name) for name in ("puck", "net"))
+        wall, roof = separately(net)
+        assert at_its_height(puck, net) == (wall,)
+        assert bottom(roof) > top(puck)

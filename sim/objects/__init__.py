@@ -12,6 +12,7 @@ from robosandbox.shapes.body import Free, Slide
 from robosandbox.shapes.shape import Primitive
 from robosandbox.sim.objects.geoms import GRAIN_BIT, PREFIX, add_body, geom_size
 from robosandbox.sim.objects.meshes import add_drawing
+from robosandbox.sim.objects.standing import stand
 from robosandbox.sim.objects.tags import add_tag
 from robosandbox.types import Array, Pose, Scene, SceneObject
 
@@ -90,10 +91,7 @@ def place(scene: Scene, item: SceneObject, data: mujoco.MjData) -> None:
     """Put an object where its scene has it at the start."""
     if item.body is not None:
         if not item.is_fixed:
-            body = data.model.body(item.body).id
-            address = int(data.model.jnt_qposadr[data.model.body_jntadr[body]])
-            x, y, z, w = item.pose.quat_xyzw
-            data.qpos[address : address + 7] = [*item.pose.xyz, w, x, y, z]
+            stand(data.model, data.qpos, data.model.body(item.body).id, item.pose)
         return
     starts = iter(_starts(scene, item))
     for body in item.shape.bodies(item):

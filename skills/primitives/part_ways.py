@@ -67,6 +67,8 @@ _MOST_GRIPS = 96
 _ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
 _PUSH_LEANS = tuple(np.radians([0.0, 35.0, 70.0, 90.0]))
 _MOST_FACES = 60
+# Metres before a face that is pushed at which nothing of the hand touches the part yet.
+_BEFORE = 0.003
 # Metres up to which two places to push at are one.
 _SAME_PLACE = 0.04
 # Cosine between two directions from which on they are not at a right angle.
@@ -87,6 +89,7 @@ class PartWay:
         steps: From each pose to the next.
         values: The joint's value at each pose.
         ends_at_stop: Whether the last step meets the end of the joint's range.
+        aperture: How far apart the fingers of a hand that pushes are, metres; None without fingers, and where it grips.
     """
 
     grasp: Grasp | None
@@ -96,6 +99,7 @@ class PartWay:
     steps: tuple[Trajectory, ...]
     values: tuple[float, ...]
     ends_at_stop: bool
+    aperture: float | None = None
 
 
 def touched(part: DetectedObject) -> tuple[str, ...]:
@@ -149,14 +153,27 @@ def _turns(arm: Manipulator, part: DetectedObject) -> tuple[float, ...]:
     return _TURNS if arm.planning.can_face(turn @ arm.state.tcp_pose.rotation) else (0.0,)
 
 
+def jams(arm: Manipulator, part: DetectedObject) -> bool:
+    """Tell whether a grip on a part jams as that turns: the hand cannot turn with it."""
+    return _turns(arm, part) == (0.0,)
+
+
 def _is_own(part: DetectedObject, error: SkillError) -> bool:
     """Tell whether the hand would only meet the part itself, or what it is on."""
     met = error.evidence.other if isinstance(error.evidence, CollisionEvidence) else ""
     return met == part.id or met in around(part)
 
 
-def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
-    """Return the first way on which the closed hand can push a face of a part to a value of its joint.
+def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float = _PRESS) -> PartWay:
+    """Return the first way on which the hand can push a face of a part to a value of its joint: closed, or else with one open finger.
+
+    An open finger goes before the palm, which may have no room where closed fingers have.
+
+    Args:
+        arm: Whose hand.
+        part: What is pushed.
+        goal: Value of its joint.
+        press: How far beyond the end of its range it is pushed, where that is the goal, metres.
 
     Raises:
         GraspError: No face of it looks against its way.
@@ -164,24 +181,33 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float) -> PartWay:
         CollisionError: Something is in the way.
     """
     motion, failures, q_now, turns = arm.motion, list[SkillError](), arm.q, _turns(arm, part)
-    faces = [*_faces(arm, part, goal)]
+    gripper = arm.spec.gripper
+    apertures = (None,) if gripper is None else (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
+    pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goal, aperture)]
     # A hand that presses on what the part is on does not shut it: only where nothing else is left.
-    for allowed, (tcp, direction) in product(dict.fromkeys((touched(part), around(part))), faces):
+    ways = [(share, False) for share in turns] + [(0.0, True)] * jams(arm, part)
+    for allowed, (aperture, tcp, direction) in product(dict.fromkeys((touched(part), around(part))), pushes):
+        if aperture is not None:
+            motion.open_to(aperture)
         start = moved(tcp, -STAND_OFF * direction)
         values = _values(part, tcp, goal)
-        beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp)]
-        for share in turns:
-            poses = _along(part, tcp, beyond, share)
+        beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp, press)]
+        for share, slides in ways:
+            poses = _beside(part, tcp, beyond) if slides else _along(part, tcp, beyond, share)
             try:
                 motion.allow()
                 descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
                 approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
+                # What pushes meets the part first, and no palm.
+                motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
                 motion.allow(*allowed)
                 steps = _steps(arm, descent.q[-1], poses)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
                 continue
-            return PartWay(None, approach, descent, (start, *poses), steps, tuple(values), _is_end(part, goal))
+            return PartWay(
+                None, approach, descent, (start, *poses), steps, tuple(values), _is_end(part, goal), aperture
+            )
     if not failures:
         raise no_grip(arm, part, "none_found", 0.0)
     raise most_telling(failures)
@@ -398,11 +424,11 @@ def _values(part: DetectedObject, grip: Pose, goal: float) -> list[float]:
     return [here + (goal - here) * mark / length for mark in kept] + [goal]
 
 
-def _pressed_home(part: DetectedObject, goal: float, grip: Pose) -> float:
+def _pressed_home(part: DetectedObject, goal: float, grip: Pose, press: float) -> float:
     """Return the value of its joint to which a hand pushes a part, beyond the end of its range where that is the goal."""
     if not _is_end(part, goal):
         return goal
-    return goal + math.copysign(_PRESS, goal - part_value(part)) / _arm_of(joint_of(part), grip.position)
+    return goal + math.copysign(press, goal - part_value(part)) / _arm_of(joint_of(part), grip.position)
 
 
 def _along(part: DetectedObject, grip: Pose, values: Sequence[float], share: float) -> tuple[Pose, ...]:
@@ -420,8 +446,29 @@ def _along(part: DetectedObject, grip: Pose, values: Sequence[float], share: flo
     )
 
 
-def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tuple[Pose, Array]]:
-    """Yield TCP poses with the hand at faces of a part that look against its way, and the way there, the longest lever first."""
+def _beside(part: DetectedObject, tcp: Pose, values: Sequence[float]) -> tuple[Pose, ...]:
+    """Return poses of a hand that pushes a hinged part and lets its end slide along the fingers where its way leads along them.
+
+    Fingers that come from above do not get under a lever that they lift; its end lies on their side until it is level.
+    """
+    approach, joint = tcp.rotation[:, 2], joint_of(part)
+    far = lever(part) / max(_arm_of(joint, tcp.position), 1e-6)
+    found = []
+    for pose in _along(part, tcp, values, 0.0):
+        way = pose.position - tcp.position
+        found.append(moved(tcp, far * (way - (way @ approach) * approach)))
+    return tuple(found)
+
+
+def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float | None) -> Iterator[tuple[Pose, Array]]:
+    """Yield TCP poses with the hand at faces of a part that look against its way, and the way there, the longest lever first.
+
+    Args:
+        arm: Whose hand.
+        part: What is pushed.
+        goal: Value of its joint.
+        aperture: How far apart the fingers are, metres; None without any.
+    """
     joint, hand = joint_of(part), arm.state.tcp_pose.rotation
     sign = 1.0 if goal > part_value(part) else -1.0
     found: dict[tuple[float, ...], tuple[tuple[float, ...], Pose, Array]] = {}
@@ -441,16 +488,16 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float) -> Iterator[tupl
                     level = np.array([1.0, 0.0, 0.0])
                 level = level / np.linalg.norm(level)
                 for lean, rotation in _pushing(arm, way, level):
-                    first = _foremost(arm, rotation, way)
-                    if first is None:
-                        continue
-                    pose = Pose.from_matrix(point - first, rotation)
                     turn = -float(np.trace(hand.T @ rotation))
-                    key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
                     # An edge of the tips slides on a face that their ends or their side would lie on.
                     on_edge = float(0.0 < lean < np.pi / 2.0)
-                    cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2))
-                    found.setdefault(key, (cost, pose, way))
+                    for first in _foremost(arm, rotation, way, aperture):
+                        pose = Pose.from_matrix(point - first, rotation)
+                        # No deeper than it has to be: there may be something below.
+                        depth = round(float(pose.position @ rotation[:, 2]), 3)
+                        cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2), depth)
+                        key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
+                        found.setdefault(key, (cost, pose, way))
     best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
     yield from best[:_MOST_FACES]
 
@@ -490,24 +537,24 @@ def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]]) -> li
     return [candidate for _, candidate in sorted(ranked, key=lambda one: one[0])]
 
 
-def _foremost(arm: Manipulator, rotation: Array, way: Array) -> Array | None:
-    """Return the offset (3,) from a closed hand's TCP to what of it goes first along a way (3,): its tips, a corner of them, or its side.
+def _foremost(arm: Manipulator, rotation: Array, way: Array, aperture: float | None) -> list[Array]:
+    """Return offsets (3,) from the TCP to what of a hand goes first along a way (3,): its tips, a corner of them, or its side.
 
-    None where that is not known: fingers taper, and their thickness is the largest.
+    None where that is not known: fingers taper, and their thickness is the largest. Of an open hand each finger may go first.
     """
     local = rotation.T @ way
     x, y, z = np.where(np.abs(local) > _LEVEL, local, 0.0)
-    if arm.spec.gripper is None:
+    if arm.spec.gripper is None or aperture is None:
         # A flange has no fingers to reach down with: what it pushes with lies around its TCP.
-        beside: Array = (flange_depth(arm.spec.tool_bounds, local) if z == 0.0 else 0.0) * way
-        return beside
+        return [(flange_depth(arm.spec.tool_bounds, local) if z == 0.0 else 0.0) * way]
     if y != 0.0 and z != 0.0:
-        return None
+        return []
     geometry = arm.spec.gripper.geometry
-    outside = geometry.min_aperture / 2.0 + geometry.finger_thickness
-    half = np.array([geometry.finger_width / 2.0, outside, geometry.tip_depth])
-    first: Array = rotation @ (np.sign([x, y, z]) * half)
-    return first
+    finger = (aperture + geometry.finger_thickness) / 2.0
+    half = np.array([geometry.finger_width / 2.0, aperture / 2.0 + geometry.finger_thickness, geometry.tip_depth])
+    first = np.sign([x, y, z]) * half
+    sides = (finger, -finger) if aperture > geometry.min_aperture and y == 0.0 else (first[1],)
+    return [rotation @ np.array([first[0], side, first[2]]) for side in sides]
 
 
 def no_grip(

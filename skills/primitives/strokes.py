@@ -16,6 +16,7 @@ from robosandbox.types.robot import RobotSpec
 from robosandbox.values import frozen
 from robosandbox.world.effects import shifted
 from robosandbox.world.nearness import nearer
+from robosandbox.world.placement_sampling import at_its_height
 from robosandbox.world.relations import bottom, bounds, centre, gap, support, top
 
 # Metres between fingers and object before a stroke; chosen as ten times perception's error (halved 2 % shorter
@@ -30,6 +31,8 @@ _TIP_HOLD = 0.012
 _LEVEL = 0.99
 # Metres that a leg of a bent way is long at least, and apart that places along it are checked; chosen as half a finger's width.
 _SHORTEST_LEG = 0.01
+# Cosine from which on fingers close along a stroke.
+_SQUARE = 0.5
 # Share of the joints' speed limits; chosen so that what is pushed stays at the fingers (halved 11 % longer episodes,
 # doubled 12 % shorter, all succeed).
 _PUSH_SPEED = 0.12
@@ -42,6 +45,7 @@ class Stroke:
     Attributes:
         end: World xy of the object's middle in the end, metres.
         distance: How far the object is to go, metres.
+        aperture: How far apart the fingers are, metres.
     """
 
     approach: Trajectory
@@ -49,12 +53,13 @@ class Stroke:
     push: Trajectory
     end: tuple[float, float]
     distance: float
+    aperture: float = 0.0
 
 
 def plan_stroke(
     arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float, missed: int = 0
 ) -> Stroke:
-    """Return the first free ways on which the closed hand gets behind an object, along, and up from there.
+    """Return the first free ways on which the hand gets behind an object, along, and up from there: closed, or with an open finger ahead.
 
     Args:
         arm: The skill's manipulator.
@@ -72,16 +77,27 @@ def plan_stroke(
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
     robot = arm.spec
-    if robot.gripper is not None:
-        arm.motion.open_to(robot.gripper.geometry.min_aperture)
+    least = 0.0 if robot.gripper is None else robot.gripper.geometry.min_aperture
     options = hand_rotations(robot, axis, arm.state.tcp_pose.rotation)
     turned = 2 * missed % len(options)
     hands = (*options[turned:], *options[:turned])
     ways = itertools.product(stroke_heights(robot, target, axis, scene.table_height), hands)
     behind = (stroke_poses(target, axis, distance, hand, height) for height, hand in ways)
     within = (poses for hand in hands for poses in inner_stroke_poses(robot, target, axis, distance, hand))
-    for start, end in itertools.chain(behind, within):
+    pushes = [(least, *poses) for poses in itertools.chain(behind, within)]
+    if robot.gripper is not None:
+        # An open finger goes where the palm has no room.
+        most = robot.gripper.geometry.max_aperture
+        wide = [
+            (rotation, depth + (most - least) / 2.0)
+            for rotation, depth in options
+            if abs(float(rotation[:, 1] @ axis)) > _SQUARE
+        ]
+        ways = itertools.product(stroke_heights(robot, target, axis, scene.table_height), wide)
+        pushes += [(most, *stroke_poses(target, axis, distance, hand, height)) for height, hand in ways]
+    for aperture, start, end in pushes:
         try:
+            arm.motion.open_to(aperture)
             arm.motion.allow()
             descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=arm.tempo.near)
             approach = arm.motion.plan_joints(arm.q, descent.q[0], speed=arm.tempo.free)
@@ -89,7 +105,7 @@ def plan_stroke(
             push = arm.motion.plan_line(descent.q[-1], end, speed=_PUSH_SPEED)
             arm.motion.plan_line(push.q[-1], raised(end, HOVER_HEIGHT))
             x, y = map(float, (centre(target) + distance * axis)[:2])
-            return Stroke(approach, descent, push, (x, y), distance)
+            return Stroke(approach, descent, push, (x, y), distance, aperture)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
     raise most_telling(failures)
@@ -145,28 +161,28 @@ def _leg(
     now = shifted(scene, target.id, np.array([*(begin - centre(target)[:2]), 0.0]))
     there, way = arm.find(target.id, now), np.array([*(end - begin), 0.0])
     distance = float(np.linalg.norm(way))
-    others = [item for item in now.objects if item.id not in {target.id, *now.in_hands} and _beside(there, item)]
+    others = [
+        piece
+        for item in now.objects
+        if item.id not in {target.id, *now.in_hands}
+        for piece in at_its_height(there, item, _TIP_CLEARANCE)
+    ]
     for share in np.linspace(0.0, 1.0, 1 + math.ceil(distance / _SHORTEST_LEG))[1:]:
         moved = arm.find(target.id, shifted(now, target.id, share * way))
-        met = next((item.id for item in others if nearer(moved, item, min(_TIP_CLEARANCE, gap(there, item)))), None)
+        met = next((item for item in others if nearer(moved, item, min(_TIP_CLEARANCE, gap(there, item)))), None)
         if met is not None:
             raise CollisionError(
-                f"{target.id} would meet {met} on its way; clear the way, or choose another place",
+                f"{target.id} would meet {met.id} on its way; clear the way, or choose another place",
                 phase=Phase.PLAN,
                 evidence=CollisionEvidence(
                     body=target.id,
-                    other=met,
-                    depth=-gap(moved, arm.find(met, now)),
+                    other=met.id,
+                    depth=-gap(moved, met),
                     waypoint=round(100 * share),
                     waypoints=100,
                 ),
             )
     return plan_stroke(arm, there, now, way / distance, distance, missed)
-
-
-def _beside(target: DetectedObject, item: DetectedObject) -> bool:
-    """Tell whether an object reaches above the bottom of another and begins under its top."""
-    return top(item) > bottom(target) + _TIP_CLEARANCE and bottom(item) < top(target)
 
 
 def hand_rotations(robot: RobotSpec, axis: Array, hand: Array) -> list[tuple[Array, float]]:
@@ -186,12 +202,13 @@ def hand_rotations(robot: RobotSpec, axis: Array, hand: Array) -> list[tuple[Arr
         if gripper is None:
             depth = flange_depth(robot.tool_bounds, rotation.T @ axis)
         else:
-            squarely = abs(float(closing @ axis)) > 0.5
-            depth = gripper.geometry.finger_thickness if squarely else gripper.geometry.finger_width / 2.0
+            squarely = abs(float(closing @ axis)) > _SQUARE
+            beside = gripper.geometry.min_aperture / 2.0 + gripper.geometry.finger_thickness
+            depth = beside if squarely else gripper.geometry.finger_width / 2.0
         options.append((rotation, depth))
     # The wide side first; of two opposite hands the one that turns less.
     return sorted(
-        options, key=lambda option: (abs(float(option[0][:, 1] @ axis)) > 0.5, -float(np.trace(hand.T @ option[0])))
+        options, key=lambda option: (abs(float(option[0][:, 1] @ axis)) > _SQUARE, -float(np.trace(hand.T @ option[0])))
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.objects.geoms import GRAIN_BIT
+from robosandbox.sim.objects.standing import is_free, stand
 from robosandbox.types import Array, Pose
 from robosandbox.values import frozen
 
@@ -28,7 +29,6 @@ _GENERAL = [
 ]
 _DOUBT = 0.5
 _BOX = mujoco.mjtGeom.mjGEOM_BOX.value
-_FREE = mujoco.mjtJoint.mjJNT_FREE.value
 # Metres by which the robot may come nearer still to what it stands near; chosen as the Panda's repeatability in its maker's data sheet.
 _REPEATS = 0.0001
 # Shortest such way, metres; chosen so that a walk past a near thing comes to an end where no clearance is kept.
@@ -102,17 +102,13 @@ class CollisionChecker:
         self._apply_bits()
 
     def place(self, body: int, pose: Pose) -> None:
-        """Put a free object's body at a pose; what is fixed stays."""
-        if self.model.body_jntnum[body] != 1 or self.model.jnt_type[self.model.body_jntadr[body]] != _FREE:
-            return
-        address = int(self.model.jnt_qposadr[self.model.body_jntadr[body]])
-        x, y, z, w = pose.quat_xyzw
-        self.data.qpos[address : address + 7] = [*pose.xyz, w, x, y, z]
+        """Put a loose object's body at a pose; what is fixed stays."""
+        stand(self.model, self.data.qpos, body, pose)
 
     def slide(self, body: int, opening: float) -> None:
         """Open the drawer whose cabinet a body is by so many metres, or put a part's own joint to a value."""
         own = int(self.model.body_jntadr[body])
-        if own >= 0 and self.model.jnt_type[own] != _FREE:
+        if own >= 0 and not is_free(self.model, body):
             self.data.qpos[int(self.model.jnt_qposadr[own])] = opening
             return
         for part in np.flatnonzero(self.model.body_parentid == body):
@@ -127,7 +123,7 @@ class CollisionChecker:
 
     def hold(self, body: int | None, tcp_to_object: Pose | None = None) -> None:
         """Let an object move with the TCP; None lets go."""
-        if body is None or tcp_to_object is None:
+        if body is None or tcp_to_object is None or not is_free(self.model, body):
             self._held = None
         else:
             address = int(self.model.jnt_qposadr[self.model.body_jntadr[body]])

@@ -10,6 +10,7 @@ import numpy as np
 from robosandbox.robots.gripper.calibrate import is_in_step
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.objects.standing import stand as stand_object
 from robosandbox.sim.opening import simulate
 from robosandbox.sim.saved_state import take_state
 from robosandbox.sim.world import World
@@ -52,16 +53,15 @@ def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], arms
     for item in objects:
         if item.id not in world.parts:
             continue
-        joints = model.body_jntadr[world.parts[item.id]]
+        bodies = world.parts[item.id]
+        joints = model.body_jntadr[bodies]
         if item.id in world.fixed:
             if item.opening is not None:
                 qpos[int(model.jnt_qposadr[joints[0]])] = item.opening
             continue
         places = [Pose(xyz=grain) for grain in item.grains] if item.grains else [item.pose]
-        for joint, pose in zip(joints, places, strict=False):
-            x, y, z, w = pose.quat_xyzw
-            address = int(model.jnt_qposadr[joint])
-            qpos[address : address + 7] = [*pose.xyz, w, x, y, z]
+        for body, pose in zip(bodies, places, strict=False):
+            stand_object(model, qpos, int(body), pose)
         if item.opening is not None and len(joints) > 1:
             qpos[model.jnt_qposadr[joints[1]]] = np.clip(item.opening, *model.jnt_range[joints[1]])
     return qpos

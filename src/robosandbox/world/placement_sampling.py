@@ -156,6 +156,18 @@ def separately(item: DetectedObject) -> tuple[DetectedObject, ...]:
     return tuple(replace(item, geometry=Geometry((piece,), "fixture")) for piece in item.geometry.pieces)
 
 
+def at_its_height(item: DetectedObject, other: DetectedObject, clearance: float = 0.0) -> tuple[DetectedObject, ...]:
+    """Return the pieces of another object that one meets which slides along: those over it, and under it, it passes.
+
+    Args:
+        item: What slides.
+        other: What may be in its way.
+        clearance: How far the top of a piece is over the bottom of what meets it, metres.
+    """
+    low, high = bottom(item) + clearance, top(item)
+    return tuple(piece for piece in separately(other) if top(piece) > low and bottom(piece) < high)
+
+
 def margin_on_table(area: Area, point: Array, half: Array | float = 0.0) -> float:
     """Return how far a thing of these half-extents (2,) about a point (2,) is from the table's edge, metres; negative over it."""
     (x0, x1), (y0, y1) = area

@@ -19,6 +19,7 @@ from robosandbox.world.parts import at_value, is_part, open_value
 from robosandbox.world.placement_sampling import (
     Placement,
     about_z,
+    at_its_height,
     free_placements,
     levelled,
     margin_on_table,
@@ -26,10 +27,11 @@ from robosandbox.world.placement_sampling import (
     points_beside,
     resting_pose,
     table_placements,
+    with_pose,
     yaw_to_align,
 )
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
-from robosandbox.world.relations import BESIDE_GAP, REST_TOLERANCE, bottom, centre, rest_height, support
+from robosandbox.world.relations import BESIDE_GAP, REST_TOLERANCE, bottom, bounds, centre, gap, rest_height, support
 
 # How far from its mark the centre of an object counts as there, metres; chosen far above what a placement leaves.
 AT_TOLERANCE = 0.015
@@ -350,6 +352,28 @@ def _free_spots(view: View, a: str) -> Iterator[tuple[float, float]]:
 def room_at(view: View, a: str, x: float, y: float) -> Finding:
     """An object has room to stand at a point of the table, metres."""
     return _table_room(view, view.get(a), [np.array([x, y])], f"({x:.3f}, {y:.3f})")
+
+
+@predicate("object", "number", "number", blame=occupied)
+def room_to_slide_to(view: View, a: str, x: float, y: float) -> Finding:
+    """An object that slides along the table has room at a point of it, metres; what is over it is not in its way."""
+    item, point = view.get(a), np.array([x, y])
+    offset = np.array([*(point - centre(item)[:2]), 0.0])
+    there = with_pose(item, Pose.from_matrix(item.pose.position + offset, item.pose.rotation))
+    low, high = bounds(item)
+    off = margin_on_table(view.scene.table_area, point, (high - low)[:2] / 2.0) < 0.0
+    blocking = tuple(
+        other.id for other in view.others(a) if any(gap(there, piece) < 0.0 for piece in at_its_height(there, other))
+    )
+    why = f"occupied by {', '.join(blocking)}" if blocking else "off the table"
+    return Finding(
+        holds=not off and not blocking,
+        is_sure=is_clearly_seen(item),
+        cause=f"no room for {a} at ({x:.3f}, {y:.3f}): {why}",
+        help="choose a place on the table" if off else "clear it or choose another place",
+        blocking=blocking,
+        remedies=tuple(fact("on", name, TABLE) for name in blocking),
+    )
 
 
 @predicate("object", "object", "word", blame=occupied)

@@ -1,7 +1,7 @@
 """MetaWorld's 50 tasks, which have no sentences, as goals and calls.
 
 A line without "=" is a goal in relations, one with it a call. Things and parts are those that the importer finds; {x}, {y}, {z} are
-MetaWorld's own goal position, metres, and {over} a hand's length above it. Nothing here knows a start or a seed.
+MetaWorld's own goal position, metres, {over} a hand's length above it, {before_y} and {beyond_x} a little this side of it. Nothing here knows a start or a seed.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ TASKS: dict[str, tuple[str, ...]] = {
     "button-press-wall-v3": ("press(part=box.button)",),
     "coffee-button-v3": ("press(part=coffee_machine.cmbutton)",),
     "coffee-pull-v3": ("pick(object=obj)", "place_at(x={x}, y={y})"),
-    "coffee-push-v3": ("pick(object=obj)", "place_at(x={x}, y={y})"),
-    "dial-turn-v3": ("turned_to(body_1, 1.0)",),
+    "coffee-push-v3": ("pick(object=obj)", "place_at(x={x}, y={before_y:.4f})"),
+    "dial-turn-v3": ("turned_to(body_1, 0.8)",),
     "disassemble-v3": ("pick(object=RoundNut)", "move_by(dz=0.15)"),
     "door-close-v3": ("closed(door.link)",),
     "door-lock-v3": ("turned_to(door.lock_link, 1.0)",),
-    "door-open-v3": ("open(door.link)",),
+    "door-open-v3": ("open(part=door.link, share=1.0, force=60)",),
     "door-unlock-v3": ("turned_to(door.lock_link, 0.0)",),
     "drawer-close-v3": ("closed(drawer.link)",),
     "drawer-open-v3": ("open(part=drawer.link, share=1.0)",),
@@ -42,17 +42,17 @@ TASKS: dict[str, tuple[str, ...]] = {
     "pick-place-wall-v3": ("pick(object=obj)", "move_to(x={x}, y={y}, z={z})"),
     "plate-slide-back-side-v3": ("at(body_1, {x:.3f}, {y:.3f})",),
     "plate-slide-back-v3": ("at(body_1, {x:.3f}, {y:.3f})",),
-    "plate-slide-side-v3": ("at(body_1, {x:.3f}, {y:.3f})",),
-    "plate-slide-v3": ("at(body_1, {x:.3f}, {y:.3f})",),
+    "plate-slide-side-v3": ("push_to(object=body_1, x={beyond_x:.3f}, y={y:.3f})",),
+    "plate-slide-v3": ("push_to(object=body_1, x={x:.3f}, y={before_y:.3f})",),
     "push-back-v3": ("at(obj, {x:.3f}, {y:.3f})",),
     "push-v3": ("at(obj, {x:.3f}, {y:.3f})",),
     "push-wall-v3": ("at(obj, {x:.3f}, {y:.3f})",),
     "reach-v3": ("move_to(x={x}, y={y}, z={z})",),
     "reach-wall-v3": ("move_to(x={x}, y={y}, z={z})",),
     "shelf-place-v3": ("pick(object=obj)", "move_to(x={x}, y={y}, z={z})"),
-    "soccer-v3": ("at(soccer_ball, {x:.3f}, {y:.3f})",),
-    "stick-pull-v3": ("pick(object=stick)", "move_to(x={x}, y={y}, z={z})"),
-    "stick-push-v3": ("pick(object=stick)", "move_to(x={x}, y={y}, z={z})"),
+    "soccer-v3": ("push_to(object=soccer_ball, x={x:.3f}, y={before_y:.3f})",),
+    "stick-pull-v3": ("at(body_2, {x:.3f}, {y:.3f}), holding(stick)",),
+    "stick-push-v3": ("at(body_2, {x:.3f}, {y:.3f}), holding(stick)",),
     "sweep-into-v3": ("pick(object=obj)", "move_to(x={x}, y={y}, z={z})"),
     "sweep-v3": ("at(obj, {x:.3f}, {y:.3f})",),
     "window-close-v3": ("closed(window.b_a)",),

@@ -8,6 +8,7 @@ import numpy as np
 
 from robosandbox.motion.carried import SinceLook
 from robosandbox.motion.twin import standing
+from robosandbox.sim.objects.standing import stand
 from robosandbox.sim.step_recorder import StepColumns, column_of
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Pose
@@ -59,8 +60,7 @@ class BeliefRecorder:
         qpos = standing(self._world, believed, arms)
         for name, bodies in self._world.parts.items():
             if name not in known:
-                address = int(self._world.model.jnt_qposadr[self._world.model.body_jntadr[bodies[0]]])
-                qpos[address : address + 3] = _NOWHERE.position
+                stand(self._world.model, qpos, int(bodies[0]), _NOWHERE)
         row = {
             "time": np.array([max(state.time for state in arms.values())]),
             "objects": np.array(objects, dtype=float).ravel(),
