@@ -1,11 +1,14 @@
 """Objects from mesh files: their hull or their convex pieces collide."""
 
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from robosandbox.errors import GraspError, InputError
+from robosandbox.grasp.closing import Closings
 from robosandbox.grasp.surface import Surface
 from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.perception.known_meshes import fit_mesh, known_mesh
@@ -203,6 +206,20 @@ def test_what_is_wider_than_the_hand_is_held_where_it_is_thin(table_of_boxes: Pa
         assert grasps and {round(1e3 * grasp.width) for grasp in grasps} <= {12, 24}
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
         assert session.simulation.truth().held == "it"
+
+
+@pytest.mark.parametrize(("gap", "held"), [(0.0014, True), (0.0018, False)])
+def test_a_wall_of_2_mm_is_held_where_closed_fingers_still_press_on_it(gap: float, held: bool) -> None:
+    with open_session(Scene(), what_if=False) as session:
+        gripper = session.driver.arms["arm"].spec.gripper
+    assert gripper is not None
+    geometry = replace(gripper.geometry, min_aperture=gap)
+    corners = np.array([*product((-0.06, 0.06), (-0.001, 0.001), (-0.04, 0.04))])
+    wall = Surface(Pose(xyz=(0.4, 0.0, 0.1)), [corners])
+    tiers = Closings("it", wall, geometry, lambda grasp: True).tiers()
+    widths = [grasp.width for tier in tiers for grasp in tier]
+    assert bool(widths) == held
+    assert widths == pytest.approx([0.002] * len(widths))
 
 
 def test_how_a_mesh_lies_is_found_from_points_of_its_surface(angle: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
-from robosandbox.grasp.hand import FINGER_CLEARANCE
+from robosandbox.grasp.hand import FINGER_CLEARANCE, THINNEST
 from robosandbox.grasp.suction import least_face, widest_face
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.skills.primitives.manipulator import (
@@ -58,8 +58,6 @@ _CLOSING_STEP = CONTAINER_WALL
 _SAME_PLACE = 0.008
 # Cosine between the axes of two such grasps; chosen as 14 degrees.
 _SAME_TURN = 0.97
-# Metres that an object must be wider than the closed fingers, so that they press; as for `Antipodal`.
-_THINNEST = 0.001
 
 
 @frozen
@@ -335,10 +333,10 @@ def why_no_grasp(geometry: GripperGeometry, target: DetectedObject, pieces: Sequ
         widest = widest_face(target, pieces)
         has = f"its widest measures {widest * 1000:.0f} mm" if widest else "it has none"
         return f"this cup holds flat faces of at least {least_face(geometry.cup) * 1000:.0f} mm across, and {has}"
-    width = narrowest(target, pieces, geometry.min_aperture + _THINNEST)
+    width = narrowest(target, pieces, geometry.min_aperture + THINNEST)
     if width >= geometry.max_aperture - 2.0 * FINGER_CLEARANCE:
         return f"it is {width * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
-    if width > geometry.min_aperture + _THINNEST:
+    if width > geometry.min_aperture + THINNEST:
         if len(pieces) > 1:
             return "where it is thin enough for the hand there is no room for fingers and palm"
         return "it is too flat for the fingers"
@@ -354,7 +352,7 @@ def _no_candidate(arm: Manipulator, target: DetectedObject, pieces: Sequence[Arr
         evidence=GraspEvidence(
             object=target.id,
             reason="none_found",
-            object_width=narrowest(target, pieces, geometry.min_aperture + _THINNEST) if geometry.cup is None else None,
+            object_width=narrowest(target, pieces, geometry.min_aperture + THINNEST) if geometry.cup is None else None,
             aperture=arm.gripper.width,
             max_aperture=geometry.max_aperture,
         ),

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robosandbox.grasp.hand import FINGER_CLEARANCE, FRICTION, UP, hand_pose, lean, turned, unit
+from robosandbox.grasp.hand import FINGER_CLEARANCE, FRICTION, THINNEST, UP, hand_pose, lean, turned, unit
 from robosandbox.grasp.solid import ConvexObject
 from robosandbox.types import Array, Grasp, cross
 from robosandbox.types.robot import GripperGeometry
 
-_THINNEST = 0.001  # Metres that an object must be wider than the closed fingers, so that they press. Chosen.
 # Places off the middle, as fractions of the object's length. Chosen short of its ends.
 _SHIFTS = (0.25, -0.25, 0.38, -0.38)
 _SHALLOW = 0.009  # Metres that a shallow grasp goes below what it meets first. Chosen: holds by part of a pad.
@@ -45,7 +44,7 @@ class Antipodal:
             (axis, width, point)
             for axis in solid.closings()
             for width, point in [solid.between(axis)]
-            if geometry.min_aperture + _THINNEST < width < geometry.max_aperture - 2.0 * FINGER_CLEARANCE
+            if geometry.min_aperture + THINNEST < width < geometry.max_aperture - 2.0 * FINGER_CLEARANCE
         ]
 
     def tiers(self) -> Iterator[list[Grasp]]:

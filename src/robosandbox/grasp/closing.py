@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from robosandbox.grasp.hand import FINGER_CLEARANCE, UP, hand_pose, turned, unit
+from robosandbox.grasp.hand import FINGER_CLEARANCE, THINNEST, UP, hand_pose, turned, unit
 from robosandbox.grasp.solid import STEEPEST
 from robosandbox.grasp.surface import Surface
 from robosandbox.types import Array, Grasp, cross
@@ -22,8 +22,8 @@ from robosandbox.values import frozen
 # Metres that the fingers are open beyond what they hold at the least; chosen as where `_OPENINGS` in
 # `skills/primitives/grasping.py` ends.
 _OPENING = 0.005
-# Metres that what is held must be wider than closed fingers, and narrower than open ones; as for convex shapes.
-_THINNEST, _ROOM = 0.001, 2.0 * FINGER_CLEARANCE
+# Metres that what is held must be narrower than open fingers; as for convex shapes.
+_ROOM = 2.0 * FINGER_CLEARANCE
 # Angles of the hand about the closing line, radians, tier by tier: from above, angled, from the side.
 _ANGLES = tuple(np.radians([0.0, 20.0, 40.0, 60.0, 80.0]))
 # Number of lines across a pad and along a finger on which its way is measured. Chosen: 5 mm apart for a pad of 2 cm.
@@ -90,7 +90,7 @@ class Closings:
     def _chosen(self) -> list[tuple[Array, Array, float]]:
         """Return closing lines that fit between the fingers, no two the same, the best of them where there are many."""
         middles, closings, widths = self._surface.lines
-        least, most = self._geometry.min_aperture + _THINNEST, self._geometry.max_aperture - _ROOM
+        least, most = self._geometry.min_aperture + THINNEST, self._geometry.max_aperture - _ROOM
         fits = (widths > least) & (widths < most) & (np.abs(closings[:, 2]) < STEEPEST)
         levers = np.linalg.norm((middles - self._surface.middle)[:, :2], axis=1)
         cost = _LEVER_COST * levers + np.abs(closings[:, 2]) + widths / self._geometry.max_aperture
@@ -185,7 +185,7 @@ class Closings:
         low = np.where(between, enters, np.inf).min(axis=1)
         top, bottom = float(high.max()), float(low.min())
         held = top - bottom
-        if not geometry.min_aperture + _THINNEST < held < geometry.max_aperture - _ROOM:
+        if not geometry.min_aperture + THINNEST < held < geometry.max_aperture - _ROOM:
             return None
         right, left = high > top - _MEETS, low < bottom + _MEETS
         askew = float(np.linalg.norm(places[right].mean(axis=0) - places[left].mean(axis=0)))

@@ -13,6 +13,8 @@ UP = np.array([0.0, 0.0, 1.0])
 FRICTION = 0.5
 # Metres between each finger and the object on its way down. Chosen as what the way there keeps.
 FINGER_CLEARANCE = 0.001
+# Metres that what is held is wider than the closed fingers, so that they press: what position servos still act on.
+THINNEST = 0.0005
 FLOOR_CLEARANCE = 0.003  # Metres that fingertips stay over what the object stands on. Chosen.
 _PALM_CLEARANCE = 0.003  # Metres between the palm and the object. Chosen.
 _LEAST_OVERLAP = 0.004  # Metres of fingertip that must reach past the object's near side. Chosen.
