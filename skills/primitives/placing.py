@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import groupby
 from typing import Literal
 
 import numpy as np
@@ -43,7 +42,8 @@ from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.placement_sampling import (
     CARRIED_OVER,
     Placement,
-    attitude,
+    about_z,
+    levelled,
     placements_in,
     placements_on,
     resting_pose,
@@ -70,8 +70,6 @@ _LOWEST_HOVER = 0.03
 _RESTARTS = 30
 # Spots out of reach after which it is given up; chosen as all headings of five spots.
 _MOST_UNREACHABLE = 40
-# Cosine between the hand and the way out from which on it would have to come from within.
-_FACING = 0.3
 # Angle from its goal at which a thing stands askew, radians; chosen above what things put down flat were measured at (0.02 degrees).
 _ASKEW = math.radians(1.0)
 # Distance of a thing's middle from the edge of what it is on, millimetres; chosen as twice perception's error.
@@ -253,14 +251,13 @@ def plan_place(
     """
     arm.ctx.enter(Phase.PLAN)
     search = _PlaceSearch(arm, held, scene, allowed)
-    for _, alike in groupby(spots, lambda spot: spot.laid):
-        search.begin()
-        for spot, yaw in ((one, heading) for one in alike for heading in search.headings(one)):
+    for spot in spots:
+        for yaw in search.headings(spot):
             way = search.attempt(spot, yaw)
             if way is not None:
                 return way
             if search.is_over:
-                break
+                raise search.failure
     raise search.failure
 
 
@@ -276,16 +273,13 @@ class _PlaceSearch:
         self._q = observation.q
         self._width = arm.gripper.width
         self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()
+        self._level = levelled(held)
         self._load = carried_along(held, scene)
         self._speed = carry_speed(arm, held, scene, arm.tempo.carry)
         lower = arm.tempo.lower
         self._lower = landing(arm, held, bearable(arm, held, lower)) if isinstance(lower, Timing) else lower
         self._failures: list[SkillError] = []
-        self._before = self._blocked = 0
-
-    def begin(self) -> None:
-        """Begin with spots of another kind."""
-        self._before, self._blocked = len(self._failures), 0
+        self._blocked = 0
 
     @property
     def failure(self) -> SkillError:
@@ -295,35 +289,30 @@ class _PlaceSearch:
     @property
     def is_over(self) -> bool:
         """True when it is time to give up."""
-        unreachable = sum(isinstance(error, UnreachableError) for error in self._failures[self._before :])
+        unreachable = sum(isinstance(error, UnreachableError) for error in self._failures)
         return unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
 
     def headings(self, spot: Placement) -> Sequence[float]:
-        """Return the headings for a spot, those first with which the hand comes from the side to which it is open, and none that face it."""
+        """Return the headings for a spot, those first with which the hand comes from the side to which it is open."""
         if spot.way_out is None:
             return spot.yaws
         out = np.array([*spot.way_out, 0.0])
-        approach = self._tcp_in_object.rotation[:, 2]
-        hands = {yaw: attitude(self._held, spot, yaw) @ approach @ out for yaw in spot.yaws}
-        return sorted((yaw for yaw in spot.yaws if hands[yaw] < _FACING), key=lambda yaw: round(float(hands[yaw]), 2))
+        hands = {yaw: about_z(yaw) @ self._level @ self._tcp_in_object.rotation[:, 2] @ out for yaw in spot.yaws}
+        return sorted(spot.yaws, key=lambda yaw: round(float(hands[yaw]), 2))
 
     def attempt(self, spot: Placement, yaw: float) -> PlacePlan | None:
         """Return the way to a spot, or None."""
         arm, motion = self._arm, self._arm.motion
-        goal = resting_pose(self._held, spot, attitude(self._held, spot, yaw))
+        goal = resting_pose(self._held, spot, about_z(yaw) @ self._level)
         tcp_goal = goal @ self._tcp_in_object
         # Just above the support nothing may be touched; the last millimetres are for the support alone.
         above = raised(tcp_goal, _STAND_OFF if spot.way_out is None else CARRIED_OVER)
         back = None if spot.way_out is None else spot.depth * np.array([*spot.way_out, 0.0])
         try:
+            q_above = motion.ik(above, self._q, restarts=_RESTARTS)
             self._hold()
-            if back is None:
-                q_above = motion.ik(above, self._q, restarts=_RESTARTS)
-                if (found := motion.touch(q_above)) is not None:
-                    raise found
-            else:
-                # An arm that reaches in from the side may meet what stands before that.
-                q_above = arm.free_posture(above, restarts=_RESTARTS)
+            if (found := motion.touch(q_above)) is not None:
+                raise found
             q_goal = motion.ik(tcp_goal, q_above, restarts=_RESTARTS)
             opening = self._opening(q_goal)
             leave = None if back is None else self._way_back(goal, q_goal, opening, back)

@@ -17,7 +17,7 @@ from robosandbox.world.effects import put
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.nearness import nearer
 from robosandbox.world.placement_sampling import (
-    attitude,
+    about_z,
     first_placement_in,
     is_on,
     levelled,
@@ -64,7 +64,8 @@ def _put_in(scene: ObservedScene, a: str, c: str) -> ObservedScene:
         return scene
     spot = first_placement_in(vessel, item, _solids_in(scene, vessel, a))
     if spot is not None:
-        return put(scene, a, resting_pose(item, spot, attitude(item, spot, spot.yaws[0])))
+        rotation = about_z(spot.yaws[0]) @ levelled(item)
+        return put(scene, a, resting_pose(item, spot, rotation))
     room = mouth_of(vessel)
     point = vessel.pose.position + vessel.pose.rotation @ np.array([*room.middle, room.floor])
     return put(scene, a, Pose.from_matrix(point, levelled(item)))
@@ -157,7 +158,7 @@ def _way_in(view: View, item: DetectedObject, cupboard: DetectedObject) -> Findi
     doors = [other for other in view.scene.objects if is_on(other, cupboard)]
     shut: dict[str, None] = {}
     for spot in itertools.islice(placements_in(cupboard, item, ()), _WAYS_IN):
-        there = resting_pose(item, spot, attitude(item, spot, 0.0))
+        there = resting_pose(item, spot, levelled(item))
         out = np.array([*(spot.way_out or (0.0, 0.0)), 0.0])
         stations = [
             with_pose(item, Pose.from_matrix(there.position + share * spot.depth * out, there.rotation))

@@ -11,7 +11,6 @@ import numpy as np
 
 from robosandbox.shapes.compound import Geometry
 from robosandbox.shapes.heights import LevelSurface
-from robosandbox.spatial import matrix_about_axis, matrix_from_quat_xyzw
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
 from robosandbox.values import frozen
@@ -57,8 +56,6 @@ _ABOVE = 0.001
 _DROPS = (0.0, 0.007, 0.015, 0.03, 0.05)
 # Places tried at each of these heights; chosen so that all five take under a second.
 _MOST_PER_DROP = 16
-# Places tried for each side on which a thing may lie: with four sides as many as for one that stands.
-_MOST_LAID = 4
 # Metres of height and of free space that make one place better than another; chosen as twice perception's error.
 _STEP = 0.005
 # Containers with what lies in them and what is to go in, for which the first place is cached. Chosen: a search's hundred states.
@@ -74,8 +71,6 @@ _HAND_ROOM = 0.07
 
 # Cosine of the tilt up to which what holds things is set down with its mouth up; chosen as 75 degrees: beyond that it lies on its side.
 _MOUTH_UP = 0.25
-# Cosine to the vertical from which on an axis is no level one.
-_STEEP = 0.7
 # Of what is left to turn, what is tried with one grip, the most first; chosen because an arm's last joint goes about half a
 # turn at a time.
 _TURN_SHARES = (1.0, 0.75, 0.5, 0.25)
@@ -96,7 +91,6 @@ class Placement:
         yaws: Headings to try, radians about world z from its present one, best first.
         way_out: Level unit vector along which it is left by what has to come in from the side; None from above.
         depth: Metres along it to where what stands there would be outside.
-        laid: Attitude of what is laid on one of its sides before it is turned to a heading, as a quaternion x, y, z, w; None of what stands.
     """
 
     xy: tuple[float, float]
@@ -104,7 +98,6 @@ class Placement:
     yaws: tuple[float, ...]
     way_out: tuple[float, float] | None = None
     depth: float = 0.0
-    laid: tuple[float, float, float, float] | None = None
 
 
 def table_placements(
@@ -230,10 +223,7 @@ def turns(first: float) -> tuple[float, ...]:
 
 def yaw_to_align(held: DetectedObject, target: DetectedObject) -> float:
     """Return the turn about z, radians, that squares the held object's sides with the target's."""
-    level = levelled(held)
-    # Of what lies on its side the first axis may be the vertical one.
-    x, y, _ = level[:, 1 if abs(level[2, 0]) > _STEEP else 0]
-    return _wrap_quarter(target.pose.yaw - math.atan2(y, x))
+    return _wrap_quarter(target.pose.yaw - Pose.from_matrix(held.pose.position, levelled(held)).yaw)
 
 
 def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
@@ -257,38 +247,6 @@ def levelled(item: DetectedObject) -> Array:
     skew = np.array([[0, -cross[2], cross[1]], [cross[2], 0, -cross[0]], [-cross[1], cross[0], 0]])
     levelled: Array = (np.eye(3) + skew + skew @ skew / (1.0 + cosine)) @ rotation
     return levelled
-
-
-def attitude(held: DetectedObject, spot: Placement, yaw: float) -> Array:
-    """Return the rotation (3, 3) of an object on a spot, turned to a heading, radians: levelled, or laid on a side."""
-    level = levelled(held) if spot.laid is None else matrix_from_quat_xyzw(spot.laid)
-    return about_z(yaw) @ level
-
-
-def lying(held: DetectedObject) -> list[DetectedObject]:
-    """Return an object as it lies on each of its sides on which it is lower than it stands; nothing of what holds things."""
-    if held.shape.holds_things:
-        return []
-    level = levelled(held)
-    standing = with_pose(held, Pose.from_matrix(held.pose.position, level))
-    found = []
-    for axis in (column for column in level.T if abs(column[2]) < _STEEP):
-        for angle in (math.pi / 2.0, -math.pi / 2.0):
-            rotation = matrix_about_axis(axis, angle) @ level
-            laid = with_pose(held, Pose.from_matrix(held.pose.position, rotation))
-            if _height(laid) < _height(standing) - _STEP:
-                found.append(laid)
-    return found
-
-
-def _laid(spots: Iterable[Placement], held: DetectedObject) -> Iterator[Placement]:
-    """Yield spots that were found for an object as it lies as those on which it is laid down."""
-    for spot in spots:
-        yield replace(spot, laid=held.pose.quat_xyzw)
-
-
-def _height(item: DetectedObject) -> float:
-    return top(item) - bottom(item)
 
 
 def about_z(angle: float) -> Array:
@@ -316,14 +274,7 @@ def placements_in(
         contents: What lies in it already.
     """
     if vessel.geometry is not None and vessel.geometry.kind == "cupboard" and vessel.geometry.cavity is not None:
-        face = vessel.geometry.cavity
-        yield from _on_face(held, vessel, face, contents)[0]
-        if _height(held) + 2.0 * CARRIED_OVER > face.headroom:
-            # What is too high to stand there may lie.
-            for laid in lying(held):
-                found, _ = _on_face(laid, vessel, face, contents)
-                # All over the face: what stands before it may be in the way of one and not of another.
-                yield from _laid(found[:: max(1, len(found) // _MOST_LAID)][:_MOST_LAID], laid)
+        yield from _on_face(held, vessel, vessel.geometry.cavity, contents)[0]
         return
     edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]
     # A thing whose underside is as high as the rim stands on the contents, not inside.
@@ -331,33 +282,13 @@ def placements_in(
     if not places:
         yield from _nested(vessel, held, contents, edge)
         return
-    if vessel.shape.joint(vessel) is not None and places[0][1] + _height(held) > edge:
-        # A drawer does not shut over what stands out of it.
-        for laid in lying(held):
-            # The hand that holds it by one end lies level, and stays over the rim.
-            lower = [*_places(vessel, laid, contents)][:_MOST_LAID]
-            yield from _laid(_dropped(lower, edge, _DROPS[:4]), laid)
-    yield from _dropped(places, edge)
-
-
-def _dropped(
-    places: Sequence[tuple[tuple[float, float], float, float]], edge: float, over: Sequence[float] = (0.0,)
-) -> Iterator[Placement]:
-    """Yield places in a container as spots on which a thing is let go, as low as can be first.
-
-    Args:
-        places: Each as x and y, height and yaw.
-        edge: Height of the container's rim, metres.
-        over: Metres over the rim from which the last are let go.
-    """
     rim = edge + _NEXT_ROOM
     for drop in _DROPS:
         for xy, height, yaw in places[:_MOST_PER_DROP]:
             if height + drop < rim:
                 yield Placement(xy, height + drop, (yaw,))
-    for more in over:
-        for xy, height, yaw in places:
-            yield Placement(xy, max(rim + more, height), (yaw,))
+    for xy, height, yaw in places:
+        yield Placement(xy, max(rim, height), (yaw,))
 
 
 def _nested(
