@@ -1024,9 +1024,12 @@ def _topic(values: dict[str, Any], text: str) -> tuple[Command, ...]:
             # "the rag and the lamp, tap it"
             raise Misfit
         left_out = first.objects[0].without
-        if left_out and len(told) != 1:
-            raise Misfit
-        told = (_left_out(told[0], left_out),) if left_out else told
+        if left_out:
+            # "the cups, tap them, except the blue one"
+            (whole,) = told if len(told) == 1 else (None,)
+            if whole is None:
+                raise Misfit
+            told = (_left_out(whole, left_out),)
         return (replace(first, objects=told), *rest)
     if isinstance(first.place, Relation) and len(told) == 1 and [ref.determiner for ref in first.place.refs] == ["it"]:
         return (replace(first, place=first.place._replace(refs=told)), *rest)

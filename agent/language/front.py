@@ -52,12 +52,11 @@ class Translated(Protocol):
 def learn_translations(skills: Iterable[object]) -> None:
     """Take in what skills say for themselves, in each language."""
     for skill in skills:
-        told = dict(skill.translations) if isinstance(skill, Translated) else {}
+        if isinstance(skill, Translated) and skill.translations:
+            bring(skill.name, skill.translations)
         if isinstance(skill, Worded) and skill.words:
             ways = skill.words if isinstance(skill.words, tuple) else (skill.words,)
-            told[ENGLISH] = f"{lines_of(skill.name, ways)}\n{told.get(ENGLISH, '')}"
-        if told:
-            bring(skill.name, told)
+            bring(f"{skill.name}, words", {ENGLISH: lines_of(skill.name, ways)})
 
 
 @lru_cache(maxsize=2)

@@ -46,9 +46,9 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
         verb = f"&V_{own}_{g}".upper()
         thing = " objects" if words.object else ""
         rest = "".join(f' "{word}"' for word in after.split())
-        slot = f"said_with_{own}"
+        with_it = f"said_with_{own}"
         most = min(_MOST_SLOTS, len(words.slots))
-        slots = f" ({slot}{f' (slot_joint? {slot})?' * (most - 1)} stays_there?)?" if most else ""
+        slots = f" ({with_it}{f' (slot_joint? {with_it})?' * (most - 1)} stays_there?)?" if most else ""
         yield f"  = verb=worded skill={skill} way={k} {verb}{thing}{rest}{slots}"
 
 
