@@ -121,7 +121,8 @@ def test_what_keeps_a_drawer_from_sliding_is_put_aside(scene: Scene, prompt: str
         episode = session.run(prompt)
         assert episode.success, episode.final_detail
         (attempt,) = episode.attempts
-        assert "block is in the way and is put aside first" in {repair.why for repair in attempt.error.repairs}
+        told = {repair.why for repair in attempt.error.repairs}
+        assert told & {"block is in the way and is put aside first", "block is pushed out of the way first"}, told
         opening = session.simulation.truth().objects["drawer"].opening
         assert opening is not None and (opening > 0.08) == (scene is IN_FRONT)
 
