@@ -807,15 +807,15 @@ def amended(step: Command, values: dict[str, Any]) -> Command | None:
 
 
 _HOLDERS = frozenset({"bin", "bowl", "drawer", "plate", "box", "mug"})
+# Ends of names of containers whose noun stands for a thing of its own, as "paper_bag".
+_HOLDER_ENDS = ("bag", "basket", "crate", "tray", "tub")
 
 
 def _holder(ref: Ref) -> bool:
     """Say whether a description is one of a container, as its noun or the end of its name says: "the toolbox"."""
     said = (ref.nouns or ref.names)[:1]
     kinds = [noun for noun, kind in NOUN_CLASS.items() if kind in _HOLDERS]
-    return bool(said) and (
-        NOUN_CLASS.get(said[0], "") in _HOLDERS or said[0].endswith((*kinds, "bag", "basket", "crate", "tray", "tub"))
-    )
+    return bool(said) and (NOUN_CLASS.get(said[0], "") in _HOLDERS or said[0].endswith((*kinds, *_HOLDER_ENDS)))
 
 
 def likeness(new: Ref, old: Ref) -> int:

@@ -283,15 +283,15 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
     words = {*re.findall(r"next to|[a-z]+" + marks, said)}
     # "the ball lives in the basket, put it back": back is where it lives.
     at_home = bool(words & _AT_HOME)
-    closed = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
-    if closed and "before" in words and "open" not in words:
+    reopened = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
+    if reopened and "before" in words and "open" not in words:
         # "close the drawer before you put the egg in it"
         return Refusal(
-            code=RefusalCode.AMBIGUOUS, message=f"Nothing goes into {closed[-1]} while it is closed; when should it be?"
+            code=RefusalCode.AMBIGUOUS,
+            message=f"Nothing goes into {reopened[-1]} while it is closed; when should it be?",
         )
     if (_ON_THE_WAY - _NEVERTHELESS if at_home else _ON_THE_WAY) & words:
         return made
-    reopened = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
     if reopened and "open" not in prompt.lower() and ("close_drawer", reopened[-1]) != doors[-1]:
         # "the drawer should be closed and the sponge in it"
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"Should {reopened[-1]} be closed at first or in the end?")

@@ -1,4 +1,4 @@
-"""Where a body stands, in the joints that it has: six ways freely, or the slides on which it glides."""
+"""The stand of a loose body in the joints that it has: six ways freely, or the slides on which it glides."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ from robosandbox.world.relations import bottom, contents, room_of, top
 # N along the way from which a part is stuck: more might break it, or drag along what it is on; and from which it resists, above the
 # friction of one that runs.
 MOST_FORCE, RESISTED = 20.0, 5.0
-# N across the way from which the hand and the part are on different ways.
+# N across the way from which the hand and the part are on different ways; with the most along it 40 N, as an unintended touch may be.
 _MOST_ACROSS = 35.0
 # Share of its way by which a drawer has to come out; chosen so that the seeds' task, which asks for 80 mm of 120, is passed (halved
 # nothing changes, at more than the way no drawer is open).
