@@ -186,7 +186,9 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
     pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goal, aperture)]
     # A hand that presses on what the part is on does not shut it: only where nothing else is left.
     ways = [(share, False) for share in turns] + [(0.0, True)] * jams(arm, part)
-    for allowed, (aperture, tcp, direction) in product(dict.fromkeys((touched(part), around(part))), pushes):
+    # Nor does the palm meet the part before what pushes, where there is another way.
+    free = product(dict.fromkeys((touched(part), around(part))), (True, False))
+    for (allowed, tips_first), (aperture, tcp, direction) in product(free, pushes):
         if aperture is not None:
             motion.open_to(aperture)
         start = moved(tcp, -STAND_OFF * direction)
@@ -198,8 +200,8 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
                 motion.allow()
                 descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
                 approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
-                # What pushes meets the part first, and no palm.
-                motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
+                if tips_first:
+                    motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
                 motion.allow(*allowed)
                 steps = _steps(arm, descent.q[-1], poses)
             except (UnreachableError, CollisionError) as error:
