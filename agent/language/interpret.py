@@ -87,7 +87,7 @@ def interpret(
     discourse: Discourse | None = None,
     chosen: Mapping[str, str] | None = None,
     *,
-    by_rules: bool = False,
+    by_rules: bool = True,
 ) -> Draft | Refusal:
     """Return the plan that a sentence asks for in a scene, or why there is none.
 
