@@ -7,6 +7,7 @@ A clause is passed over only as a whole, from one mark to the next, where it ask
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from robosandbox.agent.language.ruleset import Ruleset
@@ -24,6 +25,7 @@ _A_THING = 4  # Words of a description, its article among them; clauses without 
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _IT = frozenset({"it", "them"})
+_TOLD = frozenset({"it", "this", "that", "they", "you"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
 
@@ -120,6 +122,10 @@ def _add_until(
     adjoined |= told[0] == "the" and told[1:2] != [] and told[1] in lists["moments"]
     # "the middle one first"
     adjoined |= not person and told[-1] in ("first", "last", "tomorrow", "tonight", "later")
+    # "it has to be done in silence", "do it blindfolded": how it is to be done; "I don't think so" takes it back.
+    obliging = not lists["obliging"].isdisjoint(told) or any(map(_obliges, pairwise(told)))
+    adjoined |= first in _TOLD and obliging
+    adjoined |= (first == "do" and not clause.denies) or (clause.denies and told[-1] == "so")
     if opens and not (clause.named or adjoined) and (person or not (clause.bearing and clause.denies)):
         add("CHAT")
     if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
@@ -143,11 +149,15 @@ def _add_until(
             add("PURPOSE")
     if i and person and not clause.named and clause.end > i + 1 and _IT.isdisjoint(told):
         add("OWN_DOING")
-    if tells and not (clause.bearing or clause.seen):
+    if tells and not (clause.bearing or clause.seen or obliging):
         # What can be seen of it has to be so, and is no talk.
         add("TALK")
         if not (clause.named or clause.nouns):
             add("SAID")
+
+
+def _obliges(pair: tuple[str, str]) -> bool:
+    return pair[0] in ("has", "have", "need", "needs") and pair[1] == "to"
 
 
 def _is_called(tokens: Sequence[Token], i: int) -> bool:
@@ -209,9 +219,11 @@ def _clause(
             # A verb with its object is an order, wherever it stands.
             verbs = (name for name in here if name[0] == "V" and name != "VCANNOT")
             acts |= not _OBJECTS.isdisjoint(found[end + 1]) and any(hit.mask & base for n in verbs for hit in here[n])
-        nouns |= "NOUN" in here
+        # "I can not sleep", where there is a can.
+        modal = "MODAL" in here and end > i and tokens[end - 1].text in lists["persons"]
+        nouns |= "NOUN" in here and not modal
         counts |= any(hit.value != 1 for hit in here.get("NUMBER", ())) or not _HOME.isdisjoint(here)
-        named |= not _NAMING.isdisjoint(here) or word in parts
+        named |= (not _NAMING.isdisjoint(here) or word in parts) and not modal
         seen |= (named and "CLAIM" not in here) or not _SEEN.isdisjoint(here)
         end += 1
         counted |= word in lists["determiners"] and word not in lists["owners"]

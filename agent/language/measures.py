@@ -23,6 +23,9 @@ class Length(float):
         made.unit = unit
         return made
 
+    def __getnewargs__(self) -> tuple[float, float]:
+        return float(self), self.unit
+
 
 class Measure(NamedTuple):
     """One measure of a thing.
