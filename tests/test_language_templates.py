@@ -265,7 +265,7 @@ def test_words_that_no_template_has_cost_next_to_nothing() -> None:
     assert (time.process_time() - start) / 1000 < 1e-3
 
 
-_SCENE = ObservedScene(
+SCENE = ObservedScene(
     time=0.0,
     table_height=0.04,
     base_xy=(-0.3, 0.0),
@@ -280,7 +280,7 @@ _SCENE = ObservedScene(
         )
     ),
 )  # fmt: skip
-_SKILLS = [
+SKILLS = [
     "pick",
     "place_on",
     "place_in",
@@ -314,7 +314,7 @@ _SKILLS = [
     ],
 )  # fmt: skip
 def test_orders_kinds_and_ellipses_are_read_by_the_grammar(said: str, calls: str) -> None:
-    draft = interpret(said, _SCENE, _SKILLS)
+    draft = interpret(said, SCENE, SKILLS)
     assert isinstance(draft, Draft), draft.message
     assert "; ".join(map(str, draft.calls)) == calls
 
@@ -337,4 +337,4 @@ def test_orders_kinds_and_ellipses_are_read_by_the_grammar(said: str, calls: str
     ],
 )
 def test_what_binds_is_refused_rather_than_left_out(said: str) -> None:
-    assert not isinstance(interpret(said, _SCENE, _SKILLS), Draft)
+    assert not isinstance(interpret(said, SCENE, SKILLS), Draft)

@@ -12,7 +12,7 @@ from robosandbox.agent.language.notation import in_steps, written_out
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import DetectedObject, ObservedScene, Pose
 
-_SCENE = ObservedScene(
+SCENE = ObservedScene(
     time=0.0,
     table_height=0.04,
     base_xy=(-0.3, 0.0),
@@ -30,11 +30,11 @@ _SCENE = ObservedScene(
         )
     ),
 )  # fmt: skip
-_SKILLS = tuple(skill.name for skill in load_skills())
+SKILLS = tuple(skill.name for skill in load_skills())
 
 
 def _calls(text: str) -> tuple[str, ...]:
-    made = interpret(text, _SCENE, _SKILLS)
+    made = interpret(text, SCENE, SKILLS)
     calls = made.calls if isinstance(made, Draft) else ()
     return tuple(f"{call.skill}:{':'.join(_said(value) for value in call.arguments.values())}" for call in calls)
 
@@ -104,7 +104,7 @@ def test_what_binds_or_is_not_there_is_refused(text: str) -> None:
 
 
 def test_after_with_a_comma_alone_is_asked_about() -> None:
-    made = interpret("put the small bolt in the cabinet, after you close the cabinet", _SCENE, _SKILLS)
+    made = interpret("put the small bolt in the cabinet, after you close the cabinet", SCENE, SKILLS)
     assert not isinstance(made, Draft) and made.code == "ambiguous"
 
 

@@ -26,6 +26,7 @@ _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _IT = frozenset({"it", "them"})
 _TOLD = frozenset({"it", "this", "that", "they", "you"})
+_LOST = frozenset({"it", "they"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
 
@@ -211,7 +212,9 @@ def _clause(
         wishing |= word in lists["wishing"]
         denies |= word in _DENYING
         bears |= word in lists["bearing"] and word not in _DENYING
-        if not tells and ((end == i and opens) or (end > i and tokens[end - 1].text in lists["cues"])):
+        # "it does not get lost" forbids nothing.
+        cued = end > i and tokens[end - 1].text in lists["cues"] and not (tokens[end - 1].text == "not" and opening in _LOST)
+        if not tells and ((end == i and opens) or cued):
             begins = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
             names = (n for n in here if n in _ACTS or (n[0] == "V" and (begins or n != "VCANNOT")))
             acts |= any(hit.mask & acting for name in names for hit in here[name])

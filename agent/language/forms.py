@@ -130,7 +130,9 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     values["without"] = (*values.get("without", ()), *values.pop("less", ()))
     if any(map(_is_unknown, (*values["without"], *values.get("instead", ())))):
         raise Misfit
-    if len(values.get("colours", ())) > 1 and not values.pop("either", False):
+    # "the red cube which is red"
+    values["colours"] = tuple(dict.fromkeys(values.get("colours", ())))
+    if len(values["colours"]) > 1 and not values.pop("either", False):
         raise Misfit
     values.pop("either", None)
     if (
@@ -188,6 +190,12 @@ def _list(values: dict[str, Any], text: str) -> Any:
 def _spread(values: dict[str, Any], text: str) -> tuple[Ref, ...]:
     """As in "the red and blue cubes": each adjective with what they share."""
     each = values.pop("each")
+    if "up_to" in values:
+        (one,) = each
+        first, last = int(one.names[0]), int(values.pop("up_to").names[0])
+        if first >= last:
+            raise Misfit
+        each = [replace(one, names=(str(k),), text=str(k)) for k in range(first, last + 1)]
     if values.get("plural") and values.get("number") in (len(each), None) and values.get("number"):
         values["number"] = None
     base = _thing(values, text)

@@ -22,7 +22,7 @@ from robosandbox.agent.language.skill_words import lines_of
 from robosandbox.agent.language.text import ENDS, MAX_CHARACTERS, Said, TooLongError, classes_of, said
 from robosandbox.agent.language.tokens import SceneWords, scene_words
 from robosandbox.agent.language.vocabulary import Token, logical_lines, spelled
-from robosandbox.agent.language.worded import Worded
+from robosandbox.agent.language.worded import Worded, known_verbs, ways_of
 from robosandbox.types import Refusal, RefusalCode
 
 ENGLISH = "english"
@@ -37,6 +37,7 @@ _LEAST_KNOWN = 1.0 / 3.0
 _WORD = re.compile(r"(?<![\w_])[^\W\d_]+(?![\w_])")
 # Number of words among which a question without its mark has one of a question: "could you please tell me where it is".
 _OPENING = 4
+_OF_THE_HAND = "“move up 5 cm”, “hover over” and a thing, “open the gripper to 4 cm” or “turn the hand by 90 degrees”"
 _SLOT = re.escape("{}")
 Readings = tuple[tuple[float, Sentence], ...]
 
@@ -305,6 +306,8 @@ def _unable(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal | None:
             and (not verbs or k == 0)
             and tokens[k].text not in words.parts
         ):
+            if tokens[k].text in known_verbs():
+                return _unrecognized(f"To {tokens[k].raw} takes a thing, and how: say which and how far, or where to.")
             return _unsupported(f"I cannot “{tokens[k].raw}”; I can {VERBS_FOR_PEOPLE}.")
         if "FLOOR" in hits and tokens[k].text not in words.parts:
             return Refusal(code=RefusalCode.IMPOSSIBLE, message="The floor is out of my reach; I work on the table.")
@@ -314,7 +317,10 @@ def _unable(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal | None:
             if "TABLE" in moved and begins:
                 return Refusal(code=RefusalCode.IMPOSSIBLE, message="The table stays where it is.")
             if "ARM" in moved and begins:
-                return _unsupported(f"I move the {tokens[start].raw} as the skills need it; I can {VERBS_FOR_PEOPLE}.")
+                told = tokens[start].raw
+                if ways_of("move_by"):
+                    return _unrecognized(f"I do not understand what to do with the {told}; say for example {_OF_THE_HAND}.")
+                return _unsupported(f"I move the {told} as the skills need it; I can {VERBS_FOR_PEOPLE}.")
     if "NOT" in classes[0]:
         return _unsupported(
             "That asks me to leave something undone, and I had not begun anything; say it beside an order, "
@@ -323,9 +329,13 @@ def _unable(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal | None:
     if any("RECIPIENT" in hits for hits in classes):
         return _unsupported(f"I cannot hand things over; I can {VERBS_FOR_PEOPLE}.")
     for end in {hit.end for hit in classes[0].get("VPUT", ())}:
-        named = [r.fields[0].value for r in parser.rule("things", end) if _is_over(tokens, r.end)]
-        if any(not ref.relations for refs in named for ref in refs):
-            told = parser.said(0, len(tokens))
+        ends = [
+            r.end
+            for r in parser.rule("things", end)
+            if _is_over(tokens, r.end) and not any(ref.relations for ref in r.fields[0].value)
+        ]
+        if ends:
+            told = parser.said(end, max(ends))
             return Refusal(code=RefusalCode.AMBIGUOUS, message=f"Where should “{told}” go?")
     return None
 

@@ -75,6 +75,7 @@ _STAYS_OPEN = lazy_regex.compile(
 )
 # What `typography` writes for words that must not pass for others.
 _SAID_AS = {"namelyonly": "only", "backagain": "back again"}
+_ANEW = ("once more", "one more time", "again", "instead", "rather")
 _PERHAPS_MISREAD = frozenset(
     {RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED, RefusalCode.IMPOSSIBLE}
 )
@@ -135,9 +136,8 @@ def _by_rules(
     found = read_in(ENGLISH, prompt, tuple(item.id for item in scene.objects))
     if isinstance(found, tuple) and (discourse is None or discourse.last is None):
         told = tuple((cost, reading) for cost, reading in found if not reading.anew)
-        found = told or _unrecognized(
-            "I have done nothing yet that “again” or “instead” could mean.", ("again", "instead")
-        )
+        anew = [word for word in _ANEW if re.search(rf"\b{word}\b", prompt.lower())] or ["again"]
+        found = told or _unrecognized(f"I have done nothing yet that “{anew[0]}” could mean.", anew[:1])
     if isinstance(found, Refusal):
         return found
     return _once_each(
@@ -284,8 +284,8 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
     # "the ball lives in the basket, put it back": back is where it lives.
     at_home = bool(words & _AT_HOME)
     reopened = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
-    if reopened and "before" in words and "open" not in words:
-        # "close the drawer before you put the egg in it"
+    if reopened and words & {"before", "after"} and "open" not in words:
+        # "close the drawer before you put the egg in it", "put the egg in, after you close the drawer"
         return Refusal(
             code=RefusalCode.AMBIGUOUS,
             message=f"Nothing goes into {reopened[-1]} while it is closed; when should it be?",

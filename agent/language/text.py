@@ -163,7 +163,7 @@ def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
                 (
                     far
                     - 0.5 * (known in names)
-                    - 0.25 * same
+                    - 0.25 * (same or _lacks_letters(word, known))
                     + 0.25 * (known[0] != word[0])
                     - 0.1 * (known[-1] == word[-1]),
                     known,
@@ -175,6 +175,11 @@ def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
 
 def _consonants(word: str) -> str:
     return word[0] + "".join(letter for letter in word[1:] if letter not in "aeiou")
+
+
+def _lacks_letters(word: str, known: str) -> bool:
+    left = iter(known)
+    return len(word) < len(known) and all(letter in left for letter in word)
 
 
 def _slipped(word: str, known: str) -> bool:
@@ -195,6 +200,12 @@ def _without_courtesies(told: Sequence[Token], words: SceneWords, vocabulary: Vo
     i = 0
     while i < len(told):
         token = told[i]
+        verb = max((hit.end for name, hit in vocabulary.at(told, i) if name.startswith("V_")), default=i)
+        if verb > i + 1:
+            # "go half as fast": no word of a skill's own verb goes.
+            kept += told[i:verb]
+            i = verb
+            continue
         joined = any(each.text in ENDS or vocabulary.is_form(each.text, "AND") for each in kept)
         passing = ("COURTESY", "MANNER", "IN_TURN" if joined else "AT_FIRST")
         ends = {name: hit.end for name, hit in vocabulary.at(told, i) if name in passing}

@@ -292,7 +292,7 @@ class Vocabulary:
             raise LexiconError(f"{written!r} is no form")
         name, table = section[0], "".join(section[1:])
         stem: str = match["stem"]
-        if match["table"] in self._tables:
+        if match["table"] in self._tables and match["mask"] is None:
             table = match["table"]
         elif match["table"]:
             stem = f"{match['table']} {stem}"

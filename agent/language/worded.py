@@ -121,6 +121,11 @@ def known() -> Iterator[tuple[str, Words]]:
     return ((name, words) for name, ways in _KNOWN.items() for words in ways)
 
 
+def known_verbs() -> frozenset[str]:
+    """Return the verbs of one word of the skills that were learnt."""
+    return frozenset(verb for _, words in known() for verb in words.verbs)
+
+
 def ways_of(skill: str) -> tuple[Words, ...]:
     """Return what a skill says of its verbs."""
     return _KNOWN.get(skill, ())
