@@ -252,7 +252,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("--paraphrase", type=int, default=0, metavar="N", help="add N seeded rewordings")
     parser.add_argument("--refusals", type=int, metavar="N", help="print N seeded refusals to read, and no figures")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--rules", action="store_true", help="read English by its rules")
+    parser.add_argument("--old", action="store_true"); parser.add_argument("--rules", action="store_true", help="read English by its rules")
     parser.add_argument("--planner", default="stub", help="name of an installed planner")
     parser.add_argument("--base-url", help="where its model is served")
     parser.add_argument("--model", help="the model's name there")
@@ -268,7 +268,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         planner = make_planner(options.planner, catalogue(), chosen)
         if isinstance(planner, StubPlanner):
-            planner.by_rules = options.rules
+            planner.by_rules = not options.old
         outcomes = run(_chosen(options), planner)
     except (InputError, PlannerError, OSError) as error:
         parser.error(str(error))

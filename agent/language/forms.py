@@ -89,6 +89,9 @@ def formed(form: str, fields: Sequence[Filled], text: str) -> tuple[Any, float]:
     return (made[0], made[1]) if type(made) is Costly else (made, 0.0)
 
 
+_TOPS = frozenset({"on top", "on the top", "onto the top", "at the top", "atop"})
+
+
 class Costly(tuple):  # type: ignore[type-arg]
     """A form, and what it costs."""
 
@@ -98,6 +101,8 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     closest, closest_to = values.pop("closest", ""), values.pop("closest_to", None)
     if closest:
         values["ranks"] = (*values.get("ranks", ()), Rank(closest, anchor=closest_to))
+    if "stem" in values:
+        values["names"] = (*values.get("names", ()), *values.pop("stem"))
     if key and values.get("ranks"):
         # "the cubes from the left to the right"
         raise Misfit
@@ -597,6 +602,9 @@ def _level(values: dict[str, Any], text: str) -> tuple[tuple[str, Ref], ...]:
 
 
 def _relation(values: dict[str, Any], text: str) -> Relation:
+    if values.get("kind") == "on" and text.split(" of ")[0] in _TOPS:
+        # On a cupboard, and not in it.
+        values["order"] = "top"
     sided = values.get("kind") in (*_SIDES, "beside") and [ref.text for ref in values.get("refs", ())] in (
         ["that"],
         ["this"],

@@ -28,7 +28,7 @@ from robosandbox.shapes import shapes
 
 GRAMMARS = Path(__file__).with_name("grammars")
 BUILT_IN = (
-    "ID", "NAME", "SIDENAME", "SUFFIX", "ONE_NAME", "UNKNOWN", "NUMERAL", "MARK", "END", "OVER", "WORD",
+    "ID", "NAME", "SIDENAME", "SUFFIX", "ONE_NAME", "UNKNOWN", "NUMERAL", "MARK", "END", "OVER", "WORD", "PART_OF_ID", "STEM",
     "CHAT", "CHATTER", "PURPOSE", "REMARK", "REASON", "SAID", "STATED", "TALK", "OWN_DOING",
 )  # fmt: skip
 """Classes that no lexicon lists: an id, a word or a last part of one, a noun that nobody knows, a number in figures,

@@ -76,7 +76,7 @@ def said(prompt: str, words: SceneWords, book: Ruleset, *, mend: bool = False) -
         found.append(Token(words.ids[match[0].lower()], match[0], "id"))
         start = match.end()
     found += _pieces(prompt[start:], book.vocabulary)
-    told = [part for token in found for part in _known(token, words, book, mend)]
+    told = list(_joined([part for token in found for part in _known(token, words, book, mend)], words))
     if len(told) > MAX_TOKENS:
         raise TooLongError(f"{len(told)} words")
     return _without_courtesies(told, words, book.vocabulary)
@@ -121,6 +121,22 @@ def _known(token: Token, words: SceneWords, book: Ruleset, mend: bool) -> Iterat
         yield Token(part, token.raw if k == 0 else "", "word")
 
 
+def _joined(tokens: Sequence[Token], words: SceneWords) -> Iterator[Token]:
+    """Yield the tokens with "frying pan" as the scene's "frypan"."""
+    i = 0
+    while i < len(tokens):
+        pair = tokens[i : i + 2]
+        one = "".join(token.text.removesuffix("ing") if token is pair[0] else token.text for token in pair)
+        whole = next((name for name in ("".join(token.text for token in pair), one) if name in words.parts), "")
+        apart = all(token.text in words.parts for token in pair)
+        if len(pair) == 2 and whole and not apart and all(t.kind == "word" and len(t.text) > 2 for t in pair):
+            yield Token(whole, f"{pair[0].raw} {pair[1].raw}", "word")
+            i += 2
+        else:
+            yield tokens[i]
+            i += 1
+
+
 @lru_cache(maxsize=256)
 def _run_together(words: SceneWords) -> Mapping[str, tuple[str, str]]:
     """Return the pairs of words of ids that people write as one."""
@@ -131,7 +147,9 @@ def _run_together(words: SceneWords) -> Mapping[str, tuple[str, str]]:
 @lru_cache(maxsize=256)
 def named_in(words: SceneWords, vocabulary: Vocabulary) -> Mapping[str, tuple[str, int]]:
     """Return the words of a scene's ids, inflected as the language's names are, with what each agrees with."""
-    return {
+    # "the cookie box" for what is called cookies
+    singles = {part[:-1]: (part, vocabulary.singular) for part in words.parts if len(part) > 3 and part.endswith("s")}
+    return singles | {
         form: (part, mask) for part in sorted(words.parts) for form, mask in vocabulary.named(part).items() if form not in words.parts
     } | {part: (part, vocabulary.named(part)[part]) for part in words.parts}  # fmt: skip
 
@@ -295,9 +313,10 @@ def _add_word(here: Classes, tokens: Sequence[Token], i: int, words: SceneWords,
         if own or (plain and word in words.parts):
             here.pop("NOUN", None)
         hue = word in words.hues and following not in vocabulary.lists.get("pronouns", ())
+        packed = following in vocabulary.lists.get("packages", ()) and following not in words.parts
         if word in vocabulary.lists.get("sides", ()):
             here["SIDENAME"] = [Hit(i + 1, word, vocabulary.singular)]
-        elif plain or hue:
+        elif plain or hue or (packed and "NOUN" in here):
             here["NAME"] = [Hit(i + 1, part, mask)]
     elif vocabulary.is_strange(tokens[i], book.known, only={*here}):
         here["UNKNOWN"] = [Hit(i + 1, word, vocabulary.number_of(word))]
@@ -308,6 +327,14 @@ def _add_word(here: Classes, tokens: Sequence[Token], i: int, words: SceneWords,
         if part in words.parts and (len(part) == 1 or part.isdigit()) and not article:
             name = "ONE_NAME" if word == "one" else "SUFFIX"
             here.setdefault(name, []).append(Hit(i + 1, part, vocabulary.singular))
+    if word in words.parts:
+        here["PART_OF_ID"] = [Hit(i + 1, word, EVERYTHING)]
+    for spoken, stem in words.stems.get(word, ()):
+        if tuple(token.text for token in tokens[i : i + len(spoken)]) == spoken:
+            # Said in full it means that one: "the yellow and white mug", "the cream cheese".
+            for name in ("NOUN", "NAME", "COLOUR", "HUE", "TINT"):
+                here.pop(name, None)
+            here.setdefault("STEM", []).append(Hit(i + len(spoken), stem, vocabulary.singular))
     for spoken, name in words.by_first_word.get(word, ()):
         if tuple(token.text for token in tokens[i : i + len(spoken)]) == spoken:
             here.setdefault("ID", []).append(Hit(i + len(spoken), name, vocabulary.singular))

@@ -137,7 +137,9 @@ class SceneWords:
         table: dict[str, list[tuple[tuple[str, ...], tuple[str, ...]]]] = {}
         for stem in dict.fromkeys(id_parts(name)[:-1] for name in self.ids if name[-1].isdigit()):
             told = [part in _TELLING or part in _NOUN_WORDS for part in stem]
-            ways = [stem] if any(told) and not all(told) else []
+            # "wine bottle" names by two nouns; the words of "red cube" describe.
+            named = len(stem) > 1 and _DESCRIBING.isdisjoint(stem)
+            ways = [stem] if named or (any(told) and not all(told)) else []
             colours = tuple(part for part in stem if part in _COLOUR_WORDS)
             if len(colours) == 2 and stem[:2] in (colours, colours[::-1]):
                 ways += [
@@ -147,6 +149,10 @@ class SceneWords:
                 ]
             for way in ways:
                 table.setdefault(way[0], []).append((way, stem))
+            called = tuple(part for part in stem if part not in _DESCRIBING)
+            if 1 < len(called) < len(stem):
+                # "the tomato sauce" for white_tomato_sauce_1
+                table.setdefault(called[0], []).append((called, called))
         return table
 
     @cached_property
