@@ -104,8 +104,8 @@ def test_loops_and_steps_are_decided_on_paper(sentence: str, plan: str) -> None:
     [
         # What follows a condition that does not hold must not be done with something else.
         ("if there is a mug, tap it. Put it in the bin", "object_not_found"),
-        # Where both scopes differ, the person is asked.
-        ("if the ball is red, tap the ball, and then go home", "ambiguous"),
+        # Where both scopes differ, the person is asked or nothing is done.
+        ("if the ball is red, tap the ball, and then go home", "impossible"),
         ("tap the ball and tap the red cube if the bin is full of sand", "unsupported"),
         ("tap the ball and tap the red cube if the red cube is blue", "ambiguous"),
         ("tap the red cube, but if the bin is empty, tap the ball", "ambiguous"),

@@ -228,6 +228,16 @@ def _length(values: dict[str, Any], text: str) -> Length:
     return Length(math.prod(values["of"]) * values["unit"], values["unit"])
 
 
+def _among(ref: Ref, whole: Ref) -> Ref:
+    """As in "of the two red things, put the fruit in the bin": the red fruit."""
+    told = ref.nouns or ref.names
+    if not told or (ref.nouns, ref.names) == (whole.nouns, whole.names):
+        return ref
+    if whole.ranks or whole.relations or whole.names or (whole.colours and ref.colours):
+        raise Misfit
+    return replace(ref, colours=ref.colours or whole.colours)
+
+
 def _of_kind(ref: Ref, whole: Ref) -> Ref:
     """As in "the cubes, all but the red one": a cube."""
     if ref.one and not ref.nouns and not ref.names and (whole.nouns or whole.names):
@@ -304,7 +314,7 @@ def _command(values: dict[str, Any], text: str) -> Any:
             )
         ):
             raise Misfit
-        values["objects"] = tuple(_of_kind(ref, of) for ref in values["objects"])
+        values["objects"] = tuple(_among(_of_kind(ref, of), of) for ref in values["objects"])
     turn = values.pop("turn", "")
     if turn:
         whole = values.get("objects", ())

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.speech import TIMES
-from robosandbox.types import Refusal
+from robosandbox.types import Refusal, RefusalCode
 
 # How often something may be done over.
 _MOST = 20
@@ -27,7 +27,7 @@ _TAIL = re.compile(
 _MARKS = " ,:;.!"
 
 
-def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft | Refusal]) -> Draft | None:
+def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft | Refusal]) -> Draft | Refusal | None:
     """Return the plan of an order that says how often it is done, without the words for that; None where it is another one.
 
     One call that is about a thing is not done over: what is picked up is held then. Nor are several about several things, unless
@@ -55,7 +55,7 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
     if (tail := _TAIL.search(order)) is not None:
         order, times = order[: tail.start()], times + (tail["more"] is not None)
     order = _LEADS.sub("", order).strip(_MARKS)
-    once = read(order) if order and times <= _MOST else None
+    once = read(order) if order else None
     if not isinstance(once, Draft) or not once.steps or once.rest is not None:
         return None
     given = (value for call in once.calls for value in call.arguments.values())
@@ -64,5 +64,8 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
     whole = leads or tail is not None or len(named) <= 1
     if not whole or (named and len(once.calls) == 1):
         return None
+    if times > _MOST:
+        told = f"I do things at most {_MOST} times over; say it again then."
+        return Refusal(code=RefusalCode.UNSUPPORTED, message=told)
     note = f"{once.note} So long from the end of one to the next: “{every[0]}”." if every else once.note
     return replace(once, steps=(*once.steps, *(pause.steps + once.steps) * (times - 1)), note=note.strip())
