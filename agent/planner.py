@@ -10,11 +10,10 @@ from robosandbox.agent.language.answers import Answer, answered
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.discourse import Discourse
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.front import ENGLISH, language_of, learn_translations
-from robosandbox.agent.language.interpret import forget_readings, interpret, resumed
+from robosandbox.agent.language.front import ENGLISH, language_of, learn_words
+from robosandbox.agent.language.interpret import interpret, resumed
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.viewer import Frame, turned_attempts, turned_calls, turned_scene
-from robosandbox.agent.language.worded import learn
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
 from robosandbox.types import ObservedScene, Plan, Refusal
@@ -22,13 +21,7 @@ from robosandbox.world.operators import Operator
 
 
 class StubPlanner:
-    """Plans from the sentence and the scene alone; no network, no model, the same answer every time.
-
-    Attributes:
-        by_rules: Read English by english.rules, which the benchmark measures until it is as good as the grammar.
-    """
-
-    by_rules = True
+    """Plans from the sentence and the scene alone; no network, no model, the same answer every time."""
 
     def __init__(
         self,
@@ -55,9 +48,7 @@ class StubPlanner:
         self._planned = tuple(skills)
         known = (*skills, *moves)
         self._skills = tuple(skill.name for skill in known)
-        learn_translations(known)
-        if learn(known):
-            forget_readings()
+        learn_words(known)
         self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None
         self._told = ""
@@ -112,7 +103,7 @@ class StubPlanner:
         elif self._dialogue:
             draft = self._dialogue.interpret(prompt, scene)
         else:
-            draft = interpret(prompt, scene, self._skills, by_rules=self.by_rules)
+            draft = interpret(prompt, scene, self._skills)
         if isinstance(draft, Refusal):
             return draft
         self._last = (prompt, draft)

@@ -1,11 +1,11 @@
 """How well sentences are understood: right, rightly refused, wrongly refused, wrong motion; by who speaks, with timing.
 
-    uv run benchmarks/language.py [--learned] [--unread] [--sealed] [--fresh] [--rules] [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
+    uv run benchmarks/language.py [--learned] [--unread] [--sealed] [--fresh] [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
                                   [--refusals N] [--planner NAME --base-url URL --model NAME --cassette FILE]
 
 Without a choice the learned sentences are scored: those of tests/prompts that the grammar may be mended for. The sealed ones
 of tests/prompts/sealed, and a third of the learned files that nobody reads, are figures only: what fails there is counted and
-not shown. `sentences.py` tells the format of a file. With --rules English is read by its rules, which is not what users get yet.
+not shown. `sentences.py` tells the format of a file.
 With --refusals some that were refused are printed for a person to read: is each true, and of help?
 Intervals are Wilson's, of 95 %. In JSON `missed` are the wrongly refused.
 """
@@ -28,7 +28,6 @@ from typing import Any
 
 from sentences import FRESH, KINDS, LEARNED, PARAMETERS, SEALED, UNREAD, Prompt, accepts, load_prompts, load_scene
 
-from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
 from robosandbox.agent.protocols import Planner
 from robosandbox.apps.bench.interval import wilson_interval
@@ -252,7 +251,6 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("--paraphrase", type=int, default=0, metavar="N", help="add N seeded rewordings")
     parser.add_argument("--refusals", type=int, metavar="N", help="print N seeded refusals to read, and no figures")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--old", action="store_true"); parser.add_argument("--rules", action="store_true", help="read English by its rules")
     parser.add_argument("--planner", default="stub", help="name of an installed planner")
     parser.add_argument("--base-url", help="where its model is served")
     parser.add_argument("--model", help="the model's name there")
@@ -267,8 +265,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     chosen = {"base_url": options.base_url, "model": options.model, "cassette": options.cassette}
     try:
         planner = make_planner(options.planner, catalogue(), chosen)
-        if isinstance(planner, StubPlanner):
-            planner.by_rules = not options.old
         outcomes = run(_chosen(options), planner)
     except (InputError, PlannerError, OSError) as error:
         parser.error(str(error))

@@ -1,6 +1,6 @@
 """LIBERO's sentences without LIBERO: for how many does the plan bring about the goal of the task, and for how many another.
 
-    uv run benchmarks/libero_sentences.py [--rules] [--show wrong|refused|right] [--suite NAME]
+    uv run benchmarks/libero_sentences.py [--show wrong|refused|right] [--suite NAME]
 
 Sentences, goals and scenes are the facts of `tests/data/libero_sentences.json`, which `examples/drivers/libero` writes; things are
 boxes there. A plan is right that brings about each relation of the goal and moves nothing else; wrong that does anything else;
@@ -223,24 +223,22 @@ def _loosened(one: Fact, scene: ObservedScene) -> tuple[object, ...]:
     return ("in" if either else one.relation, *one.arguments)
 
 
-def run(by_rules: bool = False, suite: str = "") -> list[Verdict]:
+def run(suite: str = "") -> list[Verdict]:
     """Return what is made of all sentences, or of a suite's."""
     planner = StubPlanner(load_skills(), frame="viewer")
-    planner.by_rules = by_rules
     return [judged(case, planner) for case in cases() if case.suite.startswith(suite)]
 
 
 def main() -> None:
     """Print a table by suite."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rules", action="store_true", help="read English by its rules")
     parser.add_argument(
         "--show", choices=("wrong", "short", "refused", "right"), nargs="*", default=[], help="print these"
     )
     parser.add_argument("--suite", default="", help="beginning of a suite's name")
     options = parser.parse_args()
     begun = time.perf_counter()
-    found = run(options.rules, options.suite)
+    found = run(options.suite)
     for one in found:
         if one.verdict in options.show:
             print(f"{one.verdict} {one.case.suite} {one.case.task}: {one.case.sentence}\n    {one.answer}")

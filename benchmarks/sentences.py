@@ -29,9 +29,7 @@ FRESH = tuple(sorted((CORPUS / "fresh").glob("*.yaml")))
 # A third of the learned files, at random, each by its own name so that a further file moves none: scored, and read by nobody.
 # One of them was read by mistake, and is one of the others since.
 _READ = frozenset({"allotment"})
-UNREAD = tuple(
-    path for path in LEARNED if path.stem not in _READ and random.Random(f"40 {path.stem}").random() < 1 / 3
-)
+UNREAD = tuple(path for path in LEARNED if path.stem not in _READ and random.Random(f"40 {path.stem}").random() < 1 / 3)
 PARAMETERS: dict[str, tuple[str, ...]] = {
     "pick": ("object",),
     "place_on": ("target",),

@@ -13,11 +13,9 @@ from support.scored import sentences
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.skills.manual import MANUAL
 from robosandbox.tasks.bundled import bundled_task
 from robosandbox.types import ObservedScene, Plan, Pose, Refusal, RefusalCode
 
-HAND = Path(__file__).parent.parent / "docs" / "hand.md"
 PAGE = (Path(__file__).parent.parent / "docs" / "grammar.md").read_text(encoding="utf-8")
 OPERATORS = ("almost", "never", "until", "unless", "pretend", "instead", "again", "not")
 TOLD = (
@@ -46,9 +44,7 @@ def scene(task: str) -> ObservedScene:
 
 @cache
 def planner() -> StubPlanner:
-    made = StubPlanner(load_skills())
-    made.by_rules = True
-    return made
+    return StubPlanner(load_skills())
 
 
 def plan_of(sentence: str, task: str = "clear_to_bin") -> Plan | Refusal:
@@ -195,21 +191,6 @@ def test_what_could_be_meant_is_asked_and_not_read_farther() -> None:
         replace(cups, objects=(*cups.objects, empty)),
     )
     assert isinstance(asked, Refusal) and asked.code is RefusalCode.AMBIGUOUS, asked
-
-
-@pytest.mark.parametrize(
-    ("said", "calls"), re.findall(r"^\| ([^`|]+) \| `([^`]+)` \|$", HAND.read_text(encoding="utf-8"), re.MULTILINE)
-)
-def test_what_is_said_of_the_hand_is_read_by_the_words_of_skills(said: str, calls: str) -> None:
-    made = StubPlanner(load_skills(), moves=MANUAL)
-    seen = scene("pick_from_three")
-    plain = made.plan(said, seen)
-    made.by_rules = True
-    read = made.plan(said, seen)
-    if " and close " in said:
-        pytest.xfail("two verbs of one object")
-    assert isinstance(plain, Plan) and isinstance(read, Plan), read
-    assert read.steps == plain.steps, calls
 
 
 def test_ways_to_say_something_have_three_costs() -> None:

@@ -10,11 +10,9 @@ import pytest
 from support.scored import language, sentences
 
 from robosandbox.agent.language.front import ENGLISH, language_of
-from robosandbox.agent.language.lexicon import WORDS
 from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
-from robosandbox.agent.language.places import DIRECTIONS, RELATIONS
 from robosandbox.agent.language.ruleset import BUILT_IN, Ruleset, bring, ruleset
-from robosandbox.agent.language.things import AMOUNTS, POSITIONS, SIZES, SUPERLATIVES, UNITS
+from robosandbox.agent.language.things import POSITIONS, SIZES, SUPERLATIVES
 from robosandbox.agent.language.vocabulary import LexiconError
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.cli import app
@@ -127,7 +125,7 @@ def test_refusals_are_in_german_and_name_the_word() -> None:
 def test_no_sign_is_an_english_word() -> None:
     signs = ruleset("german").vocabulary.signs
     assert signs
-    assert not signs & WORDS
+    assert not signs & ruleset(ENGLISH).known
 
 
 @pytest.mark.parametrize("path", sentences.LEARNED[::10], ids=lambda path: path.stem)
@@ -161,16 +159,16 @@ def test_every_rule_and_class_is_used() -> None:
 
 
 def test_meanings_are_those_of_english() -> None:
-    classes = ruleset("german").vocabulary.classes
+    classes, english = ruleset("german").vocabulary.classes, ruleset(ENGLISH).vocabulary.classes
     assert {*classes["NOUN"]} <= {*NOUN_CLASS, "bar"}
     assert {*classes["COLOUR"], *classes["PLAIN_COLOUR"]} <= {*CANONICAL_COLOUR}
-    assert {*classes["UNIT"]} <= {*UNITS.values()}
-    assert {*classes["AMOUNT"]} <= {*AMOUNTS.values()}
+    assert {*classes["UNIT"]} <= {*english["UNIT"]}
+    assert {*classes["AMOUNT"]} <= {*english["AMOUNT"]}
     assert {*classes["SIZE"]} <= {*SIZES}
     assert {*classes["POSITION"]} <= {*POSITIONS}
     assert {*classes["MOST"], *classes["FROM_SIDE"], *classes["AT_END"]} <= {*SUPERLATIVES}
-    assert {*classes["TWOWAY"], *classes["SIDEWAYS"], *classes["ASIDE"], *classes["THEREON"]} <= {*RELATIONS}
-    assert {*classes["DIRECTION"]} <= {*DIRECTIONS}
+    assert {*classes["TWOWAY"], *classes["SIDEWAYS"], *classes["ASIDE"], *classes["THEREON"]} <= {*english["REL"]}
+    assert {*classes["DIRECTION"]} <= {*english["DIR"]}
 
 
 def test_a_skill_brings_its_own_words() -> None:

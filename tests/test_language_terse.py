@@ -8,7 +8,6 @@ import pytest
 
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.interpret import interpret
-from robosandbox.agent.language.notation import in_steps, written_out
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import DetectedObject, ObservedScene, Pose
 
@@ -111,30 +110,3 @@ def test_after_without_a_joint_comes_before() -> None:
 
 def test_a_colour_before_a_shared_noun_takes_no_other_thing() -> None:
     assert _calls("tap the grey and red disc") == ()
-
-
-@pytest.mark.parametrize(
-    ("text", "written"),
-    [
-        ("stack(a_1, b_2)", "stack a_1 on b_2 "),
-        ("place(a_1, 0.1, -0.2)", "put a_1 at 0.1, -0.2 "),
-        ("cubes 1 — 3", "cubes 1 to 3"),
-        ("cube 1 - 3 cm left", "cube 1 - 3 cm left"),
-        ("move blocks 2 - 3 cm left", "move blocks 2 - 3 cm left"),
-        ("parts A-C", "parts A to C"),
-        ("parts A..C", "parts A to C"),
-        ("push(object=a_1, direction=left, distance=0.05)", "push a_1 left 0.05 m "),
-        ("tap(object=a_1, times=2)", "tap(object=a_1, times=2)"),
-        ("part A - B", "part A - B"),
-        ("parts 1 - 3 -> bin", "parts 1 to 3 -> bin"),
-        ("block 1–3", "block 1-3"),
-        ("x 20 cm y minus 10 cm", "x 20 cm y  -10 cm"),
-        ("the can at x 2, y 3", "the can at x 2, y 3"),
-    ],
-)
-def test_notation_is_written_out_and_nothing_else_is(text: str, written: str) -> None:
-    assert written_out(text) == written
-
-
-def test_steps_count_from_one_without_a_gap() -> None:
-    assert in_steps("T1: a. T2: b. T4: c") == " . a.  . b. T4: c"

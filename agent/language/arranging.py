@@ -18,8 +18,8 @@ from robosandbox.agent.language.intent import (
     Table,
     replace,
 )
+from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.agent.language.stacking import Stacking
-from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import RefusalCode, Side
 
 

@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from robosandbox.agent.language.binding import with_nouns
-from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.front import ENGLISH
 from robosandbox.agent.language.intent import Ref, Sentence, unseen
 from robosandbox.agent.language.interpret import choose
-from robosandbox.agent.language.parser import Parser
+from robosandbox.agent.language.parser import Parser, TooComplicatedError
 from robosandbox.agent.language.ruleset import ruleset
+from robosandbox.agent.language.scene_words import scene_words
 from robosandbox.agent.language.text import ENDS, TooLongError, classes_of, said
-from robosandbox.agent.language.tokens import scene_words
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 from robosandbox.values import frozen

@@ -33,10 +33,9 @@ from robosandbox.agent.language.intent import (
 from robosandbox.agent.language.logic import If, While, commands_of
 from robosandbox.agent.language.orders import Fits
 from robosandbox.agent.language.readings import check_sides, fused, is_tower, swapped
-from robosandbox.agent.language.strain import parties
+from robosandbox.agent.language.skill_words import resolved, words_of
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
-from robosandbox.agent.language.worded import resolved, words_of
 from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
 from robosandbox.world.parts import is_part
 
@@ -100,7 +99,7 @@ def build(
 def _check_words(sentence: Sentence) -> None:
     """Refuse words that nobody knows, also where they are not decided on yet."""
     commands = [each for step in sentence.steps for each in commands_of(step)]
-    strange = [ref.text for command in commands for ref in parties(command) if ref.unknown]
+    strange = [ref.text for command in commands for ref in _parties(command) if ref.unknown]
     if strange:
         raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what is meant by “{strange[0]}”.", strange)
 
@@ -473,3 +472,8 @@ def _check_slots(command: Command) -> None:
 
 def _acted_on(call: SkillCall) -> tuple[str, ...]:
     return tuple(value for key, value in call.arguments.items() if key in ("object", "target", "container", "drawer"))
+
+
+def _parties(command: Command) -> tuple[Ref, ...]:
+    """Return the noun phrases of a command."""
+    return (*command.objects, *command.tower, *getattr(command.place, "refs", ()))

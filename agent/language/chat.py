@@ -11,8 +11,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from robosandbox.agent.language.ruleset import Ruleset
+from robosandbox.agent.language.scene_words import SceneWords
 from robosandbox.agent.language.text import ENDS, Classes, named_in, nearest
-from robosandbox.agent.language.tokens import SceneWords
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER", "SUPER", "OWN_SIDE", "UP_ORDER", "DOWN_ORDER"})
@@ -213,7 +213,11 @@ def _clause(
         denies |= word in _DENYING
         bears |= word in lists["bearing"] and word not in _DENYING
         # "it does not get lost" forbids nothing.
-        cued = end > i and tokens[end - 1].text in lists["cues"] and not (tokens[end - 1].text == "not" and opening in _LOST)
+        cued = (
+            end > i
+            and tokens[end - 1].text in lists["cues"]
+            and not (tokens[end - 1].text == "not" and opening in _LOST)
+        )
         if not tells and ((end == i and opens) or cued):
             begins = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))
             names = (n for n in here if n in _ACTS or (n[0] == "V" and (begins or n != "VCANNOT")))

@@ -46,7 +46,7 @@ from robosandbox.agent.language.logic import (
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.measures import Length, Measure
 from robosandbox.agent.language.ruleset import COSTS
-from robosandbox.agent.language.worded import ways_of
+from robosandbox.agent.language.skill_words import ways_of
 from robosandbox.skills.words import Words
 
 _SIDES = ("left", "right", "front", "back")

@@ -10,19 +10,16 @@ from functools import lru_cache
 from typing import Protocol, runtime_checkable
 
 from robosandbox.agent.language.binding import Binder
-from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.chat import add_chat
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Sentence
-from robosandbox.agent.language.lexicon import WORDS
 from robosandbox.agent.language.logic import Question, Reply
-from robosandbox.agent.language.parser import Parser
+from robosandbox.agent.language.parser import Parser, TooComplicatedError
 from robosandbox.agent.language.ruleset import COSTS, GRAMMARS, Ruleset, bring, languages, ruleset
-from robosandbox.agent.language.skill_words import lines_of
+from robosandbox.agent.language.scene_words import SceneWords, scene_words
+from robosandbox.agent.language.skill_words import Worded, known_verbs, learn, lines_of, ways_of
 from robosandbox.agent.language.text import ENDS, MAX_CHARACTERS, Said, TooLongError, classes_of, said
-from robosandbox.agent.language.tokens import SceneWords, scene_words
 from robosandbox.agent.language.vocabulary import Token, logical_lines, spelled
-from robosandbox.agent.language.worded import Worded, known_verbs, ways_of
 from robosandbox.types import Refusal, RefusalCode
 
 ENGLISH = "english"
@@ -50,9 +47,11 @@ class Translated(Protocol):
     translations: Mapping[str, str]
 
 
-def learn_translations(skills: Iterable[object]) -> None:
-    """Take in what skills say for themselves, in each language."""
-    for skill in skills:
+def learn_words(skills: Iterable[object]) -> None:
+    """Take in what skills say for themselves, in each language; a plan still calls only what its planner was given."""
+    known = tuple(skills)
+    learn(known)
+    for skill in known:
         if isinstance(skill, Translated) and skill.translations:
             bring(skill.name, skill.translations)
         if isinstance(skill, Worded) and skill.words:
@@ -90,7 +89,8 @@ def language_of(prompt: str) -> str:
         if not signs.isdisjoint(words):
             vocabulary = ruleset(name).vocabulary
             own = sum(bool(vocabulary.split(vocabulary.folded(word))) for word in words)
-            if own >= _LEAST_KNOWN * len(words) and own > sum(word in WORDS for word in words):
+            known = ruleset(ENGLISH).known
+            if own >= _LEAST_KNOWN * len(words) and own > sum(word in known for word in words):
                 return name
     return ENGLISH
 
@@ -319,7 +319,9 @@ def _unable(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal | None:
             if "ARM" in moved and begins:
                 told = tokens[start].raw
                 if ways_of("move_by"):
-                    return _unrecognized(f"I do not understand what to do with the {told}; say for example {_OF_THE_HAND}.")
+                    return _unrecognized(
+                        f"I do not understand what to do with the {told}; say for example {_OF_THE_HAND}."
+                    )
                 return _unsupported(f"I move the {told} as the skills need it; I can {VERBS_FOR_PEOPLE}.")
     if "NOT" in classes[0]:
         return _unsupported(

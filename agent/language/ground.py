@@ -12,13 +12,14 @@ from robosandbox.agent.language.intent import Ref, Relation, replace
 from robosandbox.agent.language.materials import is_familiar, told
 from robosandbox.agent.language.measures import Measure, has_measure
 from robosandbox.agent.language.orders import CONTRARY, Fits, Meaning
+from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.agent.language.shades import is_rather, shade_distance
-from robosandbox.agent.language.spelling import suggestions
 from robosandbox.agent.language.things import KINDS_OF
-from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.truth import Truth, contradicts
 from robosandbox.types import DetectedObject, RefusalCode
 
+# Number of names that are suggested for one that is not there, and how alike a name has to be, a share.
+_MOST_SUGGESTED, _ALIKE = 3, 0.4
 _PLACE_WORDS = frozenset({"left", "right", "front", "back", "top", "middle", "bottom"})
 _SIDEWAYS = frozenset({"left", "right", "front", "back", "near", "far"})
 
@@ -441,7 +442,7 @@ class Grounder(Truth):
             return
         quoted = listed([f"“{word}”" for word in ref.unknown])
         if not ref.nouns and not ref.names:
-            near = suggestions(" ".join(ref.unknown), self.world.objects)
+            near = _nearest_names(" ".join(ref.unknown), self.world.objects)
             raise RefusedError(
                 RefusalCode.OBJECT_NOT_FOUND,
                 f"I see nothing called “{ref.text.replace('namelyonly', 'only')}”; I see {listed(list(self.world.objects))}.",
@@ -547,7 +548,7 @@ class Grounder(Truth):
         names = [name for name in self.world.objects if name not in barred]
         words = {*ref.nouns, *ref.colours, *ref.names}
         near = [name for name in names if words & {*id_parts(name), match.colour_of(self.world.objects[name])}]
-        near = near or list(suggestions(ref.text, names)) or names
+        near = near or list(_nearest_names(ref.text, names)) or names
         return RefusedError(
             RefusalCode.OBJECT_NOT_FOUND, f"I see no {bare_name(ref.text)}; I see {listed(names)}.", near
         )
@@ -559,3 +560,12 @@ def bare_name(text: str) -> str:
     if first in ("all", "both", "each", "every") and rest:
         return bare_name(rest)
     return rest if first in ("the", "a", "an") and rest else text
+
+
+def _nearest_names(word: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the names that look most like a word, best first."""
+    from rapidfuzz import process
+    from rapidfuzz.distance import Indel
+
+    found = process.extract(word, list(names), scorer=Indel.normalized_similarity, limit=_MOST_SUGGESTED)
+    return tuple(name for name, score, _ in found if score > _ALIKE)

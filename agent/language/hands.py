@@ -15,7 +15,6 @@ from robosandbox.agent.language.intent import (
     Relation,
     replace,
 )
-from robosandbox.agent.language.turns import turns_of
 from robosandbox.agent.language.world import World
 from robosandbox.types import ObservedScene, RefusalCode, SkillCall
 
@@ -185,14 +184,14 @@ class Hands:
         told: dict[str, list[str]] = {"first": [], "last": []}
         kinds = {(ref.nouns, ref.names) for ref in command.objects if ref.plural}
         across = [
-            ref for _, ref in turns_of(command) if ref.determiner == "bare" and (ref.nouns, ref.names) not in kinds
+            ref for _, ref in _turns_of(command) if ref.determiner == "bare" and (ref.nouns, ref.names) not in kinds
         ]
         if len(kinds) > 1 and across:
             # "the cups, then the markers, red before blue"
             raise RefusedError(
                 RefusalCode.AMBIGUOUS, f"In which order do you mean {listed(names)}? Say it step by step.", firm=True
             )
-        for which, ref in turns_of(command):
+        for which, ref in _turns_of(command):
             ground, meant = Grounder(self.world, Discourse()), frozenset(names)
             only = Ref(text=ref.text, determiner=ref.determiner, one=True, ranks=ref.ranks)
             if len(names) > 2 and ref.ranks and ref == only:
@@ -211,3 +210,9 @@ class Hands:
             told[which] += found
         others = [name for name in names if name not in told["first"] and name not in told["last"]]
         return [*told["first"], *others, *told["last"]]
+
+
+def _turns_of(command: Command) -> tuple[tuple[str, Ref], ...]:
+    """Return who comes first and last of the things of a command; nothing for the levels of a tower."""
+    order = command.order if isinstance(command.order, tuple) else ()
+    return order if order and order[0][0] in ("first", "last") else ()

@@ -9,10 +9,10 @@ from collections.abc import Container, Iterable, Sequence
 from functools import lru_cache
 
 from robosandbox.agent.language import things
-from robosandbox.agent.language.lexicon import words_plural
+from robosandbox.agent.language.inflection import plural
+from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.agent.language.shades import has_shade
 from robosandbox.agent.language.synonyms import SAME_AS
-from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.shapes import Shape, kinds_that_hold, shape_of, shapes
 from robosandbox.types import DetectedObject
@@ -53,7 +53,7 @@ def _classes() -> dict[str, str]:
     for noun, phrases in things.NOUNS.items():
         for phrase in phrases.split(","):
             table.setdefault(phrase.strip(), noun)
-            table.setdefault(words_plural(phrase.strip()), noun)
+            table.setdefault(plural(phrase.strip()), noun)
     return table
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.agent.language.things import ABSENT_NOUNS, KINDS_OF
-from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.wordlist import word_set
 
 _EDIBLE = (

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.front import ENGLISH
 from robosandbox.agent.language.intent import unseen
-from robosandbox.agent.language.parser import Parser
+from robosandbox.agent.language.parser import Parser, TooComplicatedError
 from robosandbox.agent.language.ruleset import ruleset
+from robosandbox.agent.language.scene_words import scene_words
 from robosandbox.agent.language.text import ENDS, TooLongError, classes_of, said
-from robosandbox.agent.language.tokens import scene_words
 from robosandbox.agent.language.vocabulary import Token
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import Refusal, RefusalCode

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.forms import Filled, Misfit, formed
 from robosandbox.agent.language.intent import Ref
 from robosandbox.agent.language.ruleset import COSTS, Item, Rule, Ruleset, Way
@@ -21,6 +20,10 @@ OUT_OF_ORDER = COSTS[2]
 MOST_STEPS = 40_000
 # Number of words up to which a reading of a phrase counts as no more than one step.
 _SHORT_PHRASE = 10
+
+
+class TooComplicatedError(ValueError):
+    """The sentence has more readings than anybody would follow."""
 
 
 class Reading(NamedTuple):

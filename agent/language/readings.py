@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from robosandbox.agent.language.discourse import RefusedError
-from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Sentence, Spot, Table, replace
+from robosandbox.agent.language.intent import Command, Ref, Relation, Spot, Table, replace
 from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.agent.language.things import KINDS_OF
-from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import RefusalCode
 
 
@@ -142,65 +142,6 @@ def _named_alike(ref: Ref, other: Ref) -> bool:
     return ref.text.split()[-1:] == other.text.split()[-1:]
 
 
-Part = Command | tuple[Ref, ...] | str
-
-
-def sentence_of(parts: tuple[Part, ...]) -> Sentence | None:
-    """Return the sentence that parts make up in their order, None if they ask for nothing and forbid nothing."""
-    steps: list[Command] = []
-    avoid: list[Ref] = []
-    after: list[Ref] = []
-    for part in parts:
-        if isinstance(part, Command) and part.negated == "same":
-            steps += _repeated(steps, part.objects)
-        elif isinstance(part, Command):
-            place = part.place
-            again = part.verb == "put" and part.bare and isinstance(place, Relation) and place.kind in ("in", "to")
-            if again and steps and steps[-1].verb == "pour":
-                # "pour the red cup into the bowl and the blue one into the bin"
-                part = replace(part, verb="pour")
-            steps.append(part)
-        elif isinstance(part, tuple):
-            avoid += part
-            after += part if steps else ()
-    return _spared(Sentence(_on_the_way(_named_later(steps)), tuple(avoid)), after) if steps or avoid else None
-
-
-def _named_later(steps: list[Command]) -> list[Command]:
-    """As in "put the red block and the ball in the tray, but first tap each of them": what is done first is named last."""
-    if len(steps) < 2 or len(steps[0].objects) != 1 or not steps[1].objects:
-        return steps
-    they, named = steps[0].objects[0], steps[1].objects
-    several = len(named) > 1 or any(ref.plural for ref in named)
-    if they.determiner != "it" or not they.plural or not several or any(ref.determiner == "it" for ref in named):
-        return steps
-    return [replace(steps[0], objects=named), replace(steps[1], objects=(they,)), *steps[2:]]
-
-
-def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
-    """As in "put the cans in the bin but leave the blue one": what is left alone is no part of the plural."""
-    several = [
-        (k, command)
-        for k, command in enumerate(sentence.steps)
-        if len(command.objects) == 1
-        and (command.objects[0].plural or command.objects[0].determiner == "all")
-        and command.objects[0].number is None
-    ]
-    if len(several) != 1 or several[0][1].objects[0].determiner == "it" or several[0][1].objects[0].other:
-        return sentence
-    k, command = several[0]
-    whole = command.objects[0]
-    own = [ref for ref in after if ref.determiner != "it" and part_of(ref, whole)]
-    if not own:
-        return sentence
-    left = replace(
-        whole,
-        without=(*whole.without, *(ref if ref.nouns else replace(ref, nouns=whole.nouns, one=False) for ref in own)),
-    )
-    steps = (*sentence.steps[:k], replace(command, objects=(left,)), *sentence.steps[k + 1 :])
-    return Sentence(steps, tuple(ref for ref in sentence.avoid if ref not in own))
-
-
 def part_of(ref: Ref, whole: Ref) -> bool:
     """Say whether a description can be of one of several: "the blue one" of the cans, "the red cube" of everything."""
     if ref.unknown or ref.options or (ref.determiner == "all" and ref.other):
@@ -216,54 +157,3 @@ def _is_kind_of(ref: Ref, whole: Ref) -> bool:
     """As in "the lemon" of the fruit, "the hammer" of the tools."""
     kinds = KINDS_OF.get(NOUN_CLASS.get(whole.nouns[0], ""), frozenset()) if len(whole.nouns) == 1 else frozenset()
     return bool(kinds) and bool(kinds & {part for name in (*ref.nouns, *ref.names) for part in id_parts(name)})
-
-
-def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
-    """As in "bring the cube over to the can and set it down beside the can": one carrying."""
-    made: list[Command] = []
-    for step in steps:
-        last = made[-1] if made and not (made[-1].control or step.control) else None
-        over = last.place if last is not None and last.verb == "put" else None
-        onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
-        step = replace(step, place=_left_free(last, step) or step.place) if last else step
-        if last and isinstance(over, Relation) and over.kind == "to" and isinstance(onwards, Relation):
-            named = [ref.nouns for ref in onwards.refs]
-            again = all(map(_plainly, onwards.refs)) and named == [ref.nouns for ref in over.refs]
-            there = over.refs if onwards.refs == (IT,) or again else onwards.refs
-            made[-1] = replace(step, objects=last.objects, place=replace(onwards, refs=there))
-        elif last and last.verb in ("aside", "unstack") and _one_thing(last) and onwards is not None:
-            # "get the can out of the way, put it behind the cup": that is out of the way.
-            made[-1] = replace(step, objects=last.objects)
-        else:
-            made.append(step)
-    return tuple(made)
-
-
-def _left_free(last: Command, step: Command) -> Relation | None:
-    """As in "take the cup off the coaster and put the bowl on it": on the coaster, as the cup is held."""
-    place = step.place
-    if last.verb != "pick" or last.place or step.verb != "put" or not isinstance(place, Relation):
-        return None
-    if place.refs != (IT,) or place.kind != "on" or IT in step.objects or len(last.objects) != 1:
-        return None
-    left = [relation.refs for relation in last.objects[0].relations if relation.kind == "from"]
-    return replace(place, refs=left[0]) if len(left) == 1 and len(left[0]) == 1 else None
-
-
-def _one_thing(command: Command) -> bool:
-    return len(command.objects) == 1 and not (command.objects[0].plural or command.objects[0].determiner == "all")
-
-
-def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:
-    """As in "pick it up, put it there, and do the same with the can": the commands about the last thing, for another."""
-    start = len(steps)
-    while start:
-        start -= 1
-        if steps[start].objects and steps[start].objects[0].determiner != "it":
-            return [replace(steps[start], objects=objects), *steps[start + 1 :]]
-    return []
-
-
-def _plainly(ref: Ref) -> bool:
-    """Say whether a description is no more than "the can"."""
-    return ref.determiner == "the" and bool(ref.nouns) and not (ref.colours or ref.ranks or ref.names or ref.relations)

@@ -7,9 +7,12 @@ from collections.abc import Callable, Collection
 from dataclasses import replace
 
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.speech import TIMES
 from robosandbox.types import Refusal, RefusalCode
 
+_COUNTED = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+TIMES = {"once": 1, "one time": 1, "twice": 2, "thrice": 3, "a couple of times": 2, "a few times": 3}
+TIMES |= {f"{word} times": number for number, word in enumerate(_COUNTED, 1) if number > 1}
+TIMES |= {f"{phrase} each": count for phrase, count in TIMES.items()}
 # How often something may be done over.
 _MOST = 20
 _OFTEN = "|".join(

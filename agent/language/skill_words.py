@@ -1,12 +1,26 @@
-"""The words of a skill as lines of English, written as lexicon and rules are: what `Words` of skills/words.py says, as data."""
+"""The words of a skill: what `Words` of skills/words.py says, as lines of English for its lexicon and rules, and as arguments."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, Protocol, runtime_checkable
 
-from robosandbox.agent.language.verbs import forms
+from robosandbox.agent.language.discourse import RefusedError
+from robosandbox.agent.language.inflection import forms
+from robosandbox.agent.language.intent import Ref
 from robosandbox.skills.words import Slot, Words
+from robosandbox.types import RefusalCode
 
+# What is asked for where it was not said.
+_QUESTIONS = {
+    "object": "which thing",
+    "length": "how far",
+    "duration": "how long",
+    "point": "where to",
+    "force": "how hard",
+}
+# Number of digits behind the point of a number that is said: a millionth of a radian or a metre.
+_DIGITS = 6
 # What rule reads a number of each kind, in SI units.
 _MEASURES = {
     "length": "length",
@@ -18,6 +32,94 @@ _MEASURES = {
 }
 _FORMS = ("base", "third", "ing", "past", "past")
 _MOST_SLOTS = 3  # Number of phrases that may follow one verb: more than anybody says.
+
+
+Filled = tuple[tuple[str, Any], ...]
+
+
+@runtime_checkable
+class Worded(Protocol):
+    """A skill that says how people ask for it."""
+
+    name: str
+    words: Words | tuple[Words, ...] | None
+
+
+_KNOWN: dict[str, tuple[Words, ...]] = {}
+
+
+def learn(skills: Iterable[object]) -> bool:
+    """Make the skills among these that have words sayable; a plan still calls only what its planner was given.
+
+    Returns:
+        Whether any of them is new, so that sentences read before may now have another reading.
+    """
+    told = {
+        s.name: s.words if isinstance(s.words, tuple) else (s.words,)
+        for s in skills
+        if isinstance(s, Worded) and s.words
+    }
+    new = {name: words for name, words in told.items() if _KNOWN.get(name) != words}
+    if new:
+        _KNOWN.update(new)
+    return bool(new)
+
+
+def known() -> Iterator[tuple[str, Words]]:
+    """Yield the words of every skill that was learnt, with its name."""
+    return ((name, words) for name, ways in _KNOWN.items() for words in ways)
+
+
+def known_verbs() -> frozenset[str]:
+    """Return the verbs of one word of the skills that were learnt."""
+    return frozenset(verb for _, words in known() for verb in words.verbs)
+
+
+def ways_of(skill: str) -> tuple[Words, ...]:
+    """Return what a skill says of its verbs."""
+    return _KNOWN.get(skill, ())
+
+
+def words_of(skill: str, *, with_object: bool) -> Words:
+    """Return what a skill says of its verbs that have an object, or have none; of rules for it nothing else is known."""
+    return next((words for words in _KNOWN.get(skill, ()) if bool(words.object) is with_object), Words(verbs=(skill,)))
+
+
+def _is_enough(words: Words, filled: Filled) -> bool:
+    """Say whether what has to be said beside a verb was said."""
+    return not words.required or any(argument in words.required for argument, _ in filled)
+
+
+def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
+    """Return the arguments that phrases fill; `one` returns the id that a noun phrase means.
+
+    Raises:
+        RefusedError: One argument is said twice, or what has to be said is not.
+    """
+    if not _is_enough(words, filled):
+        asked = dict.fromkeys(_asked(slot) for slot in words.slots if slot.argument in words.required)
+        raise RefusedError(RefusalCode.AMBIGUOUS, f"Tell me {' or '.join(asked)} as well.", words.required)
+    told = {argument for argument, _ in filled}
+    filled = (*((name, value) for name, value in words.means if name not in told), *filled)
+    arguments: dict[str, Any] = {}
+    for argument, value in filled:
+        if argument in arguments:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {argument.replace('_', ' ')}; which?")
+        if isinstance(value, Ref):
+            arguments[argument] = one(value)
+        elif isinstance(value, tuple):
+            arguments.update(zip(argument.split(), map(_rounded, value), strict=True))
+        else:
+            arguments[argument] = _rounded(value)
+    return arguments
+
+
+def _asked(slot: Slot) -> str:
+    return _QUESTIONS.get(slot.kind, f"the {slot.argument.replace('_', ' ')}")
+
+
+def _rounded(value: float | str) -> float | str:
+    return round(value, _DIGITS) if isinstance(value, float) else value
 
 
 def lines_of(skill: str, ways: Sequence[Words]) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.agent.language.placing import Placing
-from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.types import RefusalCode
 
 

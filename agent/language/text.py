@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from robosandbox.agent.language.real_words import REAL_WORDS
 from robosandbox.agent.language.ruleset import Ruleset
-from robosandbox.agent.language.tokens import SceneWords, id_parts
+from robosandbox.agent.language.scene_words import SceneWords, id_parts
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
 # Characters and words of a prompt: far above a spoken command.

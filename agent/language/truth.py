@@ -9,8 +9,8 @@ from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Ref, replace
 from robosandbox.agent.language.orders import CONTRARY, Fits
+from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.agent.language.things import POSITIONS, SHADES, SIZES
-from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.vicinity import Vicinity
 from robosandbox.agent.language.wordlist import phrase_list
 from robosandbox.types import DetectedObject, RefusalCode

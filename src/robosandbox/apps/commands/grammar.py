@@ -16,11 +16,11 @@ def grammar(
     json: Annotated[bool, typer.Option("--json", help="One JSON document.")] = False,
 ) -> None:
     """List the languages that are pairs of files, or print the rules and words of one; nothing moves."""
-    from robosandbox.agent.language.front import learn_translations
+    from robosandbox.agent.language.front import learn_words
     from robosandbox.agent.language.ruleset import languages, ruleset
     from robosandbox.skills.catalogue import load_skills
 
-    learn_translations(load_skills())
+    learn_words(load_skills())
     known = languages()
     if language and language not in known:
         hint = did_you_mean(language, known) or f"; there is {', '.join(known)}"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from robosandbox.agent.language.verbs import VERBS
+from robosandbox.agent.language.front import ENGLISH
+from robosandbox.agent.language.ruleset import ruleset
 
 _MOST_PER_VERB = 12  # Number of completions of one verb. Chosen: what fits on a screen.
-_CALLED = {"place": "put"}
+_CALLED = {"place": "put", "home": "go_home"}
 _COMPOSED = ("swap", "sort", "line_up", "unstack", "tidy")
 
 
@@ -17,9 +18,11 @@ def verbs_for(skills: Iterable[str]) -> tuple[str, ...]:
     canonical = [_CALLED.get(part, part) for part in (name.partition("_")[0] for name in names)]
     if "pick" in canonical and "put" in canonical:
         canonical += _COMPOSED
+    classes = ruleset(ENGLISH).vocabulary.classes
     found: list[str] = []
     for name, verb in zip([*names, *_COMPOSED], canonical, strict=False):
-        found += VERBS[verb].split(", ")[:_MOST_PER_VERB] if verb in VERBS else [name.replace("_", " ")]
+        said = [*classes.get(f"V{verb.upper()}", classes.get(verb.upper(), ()))]
+        found += said[:_MOST_PER_VERB] or [name.replace("_", " ")]
     return tuple(dict.fromkeys(word.strip() for word in found))
 
 
