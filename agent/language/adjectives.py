@@ -24,31 +24,3 @@ FEELINGS = word_set(
     """
 ) - {"favourite", "favorite", "plain", "simple", "odd", "strange", "good", "great", "fine", "perfect", "said", "trusty"}
 """How the speaker feels about a thing; they tell no two things apart."""
-
-TINTS = word_set(
-    """
-    sunny canary sky sea forest blood neon vivid electric royal baby hot bubblegum snow jet coal grass army hunter ocean
-    brick rust pastel fluorescent bold vibrant brilliant pure solid leaf moss midnight powder steel ruby fire flame
-    sunshine banana cherry tomato apple
-    """
-)
-"""What says more closely which colour: "sky blue"."""
-
-CLAIMS = word_set(
-    """
-    metal metallic wooden wood plastic rubber rubbery ceramic porcelain paper cardboard woollen cotton iron edible eatable
-    fluffy soft hard squishy sharp pointy clean dry warm cool hot poison spare needed
-    """
-)
-"""What is said of a thing and only its name may tell: stuff, or a state that is a verb as well."""
-
-DISTINCT = frozenset({"different", "separate", "distinct", "individual"})
-"""As in "in different bins": each thing has one of its own."""
-
-MEASURES = word_set(
-    """
-    roll packet bar stick piece bit jar tube bunch bag loaf carton slice sheet lump chunk pack sachet pair tub box bottle can
-    tin cup glass mug pot reel spool ball block kind sort type
-    """
-)
-"""As in "a roll of tape": what stands before "of" and adds nothing where the name alone is known."""

@@ -256,19 +256,6 @@ class Command(NamedTuple):
     words: Words | None = None
 
 
-class Element(NamedTuple):
-    """One argument of a verb.
-
-    Attributes:
-        kind: objects, place, direction, distance, particle, times, order, sequence, floor, home, colour, other_sort, robot,
-            contents, in_exchange or person.
-        value: An intent node, number or word.
-    """
-
-    kind: str
-    value: Any = None
-
-
 @frozen
 class Sentence:
     """Orders of a sentence, one after the other, and what to keep away from.

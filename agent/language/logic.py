@@ -197,11 +197,6 @@ class Reply:
 Control = If | While | UntilLeft | ForEach
 
 
-def controlled(form: Control) -> Command:
-    """Return the step of a sentence that a form is."""
-    return Command("control", control=form)
-
-
 def stripped(condition: Condition) -> tuple[Condition, bool]:
     """Return a condition without its denials, and whether they deny it."""
     denied = False

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
-from robosandbox.agent.language.things import COLOURS, NOUNS, POSITIONS, SHADES, SIZES, SUPERLATIVES
+from robosandbox.agent.language.things import COLOURS, NOUNS, POSITIONS, SHADES, SIZES
 from robosandbox.agent.language.wordlist import phrase_list, word_set
 
 _GRAMMAR_WORDS = word_set(
@@ -17,9 +17,16 @@ _GRAMMAR_WORDS = word_set(
     area region spot place point location part portion colour color coloured but than
     """
 )
-_DESCRIBING = frozenset(
+_MOST = word_set(
+    """
+    leftmost rightmost nearest closest frontmost farthest furthest rearmost backmost biggest largest bigger larger smallest littlest
+    tiniest smaller tallest taller longest longer shortest shorter flattest widest wider broadest thickest thicker narrowest narrower
+    thinnest thinner topmost top uppermost highest upper bottommost bottom lowest lower
+    """
+)
+_DESCRIBING = _MOST.union(
     word
-    for table in (COLOURS, SHADES, SIZES, SUPERLATIVES, POSITIONS)
+    for table in (COLOURS, SHADES, SIZES, POSITIONS)
     for phrases in table.values()
     for phrase in phrase_list(phrases)
     for word in phrase.split()

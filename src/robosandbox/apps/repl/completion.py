@@ -8,7 +8,9 @@ from robosandbox.agent.language.front import ENGLISH
 from robosandbox.agent.language.ruleset import ruleset
 
 _MOST_PER_VERB = 12  # Number of completions of one verb. Chosen: what fits on a screen.
-_CALLED = {"place": "put", "home": "go_home"}
+_CALLED = {"place": "put"}
+# What is said to a skill whose name is no verb.
+_SAID = {"home": ("go home",)}
 _COMPOSED = ("swap", "sort", "line_up", "unstack", "tidy")
 
 
@@ -21,8 +23,8 @@ def verbs_for(skills: Iterable[str]) -> tuple[str, ...]:
     classes = ruleset(ENGLISH).vocabulary.classes
     found: list[str] = []
     for name, verb in zip([*names, *_COMPOSED], canonical, strict=False):
-        said = [*classes.get(f"V{verb.upper()}", classes.get(verb.upper(), ()))]
-        found += said[:_MOST_PER_VERB] or [name.replace("_", " ")]
+        said = sorted(classes.get(f"V{verb.upper()}", ()), key=lambda phrase: phrase.split()[0] != verb)
+        found += said[:_MOST_PER_VERB] or _SAID.get(name, (name.replace("_", " "),))
     return tuple(dict.fromkeys(word.strip() for word in found))
 
 
