@@ -417,7 +417,8 @@ class _Builder(Deciding):
             self._add(command.skill, **{words.object: name, **others})
 
     def _home(self, command: Command) -> None:
-        self._add("home")
+        if not self.steps or self.steps[-1].call.skill != "home":
+            self._add("home")
 
 
 def _each_spared(command: Command) -> Command:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
 from robosandbox.agent.language.binding import Binder
@@ -328,7 +329,8 @@ def _unable(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal | None:
             "That asks me to leave something undone, and I had not begun anything; say it beside an order, "
             "or name what I must not touch."
         )
-    if any("RECIPIENT" in hits for hits in classes):
+    giving = ("VGIVE", "VPICK", "VMOVE")
+    if any("RECIPIENT" in hits and not {*giving}.isdisjoint(before) for before, hits in pairwise(classes)):
         return _unsupported(f"I cannot hand things over; I can {VERBS_FOR_PEOPLE}.")
     for end in {hit.end for hit in classes[0].get("VPUT", ())}:
         ends = [

@@ -76,7 +76,16 @@ def said(prompt: str, words: SceneWords, book: Ruleset, *, mend: bool = False) -
         found.append(Token(words.ids[match[0].lower()], match[0], "id"))
         start = match.end()
     found += _pieces(prompt[start:], book.vocabulary)
-    told = list(_joined([part for token in found for part in _known(token, words, book, mend)], words))
+    told = list(
+        _joined(
+            [
+                part
+                for k, token in enumerate(found)
+                for part in _known(token, words, book, mend and not _is_called(found, k))
+            ],
+            words,
+        )
+    )
     if len(told) > MAX_TOKENS:
         raise TooLongError(f"{len(told)} words")
     return _without_courtesies(told, words, book.vocabulary)
@@ -119,6 +128,11 @@ def _known(token: Token, words: SceneWords, book: Ruleset, mend: bool) -> Iterat
         parts = (nearest(word, book, words) or word,)
     for k, part in enumerate(parts or (word,)):
         yield Token(part, token.raw if k == 0 else "", "word")
+
+
+def _is_called(tokens: Sequence[Token], k: int) -> bool:
+    """Say whether a word is written as a name and set apart, as who is spoken to is: no slip of anything."""
+    return tokens[k].raw[:1].isupper() and tokens[k + 1 : k + 2] != [] and tokens[k + 1].text == ","
 
 
 def _joined(tokens: Sequence[Token], words: SceneWords) -> Iterator[Token]:
