@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Sequence
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, cannot_see, listed
 from robosandbox.agent.language.intent import Ref, Relation, replace
 from robosandbox.agent.language.materials import is_familiar, told
@@ -14,7 +13,7 @@ from robosandbox.agent.language.measures import Measure, has_measure
 from robosandbox.agent.language.orders import CONTRARY, Fits, Meaning
 from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.agent.language.shades import is_rather, shade_distance
-from robosandbox.agent.language.things import KINDS_OF
+from robosandbox.agent.language.things import KINDS_OF, SHAPES
 from robosandbox.agent.language.truth import Truth, contradicts
 from robosandbox.types import DetectedObject, RefusalCode
 

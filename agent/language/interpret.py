@@ -7,8 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
 
-from robosandbox.agent.language import lazy_regex
-from robosandbox.agent.language.adjectives import FEELINGS
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
@@ -32,10 +30,8 @@ _ON_THE_WAY = word_set(
 )
 _NEVERTHELESS = frozenset({"back", ".", ";", ":"})
 _AT_HOME = frozenset({"live", "lives", "belong", "belongs"})
-_WHERE_IT_GOES = lazy_regex.compile(
-    r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b"
-)
-_STAYS_OPEN = lazy_regex.compile(
+_WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b")
+_STAYS_OPEN = re.compile(
     r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
 )
 _ANEW = ("once more", "one more time", "again", "instead", "rather")
@@ -186,6 +182,7 @@ def choose(
     """
     plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
     refused: list[tuple[RefusedError, Sentence]] = []
+    feelings = ruleset(ENGLISH).vocabulary.classes["FEELING"]
     best, limit = 0.0, float("inf")
     for cost, reading in readings:
         if (plans and cost > best + CLOSE) or cost > limit:
@@ -193,7 +190,7 @@ def choose(
         context = deepcopy(discourse) if discourse else Discourse()
         try:
             draft = build(reading, scene, skills, context, chosen)
-            felt = [f"“{word}”" for word in unseen(reading) if word in FEELINGS]
+            felt = [f"“{word}”" for word in unseen(reading) if word in feelings]
             tempo, told = _tempo_of(reading.manners, skills)
             notes = [told] if told else []
             notes += [f"I do not see what is {listed(felt)}."] if felt else []

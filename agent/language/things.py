@@ -200,3 +200,12 @@ POSITIONS: dict[str, str] = {
 }
 HYPONYMS: dict[str, frozenset[str]] = {"ball": frozenset({"marble"})}
 """Kinds of a kind that have a name of their own: of all balls, a marble is one."""
+SHAPES: dict[str, frozenset[str]] = {
+    **dict.fromkeys(("round", "rounded", "circular"), frozenset({"sphere", "cylinder", "capsule", "bowl", "cup"})),
+    **dict.fromkeys(("spherical",), frozenset({"sphere"})),
+    **dict.fromkeys(("cylindrical", "tubular"), frozenset({"cylinder", "capsule"})),
+    **dict.fromkeys(
+        ("square", "cubic", "cubical", "boxy", "rectangular", "blocky", "squarish", "cuboid"), frozenset({"box", "bin"})
+    ),
+}
+"""The kinds of objects that have a shape."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Ref, replace
 from robosandbox.agent.language.orders import CONTRARY, Fits
 from robosandbox.agent.language.scene_words import id_parts
-from robosandbox.agent.language.things import POSITIONS, SHADES, SIZES
+from robosandbox.agent.language.things import POSITIONS, SHADES, SHAPES, SIZES
 from robosandbox.agent.language.vicinity import Vicinity
 from robosandbox.agent.language.wordlist import phrase_list
 from robosandbox.types import DetectedObject, RefusalCode

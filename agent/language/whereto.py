@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from robosandbox.agent.language import lazy_regex
+import re
+
 from robosandbox.agent.language.discourse import RefusedError
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.types import RefusalCode
 
-_BY_SIDE = lazy_regex.compile(
+_BY_SIDE = re.compile(
     r" (?:on|at|in|to|near|by|along|close to|next to) (?:the |its )?(?:(?:very|far|near) )*"
     r"(?P<side>left|right|back|rear|far|front|near)(?:[- ]?hand)?(?:most)?"
     r"(?P<part> side| edge| corner| border| end| half| part)?(?: of the \w+)?$"
