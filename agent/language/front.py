@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -25,7 +24,7 @@ from robosandbox.types import Refusal, RefusalCode
 
 ENGLISH = "english"
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
-# How alike a word has to be to one of the language to be offered for it, a ratio as of difflib, and the number of letters
+# How alike a word has to be to one of the language to be offered for it, a share, and the number of letters
 # up to which none is: a slip in a word of six letters.
 _NEAR, _SHORT = 0.8, 3
 # Share of a sentence's words that a language has to know for it to be that sentence's: what is not known is refused in that
@@ -353,8 +352,15 @@ def _unsupported(message: str) -> Refusal:
 
 
 def _perhaps(word: str, book: Ruleset) -> str:
+    from rapidfuzz import process
+    from rapidfuzz.distance import Indel
+
     folded = book.vocabulary.folded(word)
-    near = difflib.get_close_matches(folded, book.vocabulary.words, n=1, cutoff=_NEAR) if len(folded) > _SHORT else []
+    near = (
+        process.extractOne(folded, book.vocabulary.words, scorer=Indel.normalized_similarity, score_cutoff=_NEAR)
+        if len(folded) > _SHORT
+        else None
+    )
     return f" ({near[0]}?)" if near and near[0] != folded else ""
 
 
