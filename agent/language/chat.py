@@ -26,6 +26,7 @@ _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _IT = frozenset({"it", "them"})
 _TOLD = frozenset({"it", "this", "that", "they", "you"})
+_REPORT = 3  # Words of "she told me".
 _LOST = frozenset({"it", "they"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
@@ -75,7 +76,8 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
     # "dinner is late so tap the can": the order begins behind it.
     joints = [k for k in range(i + 2, end) if tokens[k].text in lists["joints"]] if opens or tells else []
     for stop in (*joints, end) if end > i else ():
-        _add_until(found, tokens[:stop], i, parts, vocabulary, opens=opens, tells=tells, whole=stop == end)
+        mark = tokens[stop].text if stop < len(tokens) else ""
+        _add_until(found, tokens[:stop], i, parts, vocabulary, opens=opens, tells=tells, whole=stop == end, mark=mark)
 
 
 def _add_until(
@@ -88,8 +90,9 @@ def _add_until(
     opens: bool,
     tells: bool,
     whole: bool,
+    mark: str,
 ) -> None:
-    """Add the kinds of clauses that the words from a token to the last one are."""
+    """Add the kinds of clauses that the words from a token to the last one are; `mark` is what stands behind them."""
     lists = vocabulary.lists
     clause = _clause(found, tokens, i, parts, vocabulary, opens=opens, tells=tells)
     if clause is None or clause.always:
@@ -126,6 +129,12 @@ def _add_until(
     # "it has to be done in silence", "do it blindfolded": how it is to be done; "I don't think so" takes it back.
     obliging = not lists["obliging"].isdisjoint(told) or any(map(_obliges, pairwise(told)))
     adjoined |= first in _TOLD and obliging
+    # "..., she told me", "..., I don't want that"
+    adjoined |= i > 0 and len(told) <= _REPORT and told[1:2] != [] and told[1] in lists["reporting"]
+    adjoined |= i > 0 and clause.denies and clause.wishing and told[-1] in ("that", "this", "it")
+    # "backwards: ..." says how; "here is the thing: ..." nothing.
+    adjoined |= first not in lists["subjects"] and mark == ":"
+    adjoined |= told[0] in ("rather", "instead")
     adjoined |= (first == "do" and not clause.denies) or (clause.denies and told[-1] == "so")
     if opens and not (clause.named or adjoined) and (person or not (clause.bearing and clause.denies)):
         add("CHAT")

@@ -132,6 +132,9 @@ def _thing(values: dict[str, Any], text: str) -> Any:
         raise Misfit
     if any(_is_any(ref) for ref in values.get("without", ())):
         raise Misfit
+    if any(ref.text in ("that one", "this one", "the one") for ref in values.get("instead", ())):
+        # "the ball, but not that one"
+        raise Misfit
     values["without"] = (*values.get("without", ()), *values.pop("less", ()))
     if any(map(_is_unknown, (*values["without"], *values.get("instead", ())))):
         raise Misfit

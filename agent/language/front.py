@@ -328,7 +328,8 @@ def _unable(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal | None:
             "That asks me to leave something undone, and I had not begun anything; say it beside an order, "
             "or name what I must not touch."
         )
-    giving = ("VGIVE", "VPICK", "VMOVE")
+    # "make me a coffee", but "build me a tower"
+    giving = ("VGIVE", "VPICK", "VMOVE", "VGIVE" if any("TOWER" in hits for hits in classes) else "VBUILD")
     if any("RECIPIENT" in hits and not {*giving}.isdisjoint(before) for before, hits in pairwise(classes)):
         return _unsupported(f"I cannot hand things over; I can {VERBS_FOR_PEOPLE}.")
     for end in {hit.end for hit in classes[0].get("VPUT", ())}:
