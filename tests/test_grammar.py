@@ -26,6 +26,42 @@ TOLD = (
 )
 
 
+# What keeps an order from being one, takes it back or tells how, said before it and behind it.
+BEFORE = """
+pretend to | imagine you would | almost | do not yet | never | try not to | I will | he will | my brother will | let me | let us not |
+you would have to | you could have | you might | you used to | yesterday you had to | tomorrow, | tonight | later today | next week |
+in an hour | in ten minutes | when I clap, | after lunch, | before dinner, | once he is back, | as soon as it rings, | at noon, |
+if I nod, | unless I object, | in case it rains, | suppose I said | what if you | why did you | did you | have you | how would you |
+would you ever | should I | may I | can I | shall we not | I forbid you to | nobody should | nobody may | no one wants you to |
+I hate it when you | it would be bad to | it is wrong to | it is dangerous to | there is no need to | you need not | you don't have to |
+you are not allowed to | refrain from it: | stop, | hold on, | cancel that: | undo: | instead of that, | rather than that, |
+except that you | only say: | just say | write down: | repeat after me: | spell: | translate: | the sign says | the book says to |
+my boss told Bob to | tell Anna to | ask him to | remind me to | teach me to | show me how to | explain how to | learn to |
+forget how to | it was fun to | I saw you | I dreamt I had to | the old plan was to | the opposite of: | do the reverse of this: |
+halfway, | partly | barely | nearly | twice as much: | without moving, | with your eyes closed, | using the spoon, |
+with the other arm, | from below, | slowly but not gently | as a joke, | for example, | e.g. | hypothetically, | in theory, |
+in the mirror, | backwards: | ideally | perhaps | possibly | theoretically | with luck | if possible not | first ask me, then |
+make Bob | have Bob | let Bob | get Bob to
+"""
+BEHIND = """
+, not | , no | , or not | ? no | , maybe | , perhaps | , just kidding | , I was joking | , never mind | , forget it | , cancel | , stop |
+, on second thought no | , or rather don't | , as if | , almost | , but not now | , but not yet | , later | , tomorrow | , tonight |
+, in five minutes | , when I say so | , once I am gone | , after he left | , if you dare | , unless you are busy | , until Friday |
+, as long as it is light | , only if it is heavy | , provided it is clean | , assuming it is mine | , except on Sundays |
+, otherwise you are fired | , or else | , said nobody ever | , he said | , she told me | , they say | , I heard | , is what he wrote |
+, according to Bob | , I don't want that | , I would hate that | , that would be wrong | , that is forbidden | , that is a lie |
+, which is not allowed | , which you must not | , that was yesterday | , that was the old plan | , that is an example |
+, would be silly | , did you | , didn't you | , why | , how | , can you believe it | , with the left arm | , with a spoon |
+, without touching it | , without the gripper | , from below | , upside down | , backwards | , sideways | , but only half | , halfway |
+, partly | , and bring it to me | , and give it to Bob | , and eat it | , and then not | , and don't | , but leave it |
+, but not that one | , but not the red one | , other than that one | , rather the other one | , the other one | , the opposite |
+, the reverse | , and undo it | , and vice versa | , each time | , from now on | , for ever | , for ten minutes | , for a minute |
+, at most | , at least | , not twice | , for Bob, not for me | , Bob | , Alexa | , if Bob agrees | , when Bob is here |
+, and Bob the ball | , and the rest yourself | , so that it is on the left | , so that it stands | , to the count of three | , on three |
+, at three o'clock | , from tomorrow
+"""
+
+
 def _rows() -> list[tuple[str, str, str, str]]:
     """Return (class, task, sentence, plan) of each row of the page."""
     rows, name, task = [], "", ""
@@ -199,3 +235,20 @@ def test_ways_to_say_something_have_three_costs() -> None:
         mark for rule in book.written.values() for way in rule.source for mark in re.findall(r"(?<!\S)!+(?!\S)", way)
     ]
     assert {*written} == {"!", "!!", "!!!"}
+
+
+def _phrases(text: str) -> list[str]:
+    return [phrase.strip() for phrase in text.replace("\n", " | ").split("|") if phrase.strip()]
+
+
+@pytest.mark.parametrize("phrase", _phrases(BEFORE))
+def test_what_binds_before_an_order_moves_nothing(phrase: str) -> None:
+    answer = plan_of(f"{phrase} tap the green can")
+    assert isinstance(answer, Refusal) or not answer.steps, answer
+
+
+@pytest.mark.parametrize("phrase", _phrases(BEHIND))
+def test_what_binds_behind_an_order_moves_nothing(phrase: str) -> None:
+    said = f"tap the green can{phrase}" if phrase[0] in ",?" else f"tap the green can {phrase}"
+    answer = plan_of(said)
+    assert isinstance(answer, Refusal) or not answer.steps, answer
