@@ -24,6 +24,8 @@ CLAIMS = (
     "silent_joint_states_stop_the_arm",
     "late_joint_states_stop_the_arm",
     "a_controller_that_is_started_again_is_found_again",
+    "an_outside_node_sees_and_is_answered",
+    "an_outside_node_cancels_and_stops",
     "no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits",
 )
 

@@ -5,20 +5,27 @@ In a project of its own as pytest is none of its needs; `tests/test_ros2.py` run
 
 from __future__ import annotations
 
+import json
+import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
 from robosandbox_ros2.plant_driver import PlantDriver, PlantProcess  # isort: skip  (sets the domain before rclpy is there)
+from robosandbox_msgs.srv import Load, Look, Reset
+from std_srvs.srv import Trigger
+
 from robosandbox.apps.conformance import check_driver
-from robosandbox.driver import SafeDriver, load_driver, made_safe
-from robosandbox.errors import FaultError, InputError, RoboSandboxError, SkillError
+from robosandbox.driver import SafeDriver, load_driver
+from robosandbox.errors import FaultError, RoboSandboxError, SkillError
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import Trajectory
+from robosandbox_ros2.visitor import Visitor, look_round, see
 
 CLAIMS: dict[str, Callable[[], str]] = {}
 # What counts as standing, rad/s, as `SafeDriver` has it.
@@ -260,6 +267,70 @@ def no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits(seconds: float =
     speeds = np.abs(np.diff(commands, axis=0)) / 0.01
     over = (speeds / spec.velocity_limits).max()
     return f"{sent} commands, {refused} refused; {len(commands)} ticks of the plant, fastest {over:.2f} of the limit"
+
+
+@contextmanager
+def served(*arguments: str) -> Iterator[Visitor]:
+    """Serve a workcell as a node in a process of its own, and visit it."""
+    command = [str(Path(sys.executable).with_name("robo-sandbox")), "ros2", *arguments]
+    process = subprocess.Popen(command)
+    visitor = Visitor()
+    try:
+        visitor.wait()
+        yield visitor
+    finally:
+        visitor.close()
+        process.terminate()
+        ended = process.wait(20.0)
+    assert ended == 0, f"the node ended with {ended}"
+
+
+@claim
+def an_outside_node_sees_and_is_answered() -> str:
+    with served("--task", "pick_from_three", "--pace", "fast") as visitor:
+        seen = look_round(visitor)
+        pictures = see(visitor)
+        asked = visitor.say("pick up the cube")
+        assert not asked.success and "Which one do you mean" in asked.message, asked.message
+        answered = visitor.say("the left one")
+        assert answered.success, answered.message
+        assert any("grasp" in line for line in visitor.heard), visitor.heard
+        assert visitor.call(Look, "look").things.held == ["blue_cube"]
+        undone = visitor.perform("undo")
+        assert undone.success and visitor.call(Look, "look").things.held == []
+        picked = visitor.perform("pick", object="green_cube")
+        assert picked.success and json.loads(picked.data)["skill"] == "pick"
+        assert visitor.call(Trigger, "judge").success
+        assert visitor.call(Reset, "reset", seed=3).success and not visitor.call(Trigger, "judge").success
+        assert visitor.call(Load, "load", task="put_in_bin").message.startswith("put_in_bin")
+        assert "grey_bin" in look_round(visitor)
+        planned = visitor.perform("plan", prompt="put the red cube in the bin")
+        assert planned.success and "place_in" in planned.data
+        for name, arguments, code in (
+            ("pick", {"object": "banana"}, "object_not_found"),
+            ("pick", {"thing": "red_cube"}, "invalid_argument"),
+            ("run", {"prompt": "go home"}, "invalid_argument"),
+            ("no_such_skill", {}, "invalid_argument"),
+        ):
+            wrong = visitor.perform(name, **arguments)
+            assert not wrong.success and wrong.code == code, (name, wrong.code, wrong.message)
+        return f"{seen}; pictures {pictures}"
+
+
+@claim
+def an_outside_node_cancels_and_stops() -> str:
+    with served("--task", "pick_from_three", "--pace", "realtime") as visitor:
+        began = time.monotonic()
+        cancelled = visitor.perform("pick", object="red_cube", cancel_after=1.0)
+        took = time.monotonic() - began - 1.0
+        assert not cancelled.success and cancelled.code == "cancelled", cancelled.message
+        assert visitor.perform("open_gripper").success, "it goes on"
+        busy = visitor.node.create_client(Trigger, "/robosandbox/stop")
+        assert busy.wait_for_service(10.0)
+        timer = visitor.node.create_timer(1.5, lambda: (timer.cancel(), busy.call_async(Trigger.Request())))
+        stopped = visitor.say("pick up the red cube")
+        assert not stopped.success, stopped.message
+        return f"cancelled within {took:.2f} s; {stopped.message}"
 
 
 def main() -> None:

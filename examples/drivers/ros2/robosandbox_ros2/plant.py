@@ -15,7 +15,9 @@ import os
 import pickle
 import threading
 import time
+from array import array
 from collections.abc import Callable
+from itertools import pairwise
 from multiprocessing.connection import Listener
 from pathlib import Path
 from typing import Any
@@ -38,6 +40,8 @@ from robosandbox.workcell.pictures import photographer
 
 # Seconds of a tick of the controllers, as controller managers have them.
 TICK = 0.01
+# (height, width) of pictures, pixels, as depth cameras have them.
+PICTURE = (480, 640)
 # Ticks that are made up for at once where the process was late.
 _MAKE_UP = 5
 # Pictures a second, as far as they can be drawn.
@@ -68,6 +72,7 @@ class Follower:
         return row, (np.array([np.interp(ahead, self.seconds, column) for column in self.rows.T]) - row) / TICK
 
     def end(self, code: int = _RESULT.SUCCESSFUL, said: str = "", *, cancelled: bool = False) -> None:
+        """Take note that it is over, and tell its client."""
         self.code, self.said, self.cancelled = code, said, cancelled
         self.ended.set()
 
@@ -83,7 +88,7 @@ class Plant:
 
     def __init__(self, folder: Path, *, gripper_action: str, path_tolerance: float) -> None:
         scene, felt, start_q = pickle.loads((folder / "scene.pickle").read_bytes())
-        self.sim = open_mujoco(scene, control_timestep=TICK, felt=felt, start_q=start_q)
+        self.sim = open_mujoco(scene, control_timestep=TICK, render_size=PICTURE, felt=felt, start_q=start_q)
         self.world = self.sim.world
         self.robot = self.world.robot
         self.joints = [*self.robot.joints]
@@ -155,7 +160,7 @@ class Plant:
             and sorted(goal.trajectory.joint_names) == sorted(self.joints)
             and all(len(point.positions) == len(self.joints) for point in points)
             and all(np.isfinite(point.positions).all() for point in points)
-            and all(later > earlier for earlier, later in zip(seconds, seconds[1:], strict=False))
+            and all(later > earlier for earlier, later in pairwise(seconds))
         )
         return GoalResponse.ACCEPT if whole else GoalResponse.REJECT
 
@@ -226,7 +231,8 @@ class Plant:
                 time.sleep(early)
             self.tick()
             ticks += 1
-        rclpy.shutdown()
+        # Its threads are amid calls of rclpy's, which has no quiet end for them.
+        os._exit(0)
 
     def tick(self) -> None:
         """Pass a control tick: commands, physics, tolerances, and what is told of it."""
@@ -313,6 +319,7 @@ class Plant:
             threading.Thread(target=self.answer, args=(connection,), daemon=True).start()
 
     def answer(self, connection: Any) -> None:
+        """Answer one referee until it leaves."""
         while True:
             try:
                 name, arguments = connection.recv()
@@ -323,9 +330,11 @@ class Plant:
                 connection.send(asked(*arguments))
 
     def do_truth(self) -> Any:
+        """Return the true state."""
         return self.sim.truth()
 
     def do_cameras(self) -> list[str]:
+        """Return the names of the cameras."""
         return [*self.cameras]
 
     def do_speeds(self, since: float) -> list[tuple[float, float]]:
@@ -342,6 +351,7 @@ class Plant:
         return time.monotonic()
 
     def do_end(self) -> None:
+        """End the process."""
         self.stopping = True
 
 
@@ -359,8 +369,8 @@ def _image(pixels: np.ndarray, frame: str, stamp: Stamp) -> Image:
     made = Image(height=height, width=width, encoding="rgb8" if pixels.ndim == 3 else "32FC1")
     made.header.frame_id, made.header.stamp = frame, stamp
     made.step = pixels.nbytes // height
-    made._data = memoryview(np.ascontiguousarray(pixels).tobytes())
-    made.data = np.ascontiguousarray(pixels).tobytes()
+    # Of an array rclpy does not look at every byte.
+    made.data = array("B", np.ascontiguousarray(pixels).tobytes())
     return made
 
 

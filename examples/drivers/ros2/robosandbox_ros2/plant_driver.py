@@ -16,6 +16,8 @@ from typing import Any, Literal
 
 # Before rclpy reads them: nothing leaves this machine, and two plants at once do not hear each other.
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+# Pictures are larger than Fast DDS's shared memory takes as it comes, and in pieces over UDP most are lost.
+os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "LARGE_DATA")
 os.environ.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
 
 from robosandbox.drivers.ros2.driver import Ros2
@@ -95,6 +97,7 @@ class PlantDriver(Ros2):
         gripper_action: Which action its gripper serves.
         path_tolerance: How far a joint may be off its path, rad or m; 0 does not look.
         link_timeout: As of `Ros2`; the plant is a process that a busy computer may put off.
+        answer: Likewise; the plant draws its pictures without a graphics card.
     """
 
     def __init__(
@@ -108,6 +111,7 @@ class PlantDriver(Ros2):
         gripper_action: Literal["parallel", "plain"] = "parallel",
         path_tolerance: float = 0.0,
         link_timeout: float = 0.5,
+        answer: float = 5.0,
     ) -> None:
         options = ("--gripper-action", gripper_action, "--path-tolerance", str(path_tolerance))
         self.plant = PlantProcess(scene, felt=felt, start_q=start_q, options=options)
@@ -118,6 +122,7 @@ class PlantDriver(Ros2):
                 wrench="/wrench" if wrench else None,
                 cameras="+".join(f"/{name}" for name in self.plant.referee.cameras()) if eyes else "",
                 link_timeout=link_timeout,
+                answer=answer,
             )
         except BaseException:
             self.plant.close()
