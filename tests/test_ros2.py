@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 PROJECT = Path(__file__).parents[1] / "examples" / "drivers" / "ros2"
+RUN = "from robosandbox.apps.cli import main; main()"
 PYTHON = PROJECT / ".venv" / "bin" / "python"
 CLAIMS = (
     "the_driver_keeps_its_promises_over_ros",
@@ -28,6 +31,27 @@ CLAIMS = (
     "an_outside_node_cancels_and_stops",
     "no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits",
 )
+
+
+def test_without_ros_it_is_told_what_the_driver_and_the_node_need() -> None:
+    if find_spec("rclpy") is not None:
+        pytest.skip("ROS is there")
+    for command, says in (
+        (("run", "go home", "--driver", "ros2"), "--driver ros2: Python cannot import"),
+        (("ros2",), "ros2: Python cannot import 'rclpy': source your ROS 2 in this shell, and build robosandbox_msgs"),
+    ):
+        ran = subprocess.run([sys.executable, "-c", RUN, *command], capture_output=True, text=True, timeout=120)
+        assert ran.returncode == 2 and says in ran.stderr and len(ran.stderr.splitlines()) == 1
+
+
+def test_the_interfaces_are_where_colcon_is_told() -> None:
+    command = [sys.executable, "-c", RUN, "ros2", "--interfaces"]
+    folder = Path(subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout.strip())
+    written = (folder / "CMakeLists.txt").read_text()
+    files = [
+        path.relative_to(folder).as_posix() for kind in ("msg", "srv", "action") for path in folder.rglob(f"*.{kind}")
+    ]
+    assert files and all(f'"{file}"' in written for file in files)
 
 
 def ros_domain(worker: str) -> str:
