@@ -30,7 +30,7 @@ from geometry_msgs.msg import TransformStamped, WrenchStamped
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_msgs.msg import TFMessage
 
@@ -97,6 +97,8 @@ class Plant:
         self.controls = np.array(self.sim.controls)
         self.hold = self.sim.arm_state("arm").q.copy()
         self.following: Follower | None = None
+        self.order: dict[int, int] = {}
+        self.newest = 0
         self.grip: tuple[float, Any] | None = None
         self.active, self.silent, self.late, self.extra = True, False, 0.0, ""
         self.speeds: list[tuple[float, float]] = []
@@ -144,6 +146,14 @@ class Plant:
             )
             for name in self.sim.cameras
         }
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.mounts = node.create_publisher(TFMessage, "/tf_static", kept)
+        stamp = node.get_clock().now().to_msg()
+        mounted = [
+            _transform("world" if spec.arm is None else "tool0", f"{name}_optical", spec.pose, stamp)
+            for name, spec in self.sim.camera_specs().items()
+        ]
+        self.mounts.publish(TFMessage(transforms=mounted))
         self.executor = MultiThreadedExecutor(num_threads=6)
         self.executor.add_node(node)
         self.listener = Listener(str(folder / "referee"), "AF_UNIX")
@@ -162,11 +172,18 @@ class Plant:
             and all(np.isfinite(point.positions).all() for point in points)
             and all(later > earlier for earlier, later in pairwise(seconds))
         )
-        return GoalResponse.ACCEPT if whole else GoalResponse.REJECT
+        if not whole:
+            return GoalResponse.REJECT
+        # Its threads may take goals up in another order than they came in.
+        self.order[id(goal)] = self.newest = self.newest + 1
+        return GoalResponse.ACCEPT
 
     def follow(self, handle: Any) -> Any:
         """Follow a trajectory until it is over, replaced or cancelled."""
         with self.lock:
+            if self.order.pop(id(handle.request)) < self.newest:
+                handle.abort()
+                return _RESULT(error_code=_RESULT.INVALID_GOAL, error_string="preempted by a new goal")
             begun = self.hold if self.following is None else self.following.at(time.monotonic())[0]
             if self.following is not None:
                 self.following.end(_RESULT.INVALID_GOAL, "preempted by a new goal")
@@ -240,7 +257,7 @@ class Plant:
             now, following = time.monotonic(), self.following
             row, speed = (self.hold, 0.0) if following is None else following.at(now)
             ahead = row + self.sim.servo_lag("arm") * speed
-            self.commands.append(row)
+            self.commands.append(np.array([now, *row]))
             self.controls[np.asarray(self.robot.actuator_ids, dtype=int)] = self.robot.control(ahead)
             if self.hand is not None and self.grip is not None:
                 geometry = self.hand.geometry
@@ -278,11 +295,7 @@ class Plant:
             _, due = self.waiting.pop(0)
             if not self.silent:
                 self.states.publish(due)
-        transforms = [_transform("world", "tool0", state.tcp_pose, stamp)]
-        for name, spec in self.sim.camera_specs().items():
-            parent = "world" if spec.arm is None else "tool0"
-            transforms.append(_transform(parent, f"{name}_optical", spec.pose, stamp))
-        self.transforms.publish(TFMessage(transforms=transforms))
+        self.transforms.publish(TFMessage(transforms=[_transform("world", "tool0", state.tcp_pose, stamp)]))
         force = state.tcp_pose.rotation.T @ sum(self.sim.forces().values(), np.zeros(3))
         wrench = WrenchStamped()
         wrench.header.stamp, wrench.header.frame_id = stamp, "tool0"
@@ -342,7 +355,7 @@ class Plant:
         return [each for each in self.speeds if each[0] >= since]
 
     def do_commands(self) -> np.ndarray:
-        """Every row that the servos were commanded, shape (ticks, n)."""
+        """Return seconds of the monotonic clock and every row that the servos were commanded then, shape (ticks, 1 + n)."""
         return np.array(self.commands)
 
     def do_inject(self, fault: str, value: float = 1.0) -> float:

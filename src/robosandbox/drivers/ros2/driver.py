@@ -229,7 +229,8 @@ def _primary_joint(scene: Scene) -> str:
     roles = robot.sidecar.gripper
     if not isinstance(roles, GripperRoles):
         raise InputError("--driver ros2: a suction cup is moved by no gripper action of control_msgs")
-    return roles.primary_joint
+    # That of a gripper that was mounted has the gripper's name before it.
+    return roles.primary_joint.rpartition("/")[2]
 
 
 class _RosArm(BareArm):
@@ -276,6 +277,8 @@ class _RosArm(BareArm):
             FaultError: The controller did not take it, gave it up, or does not answer; it says why.
         """
         q, dt = trajectory.q + self._shift, trajectory.dt
+        # A server that answers in several threads may otherwise take up the one before after this one.
+        self._wait_for_answer(guards)
         # Within what is allowed it may begin beside where the arm is, which then goes there no faster than it may.
         there = self._seconds_to(q[0])
         if len(q) < 2:
@@ -354,16 +357,24 @@ class _RosArm(BareArm):
         seconds = np.abs(q - self.state().q) / self.spec.velocity_limits
         return max(self._cell.control_timestep, float(seconds.max()))
 
+    def _wait_for_answer(self, guards: Sequence[Guard]) -> None:
+        """Let ticks pass until the controller has taken what was sent last, or not."""
+        cell, sent, asked = self._cell, self._sent, self._cell.time
+        try:
+            while sent is not None and sent.accepted is None:
+                if cell.time - asked > cell.answer:
+                    cell.fail(f"the controller has not answered for {cell.answer:g} s")
+                cell.tick(guards)
+        except BaseException:
+            self.stop()
+            raise
+
     def _watch(self, seconds: float, guards: Sequence[Guard], *, to_its_end: bool = True) -> None:
         """Let ticks pass until what was sent is over, or for as long as it takes."""
         cell, sent = self._cell, self._sent
         assert sent is not None
+        self._wait_for_answer(guards)
         try:
-            asked = cell.time
-            while sent.accepted is None:
-                if cell.time - asked > cell.answer:
-                    cell.fail(f"the controller has not answered for {cell.answer:g} s")
-                cell.tick(guards)
             end = cell.time + seconds
             while cell.time < end and sent.outcome is None:
                 cell.tick(guards)
