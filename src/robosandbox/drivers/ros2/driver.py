@@ -188,6 +188,10 @@ class Ros2(BareDriver):
         if missing := self.link.missing(self._joints, self._link_timeout, self.answer):
             self.fault = missing
             raise FaultError(f"{missing}; it is not over", phase=Phase.CHECK)
+        end = time.monotonic() + self.answer
+        while self.link.is_cancelling and time.monotonic() < end:
+            time.sleep(self.control_timestep)
+        self.link.forget_cancels()
         self._arm.forget()
 
     # Between the parts of this driver and the graph.
@@ -302,7 +306,7 @@ class _RosArm(BareArm):
         share = min(1.0, _TRIM_SHARE * self._cell.control_timestep / 0.01)
         off = goal - self.state().q
         self._shift = np.clip(self._shift + share * off, -_LARGEST_TRIM, _LARGEST_TRIM)
-        if self._sent is None or self._sent.accepted is not None:
+        if not self._cell.link.is_cancelling and (self._sent is None or self._sent.accepted is not None):
             row = goal + self._shift
             self._send(row[None], None, np.array([self._seconds_to(row)]))
         try:
@@ -358,10 +362,10 @@ class _RosArm(BareArm):
         return max(self._cell.control_timestep, float(seconds.max()))
 
     def _wait_for_answer(self, guards: Sequence[Guard]) -> None:
-        """Let ticks pass until the controller has taken what was sent last, or not."""
+        """Let ticks pass until the controller has answered what was sent last, cancels as well."""
         cell, sent, asked = self._cell, self._sent, self._cell.time
         try:
-            while sent is not None and sent.accepted is None:
+            while cell.link.is_cancelling or (sent is not None and sent.accepted is None):
                 if cell.time - asked > cell.answer:
                     cell.fail(f"the controller has not answered for {cell.answer:g} s")
                 cell.tick(guards)

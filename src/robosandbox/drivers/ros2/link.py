@@ -169,6 +169,7 @@ class RosLink:
         self._trajectories = ActionClient(self._node, FollowJointTrajectory, self._action)
         # With no goal named it ends every one, whoever sent it.
         self._stopping = self._node.create_client(CancelGoal, f"{self._action}/_action/cancel_goal")
+        self._cancels: list[Any] = []
         self._gripper, self._fingers = gripper, None
         self._fingers_take: type[Any] | None = None
         listen = self._node.create_subscription
@@ -334,7 +335,17 @@ class RosLink:
     def cancel_all(self) -> None:
         """End every trajectory of the controller, whoever sent it; it holds then."""
         if self._stopping.service_is_ready():
-            self._stopping.call_async(CancelGoal.Request())
+            self._cancels = [one for one in self._cancels if not one.done()]
+            self._cancels.append(self._stopping.call_async(CancelGoal.Request()))
+
+    @property
+    def is_cancelling(self) -> bool:
+        """Whether a cancel was not answered yet: it would end what is sent meanwhile."""
+        return any(not one.done() for one in self._cancels)
+
+    def forget_cancels(self) -> None:
+        """Wait for no answer to a cancel any more: the controller that was asked is gone."""
+        self._cancels = []
 
     # In the node's thread.
 
