@@ -39,6 +39,9 @@ def load_plugin(group: str, name: str) -> Any:
     try:
         return _load(point)
     except _BrokenError as error:
+        if isinstance(error.__cause__, InputError):
+            # Its module says itself what it needs: a package, or an environment.
+            raise error.__cause__ from None
         raise _unusable(group, point, error) from error.__cause__
 
 

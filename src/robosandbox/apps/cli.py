@@ -31,6 +31,10 @@ COMMANDS = {
         "Talk to a robot, line by line; without --connect in a world of this process.",
     ),
     "sim": LazyCommand("robosandbox.apps.commands.sim:sim", "Serve a world over Zenoh until SIGINT or SIGTERM."),
+    "ros2": LazyCommand(
+        "robosandbox.apps.commands.ros2:ros2",
+        "Serve a world as a ROS 2 node until SIGINT or SIGTERM: state, pictures, things, actions and services.",
+    ),
     "agent": LazyCommand("robosandbox.apps.commands.run:agent", "Carry out a prompt in a sim process."),
     "mcp": LazyCommand(
         "robosandbox.apps.commands.mcp:mcp",

@@ -1,0 +1,348 @@
+"""What the driver `ros2` promises, each tried before a plant: python -m robosandbox_ros2.claims [NAME ...].
+
+In a project of its own as pytest is none of its needs; `tests/test_ros2.py` runs each as a test.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from robosandbox_ros2.plant_driver import PlantDriver, PlantProcess  # isort: skip  (sets the domain before rclpy is there)
+from robosandbox_msgs.srv import Load, Look, Reset
+from std_srvs.srv import Trigger
+
+from robosandbox.apps.conformance import check_driver
+from robosandbox.driver import SafeDriver, load_driver
+from robosandbox.errors import FaultError, RoboSandboxError, SkillError
+from robosandbox.tasks.loader import find_task
+from robosandbox.types import Trajectory
+from robosandbox_ros2.visitor import Visitor, look_round, see
+
+CLAIMS: dict[str, Callable[[], str]] = {}
+# What counts as standing, rad/s, as `SafeDriver` has it.
+STILL = 0.01
+
+
+def claim(tried: Callable[[], str]) -> Callable[[], str]:
+    CLAIMS[tried.__name__] = tried
+    return tried
+
+
+@contextmanager
+def opened(**options: object) -> Iterator[tuple[SafeDriver, PlantProcess]]:
+    """Open a driver before a plant with a Panda and a cube, without cameras."""
+    driver = load_driver("ros2_plant", find_task("pick_cube_franka").scene, {"eyes": False, **options})
+    behind = driver.behind
+    assert isinstance(behind, PlantDriver)
+    try:
+        yield driver, behind.plant
+    finally:
+        driver.close()
+
+
+def sweep(driver: SafeDriver, by: float, seconds: float) -> None:
+    """Turn the first joint."""
+    q = driver.state().q
+    ramp = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, round(seconds / 0.01)))
+    driver.arms["arm"].follow(Trajectory(q=q + by * ramp[:, None] * np.eye(len(q))[0], dt=0.01))
+
+
+def raised(act: Callable[[], object], *words: str) -> str:
+    """Return what an act raises, which has these words in it."""
+    try:
+        act()
+    except RoboSandboxError as error:
+        assert all(word in str(error) for word in words), f"it says {error}"
+        return str(error)
+    raise AssertionError(f"nothing was raised; expected {words}")
+
+
+def stood_after(plant: PlantProcess, since: float) -> float:
+    """Return after how many seconds the plant's arm stood for good, by the plant itself."""
+    moved = [at for at, speed in plant.referee.speeds(since) if speed > STILL]
+    return max(moved, default=since) - since
+
+
+def while_moving(driver: SafeDriver, act: Callable[[], float]) -> tuple[str, float]:
+    """Do something half a second into a motion; return what was said of it, and when it was done."""
+    began: list[float] = []
+    timer = threading.Timer(0.5, lambda: began.append(act()))
+    timer.start()
+    said = raised(lambda: sweep(driver, 0.8, 3.0))
+    timer.join()
+    return said, began[0]
+
+
+@claim
+def the_driver_keeps_its_promises_over_ros() -> str:
+    driver = load_driver("ros2_plant", find_task("pick_cube_franka").scene)
+    try:
+        check_driver(driver)
+        assert set(driver.capabilities.cameras) == {"scene", "top", "wrist"}
+        assert driver.capabilities.wrist_wrench and not driver.capabilities.gripper_force
+    finally:
+        driver.close()
+    return "check_driver"
+
+
+@claim
+def a_plain_gripper_action_is_found_out() -> str:
+    with opened(gripper_action="plain") as (driver, _):
+        hand = driver.hands["hand"]
+        for closed in (1.0, 0.0):
+            hand.set_gripper(closed)
+            driver.wait(1.5)
+            assert abs(hand.state().closed - closed) < 0.05, hand.state()
+    return "GripperCommand"
+
+
+@claim
+def a_cube_is_picked_and_placed_through_the_controller() -> str:
+    from robosandbox import open_session
+
+    with open_session("put_in_bin", driver="ros2_plant", perception="rgbd") as session:
+        episode = session.run()
+        assert episode.success, episode.final_detail
+        assert session.judge().success
+        return str(episode.plan)
+
+
+@claim
+def what_is_not_there_is_told_with_what_is() -> str:
+    scene = find_task("pick_cube_franka").scene
+    plant = PlantProcess(scene)
+    try:
+        load_driver("ros2", scene).close()
+        said = [
+            raised(lambda given=given: load_driver("ros2", scene, {"discovery": 6.0, **given}), *words)
+            for given, words in (
+                ({"prefix": "left_"}, ("nobody tells of left_joint1", "joint states come of joint1")),
+                (
+                    {"controller": "/other"},
+                    ("/other/follow_joint_trajectory", "there is /joint_trajectory_controller/follow_joint_trajectory"),
+                ),
+                ({"gripper": "/hand/gripper_cmd"}, ("/hand/gripper_cmd", "/gripper_controller/gripper_cmd")),
+                ({"cameras": "/front"}, ("/front/camera_info",)),
+                ({"wrench": "/ft"}, ("no wrench comes on /ft",)),
+                ({"wrench": "/wrench", "world": "map"}, ("/tf leads from tool0 to no map",)),
+            )
+        ]
+    finally:
+        plant.close()
+    return "; ".join(said)
+
+
+@claim
+def a_goal_that_is_rejected_is_a_fault_that_is_recovered_from() -> str:
+    with opened() as (driver, plant):
+        plant.referee.inject("active", 0.0)
+        before = driver.state().q
+        said = raised(lambda: sweep(driver, 0.2, 1.0), "the controller did not take the trajectory")
+        assert np.abs(driver.state().q - before).max() < 0.002
+        assert driver.mode == "fault"
+        plant.referee.inject("active", 1.0)
+        driver.recover()
+        sweep(driver, 0.2, 1.0)
+        driver.wait(0.3)
+        assert abs(driver.state().q[0] - before[0] - 0.2) < 0.01
+    return said
+
+
+@claim
+def a_tolerance_that_is_violated_is_told_with_the_controllers_words() -> str:
+    with opened() as (driver, plant):
+        said, when = while_moving(driver, lambda: plant.referee.inject("path_tolerance", 1e-5))
+        assert "PATH_TOLERANCE_VIOLATED" in said and "off its path" in said, said
+        return f"{said}; stood after {stood_after(plant, when):.2f} s"
+
+
+@claim
+def a_second_client_that_moves_the_arm_is_noticed() -> str:
+    with opened() as (driver, plant):
+        other = load_driver("ros2", find_task("pick_cube_franka").scene, {"link_timeout": 0.5})
+        try:
+
+            def interfere() -> float:
+                behind = other.behind
+                q = other.state().q
+                behind.link.follow(driver.arms["arm"].spec.joints, q[None], None, np.array([0.5]))
+                return time.monotonic()
+
+            said, when = while_moving(driver, interfere)
+        finally:
+            other.close()
+        assert "gave the trajectory up" in said and "another client" in said, said
+        return f"{said}; stood after {stood_after(plant, when):.2f} s"
+
+
+@claim
+def silent_joint_states_stop_the_arm() -> str:
+    with opened(link_timeout=0.2) as (driver, plant):
+        said, when = while_moving(driver, lambda: plant.referee.inject("silent"))
+        assert "the robot was last heard of" in said and driver.mode == "lost", (said, driver.mode)
+        time.sleep(0.5)
+        stood = stood_after(plant, when)
+        assert stood < 1.0, stood
+        raised(lambda: driver.arms["arm"].stop() or sweep(driver, 0.1, 1.0), "nothing moves before recover()")
+        plant.referee.inject("silent", 0.0)
+        time.sleep(0.3)
+        driver.recover()
+        sweep(driver, 0.1, 1.0)
+        return f"{said}; stood after {stood:.2f} s"
+
+
+@claim
+def late_joint_states_stop_the_arm() -> str:
+    with opened(link_timeout=0.2) as (driver, plant):
+        said, when = while_moving(driver, lambda: plant.referee.inject("late", 0.3))
+        assert "the robot was last heard of" in said, said
+        time.sleep(0.5)
+        return f"{said}; stood after {stood_after(plant, when):.2f} s"
+
+
+@claim
+def a_controller_that_is_started_again_is_found_again() -> str:
+    with opened() as (driver, plant):
+
+        def restart() -> float:
+            plant.kill()
+            return time.monotonic()
+
+        said, _ = while_moving(driver, restart)
+        raised(driver.recover, "last heard of")
+        plant.start()
+        end = time.monotonic() + 20.0
+        while True:
+            try:
+                driver.recover()
+                break
+            except FaultError:
+                assert time.monotonic() < end, "it is not found again"
+                time.sleep(0.2)
+        sweep(driver, 0.1, 1.0)
+        return said
+
+
+@claim
+def no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits(seconds: float = 20.0) -> str:
+    random = np.random.default_rng(0)
+    sent = refused = 0
+    with opened() as (driver, plant):
+        arm = driver.arms["arm"]
+        spec = arm.spec
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            q = arm.state().q
+            rows = int(random.integers(1, 30))
+            scale = 10.0 ** random.uniform(-4, 1)
+            path = q + np.cumsum(random.normal(scale=scale, size=(rows, spec.n)), axis=0) * (random.random() < 0.9)
+            if random.random() < 0.1:
+                path[random.integers(rows), random.integers(spec.n)] = random.choice([np.nan, np.inf, 1e9, -1e9])
+            try:
+                if random.random() < 0.2:
+                    arm.trim(path[0])
+                else:
+                    arm.follow(
+                        Trajectory(q=path, dt=float(10.0 ** random.uniform(-3, -1.3)), goes_on=random.random() < 0.3)
+                    )
+            except (SkillError, ValueError):
+                refused += 1
+                if driver.fault:
+                    driver.wait(0.3)
+                    driver.recover()
+            sent += 1
+        told = plant.referee.commands()
+    at, commands = told[:, 0], told[:, 1:]
+    # What the servo's integral action may shift a command by, beyond the limits of positions (`Ros2` says so).
+    low, high = spec.lower - 0.301, spec.upper + 0.301
+    assert (commands >= low).all() and (commands <= high).all()
+    speeds = np.abs(np.diff(commands, axis=0)) / np.diff(at)[:, None]
+    over = (speeds / spec.velocity_limits).max()
+    # The plant's own clock is read a little before each row is sent.
+    assert over < 1.05, f"the plant was sent at {over:.2f} of a joint's limit of speed"
+    return f"{sent} commands, {refused} refused; {len(commands)} ticks of the plant, fastest {over:.2f} of the limit"
+
+
+@contextmanager
+def served(*arguments: str) -> Iterator[Visitor]:
+    """Serve a workcell as a node in a process of its own, and visit it."""
+    command = [str(Path(sys.executable).with_name("robo-sandbox")), "ros2", *arguments]
+    process = subprocess.Popen(command)
+    visitor = Visitor()
+    try:
+        visitor.wait()
+        yield visitor
+    finally:
+        visitor.close()
+        process.terminate()
+        ended = process.wait(20.0)
+    assert ended == 0, f"the node ended with {ended}"
+
+
+@claim
+def an_outside_node_sees_and_is_answered() -> str:
+    with served("--task", "pick_from_three", "--pace", "fast") as visitor:
+        seen = look_round(visitor)
+        pictures = see(visitor)
+        asked = visitor.say("pick up the cube")
+        assert not asked.success and "Which one do you mean" in asked.message, asked.message
+        answered = visitor.say("the left one")
+        assert answered.success, answered.message
+        assert any("grasp" in line for line in visitor.heard), visitor.heard
+        assert visitor.call(Look, "look").things.held == ["blue_cube"]
+        undone = visitor.perform("undo")
+        assert undone.success and visitor.call(Look, "look").things.held == []
+        picked = visitor.perform("pick", object="green_cube")
+        assert picked.success and json.loads(picked.data)["skill"] == "pick"
+        assert visitor.call(Trigger, "judge").success
+        assert visitor.call(Reset, "reset", seed=3).success and not visitor.call(Trigger, "judge").success
+        assert visitor.call(Load, "load", task="put_in_bin").message.startswith("put_in_bin")
+        assert "grey_bin" in look_round(visitor)
+        planned = visitor.perform("plan", prompt="put the red cube in the bin")
+        assert planned.success and "place_in" in planned.data
+        for name, arguments, code in (
+            ("pick", {"object": "banana"}, "object_not_found"),
+            ("pick", {"thing": "red_cube"}, "invalid_argument"),
+            ("run", {"prompt": "go home"}, "invalid_argument"),
+            ("no_such_skill", {}, "invalid_argument"),
+        ):
+            wrong = visitor.perform(name, **arguments)
+            assert not wrong.success and wrong.code == code, (name, wrong.code, wrong.message)
+        return f"{seen}; pictures {pictures}"
+
+
+@claim
+def an_outside_node_cancels_and_stops() -> str:
+    with served("--task", "pick_from_three", "--pace", "realtime") as visitor:
+        began = time.monotonic()
+        cancelled = visitor.perform("pick", object="red_cube", cancel_after=1.0)
+        took = time.monotonic() - began - 1.0
+        assert not cancelled.success and cancelled.code == "cancelled", cancelled.message
+        assert visitor.perform("open_gripper").success, "it goes on"
+        busy = visitor.node.create_client(Trigger, "/robosandbox/stop")
+        assert busy.wait_for_service(10.0)
+        timer = visitor.node.create_timer(1.5, lambda: (timer.cancel(), busy.call_async(Trigger.Request())))
+        stopped = visitor.say("pick up the red cube")
+        assert not stopped.success, stopped.message
+        return f"cancelled within {took:.2f} s; {stopped.message}"
+
+
+def main() -> None:
+    """Try the claims that are named, or all."""
+    for name in sys.argv[1:] or CLAIMS:
+        began = time.monotonic()
+        said = CLAIMS[name]()
+        print(f"{name}: {said} ({time.monotonic() - began:.1f} s)", flush=True)
+
+
+if __name__ == "__main__":
+    main()

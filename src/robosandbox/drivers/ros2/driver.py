@@ -1,0 +1,493 @@
+"""A driver of any arm that ROS 2 moves with FollowJointTrajectory: whole trajectories sent, watched at every tick."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from robosandbox.driver import (
+    ARM,
+    BareArm,
+    BareDriver,
+    BareHand,
+    Capabilities,
+    Guard,
+    refusal,
+)
+from robosandbox.errors import FaultError, InputError, Phase
+from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.robots.kinematics import Kinematics
+from robosandbox.robots.loader import robots_of
+from robosandbox.robots.sidecar import GripperRoles
+from robosandbox.sim.populated import populated
+from robosandbox.types import (
+    ArmState,
+    Array,
+    GripperState,
+    ObservedScene,
+    Pose,
+    Posture,
+    Scene,
+    Trajectory,
+    frozen_array,
+)
+from robosandbox.types.robot import GripperSpec, RobotSpec
+
+try:
+    from robosandbox.drivers.ros2.link import RosLink, Sent
+    from robosandbox.drivers.ros2.senses import RosSenses
+except ImportError as error:
+    if error.name is None or error.name.startswith("robosandbox."):
+        raise
+    raise InputError(
+        f"--driver ros2: Python cannot import {error.name!r}: source your ROS 2 (`source /opt/ros/jazzy/setup.bash`) in this "
+        "shell, with a Python that it was built for, and have its package ros-jazzy-control-msgs; docs/ros2.md"
+    ) from None
+
+_log = logging.getLogger(__name__)
+
+# Seconds over which a speed is taken where the joint states tell none.
+_SPEED_SECONDS = 0.1
+# Integral action as in the drivers `mujoco` and `hardware`: share of the error that is taken up in 10 ms, and the most of it, rad.
+_TRIM_SHARE, _LARGEST_TRIM = 0.08, 0.3
+
+
+class Ros2(BareDriver):
+    """An arm, and its gripper, behind controllers of ros2_control or others that serve the same actions.
+
+    Args:
+        scene: The robot, and the table that it stands at.
+        controller: Its action is `<controller>/follow_joint_trajectory`.
+        gripper: The gripper's action, GripperCommand or ParallelGripperCommand, which is found out; None where a robot with
+            fingers is not to move them.
+        joint_states: The topic on which all joints are told of.
+        prefix: Before the names of the robot's joints, as "left_".
+        gripper_joint: The gripper's joint in the joint states; the sidecar's primary joint, with the prefix, if left out.
+        gripper_open: Its position where the sidecar's is open, rad or m; the same if left out.
+        gripper_closed: Likewise closed.
+        grip: Effort that the gripper is told to close with at most, N or N m; its controller's own if left out.
+        grip_limit: Whether its controller keeps to an effort that it is told, so that skills may say one.
+        wrench: Topic of what the hand gives to the rest of the world, weight of the hand taken out; None without such a sensor.
+        cameras: Names joined by "+", each before `/image_raw`, `/depth/image_raw` (as seen by the same lens), `/camera_info`.
+        world: The frame of tf that is this package's world: x forward from the robot's base, z up, the table at its height.
+        tick: Seconds between two looks at guards and limits.
+        link_timeout: Seconds without joint states after which the arm is lost.
+        stamped: Whether joint states are stamped by a clock that agrees with this computer's; else they count as new.
+        answer: Seconds in which a controller has to answer, and a camera to deliver.
+        discovery: Seconds in which everything has to be found when it is opened.
+
+    Raises:
+        InputError: Something is not there; it says what, and what is. Nothing moves.
+    """
+
+    episode: Final = 0
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        controller: str = "/joint_trajectory_controller",
+        gripper: str | None = None,
+        joint_states: str = "/joint_states",
+        prefix: str = "",
+        gripper_joint: str | None = None,
+        gripper_open: float | None = None,
+        gripper_closed: float | None = None,
+        grip: float | None = None,
+        grip_limit: bool = False,
+        wrench: str | None = None,
+        cameras: str = "",
+        world: str = "world",
+        tick: float = 0.01,
+        link_timeout: float = 0.1,
+        stamped: bool = True,
+        answer: float = 1.0,
+        discovery: float = 10.0,
+    ) -> None:
+        super().__init__()
+        nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
+        planning = PlanningScenes(scene).of(nothing)
+        spec = planning.robot.spec
+        self.control_timestep, self.answer = tick, answer
+        self._planned_gripper = planning.robot.gripper
+        self._link_timeout, self._joints = link_timeout, [prefix + joint for joint in spec.joints]
+        self._began = self._due = time.monotonic()
+        self._wrench = wrench
+        topics = [topic for topic in cameras.split("+") if topic]
+        hand = None
+        if spec.gripper is not None:
+            joint = gripper_joint or prefix + _primary_joint(scene)
+            ends = gripper_open, gripper_closed
+            hand = _RosHand(self, spec.gripper, joint, ends, grip, grip_limit, moves=gripper is not None)
+        self.hands = {} if hand is None else {hand.name: hand}
+        self.link = RosLink(
+            "robosandbox_driver",
+            joint_states=joint_states,
+            controller=controller,
+            gripper=gripper,
+            wrench=wrench,
+            stamped=stamped,
+            world=world,
+            cameras=topics,
+        )
+        self._hand = hand
+        self._arm = _RosArm(self, spec, self._joints, planning.kinematics(), hand)
+        self.arms = {ARM: self._arm}
+        senses = RosSenses(self, self.link, topics, self.posture, answer, self._began)
+        self.senses = senses
+        try:
+            told = [*self._joints, *([] if hand is None else [hand.joint])]
+            if missing := self.link.missing(told, link_timeout, discovery):
+                raise InputError(f"--driver ros2: {missing} ({discovery:g} s after it was opened)")
+            self._cameras = senses.built_in(self._arm.state().tcp_pose)
+        except BaseException:
+            self.link.close()
+            raise
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """Encoders, and what else was named."""
+        return Capabilities(
+            grip_limit=self._hand is not None and self._hand.takes_force,
+            wrist_wrench=self._wrench is not None,
+            cameras=self._cameras,
+            clock="wall",
+            link_timeout=self._link_timeout,
+        )
+
+    @property
+    def time(self) -> float:
+        """Seconds since it was opened."""
+        return time.monotonic() - self._began
+
+    def close(self) -> None:
+        """End what it had sent, and leave the graph; the controller holds."""
+        self._loop.close()
+        if self._arm.moves:
+            self._arm.stop()
+            time.sleep(self.control_timestep)
+        self.link.close()
+
+    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
+        """Let time pass with the last commands held."""
+        for _ in range(max(1, round(seconds / self.control_timestep))):
+            self.tick(guards)
+
+    def recover(self) -> None:
+        """Look for controllers and joint states again, and end a fault.
+
+        Raises:
+            FaultError: Something is not there.
+        """
+        self.fault = ""
+        if missing := self.link.missing(self._joints, self._link_timeout, self.answer):
+            self.fault = missing
+            raise FaultError(f"{missing}; it is not over", phase=Phase.CHECK)
+        end = time.monotonic() + self.answer
+        while self.link.is_cancelling and time.monotonic() < end:
+            time.sleep(self.control_timestep)
+        self.link.forget_cancels()
+        self._arm.forget()
+
+    # Between the parts of this driver and the graph.
+
+    def tick(self, guards: Sequence[Guard]) -> None:
+        """Let one control tick pass, and ask the guards; a tick that comes late does not hurry the next one."""
+        self._due = max(self._due + self.control_timestep, time.monotonic())
+        time.sleep(max(0.0, self._due - time.monotonic()))
+        self._arm.look()
+        self._ticked(guards)
+        if self.fault:
+            # `SafeDriver` has raised it already.
+            raise FaultError(self.fault, phase=Phase.CHECK)
+
+    def since(self, monotonic: float) -> float:
+        """Return a moment of the monotonic clock by this driver's."""
+        return monotonic - self._began
+
+    def fail(self, why: str) -> None:
+        """Take note of a fault; the first one is kept."""
+        if not self.fault:
+            self.fault = why
+            _log.error(why)
+
+    def posture(self) -> dict[str, Posture]:
+        """Return how the arm stands, as a frame of a camera tells it."""
+        gripper, hand = self._planned_gripper, self._hand
+        values = gripper.joints_at(hand.state().joint) if gripper and hand else np.zeros(0)
+        return {ARM: Posture(q=self._arm.state().q, gripper_q=frozen_array(values))}
+
+
+def _primary_joint(scene: Scene) -> str:
+    """Return the joint of the gripper whose value its sidecar's open and closed are.
+
+    Raises:
+        InputError: It is a suction cup, which no gripper action moves.
+    """
+    (robot,) = robots_of(populated(scene)).values()
+    roles = robot.sidecar.gripper
+    if not isinstance(roles, GripperRoles):
+        raise InputError("--driver ros2: a suction cup is moved by no gripper action of control_msgs")
+    # That of a gripper that was mounted has the gripper's name before it.
+    return roles.primary_joint.rpartition("/")[2]
+
+
+class _RosArm(BareArm):
+    """The arm as its joint states and its controller's answers tell of it."""
+
+    def __init__(
+        self, cell: Ros2, spec: RobotSpec, joints: Sequence[str], kinematics: Kinematics, hand: _RosHand | None
+    ) -> None:
+        super().__init__(cell, spec)
+        self._cell, self._joints, self._kinematics, self._hand = cell, joints, kinematics, hand
+        # What the controller was sent last; None where it holds of itself.
+        self._sent: Sent | None = None
+        # How far past where it is to be each joint is sent, against what its controller gives way to, rad.
+        self._shift = np.zeros(spec.n)
+        self._past: deque[tuple[float, Array]] = deque()
+
+    @property
+    def moves(self) -> bool:
+        """Whether the controller is at something that was sent from here."""
+        return self._sent is not None and self._sent.outcome is None
+
+    def state(self) -> ArmState:
+        """Return what the joint states told last, and of which time that is."""
+        told = self._cell.link.readings(self._joints)
+        q = np.array([one.position for one in told])
+        return ArmState(
+            time=self._cell.since(min(one.time for one in told)),
+            q=frozen_array(q),
+            qd=frozen_array(
+                np.array([one.velocity for one in told], dtype=float)
+                if all(one.velocity is not None for one in told)
+                else self._speeds()
+            ),
+            tcp_pose=Pose.from_matrix(*self._kinematics.forward(q)),
+            gripper=None if self._hand is None else self._hand.state(),
+        )
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
+        """Have the controller follow a trajectory as one goal, and return when it says that it has.
+
+        One that goes on is sent with a braking behind it, which the next one replaces: an arm whose host is gone stands.
+
+        Raises:
+            FaultError: The controller did not take it, gave it up, or does not answer; it says why.
+        """
+        q, dt = trajectory.q + self._shift, trajectory.dt
+        # A server that answers in several threads may otherwise take up the one before after this one.
+        self._wait_for_answer(guards)
+        # Within what is allowed it may begin beside where the arm is, which then goes there no faster than it may.
+        there = self._seconds_to(q[0])
+        if len(q) < 2:
+            self._send(q, None, np.array([there]))
+            self._watch(there, guards)
+            return
+        braking = self._braking(q, dt) if trajectory.goes_on else np.empty((0, self.spec.n))
+        rows = np.concatenate([q, braking])
+        velocities = np.gradient(rows, dt, axis=0)
+        velocities[-1] = 0.0
+        late = there > max(dt, self._cell.control_timestep)
+        begin, lead = (0, there) if late else (1, 0.0)
+        self._send(rows[begin:], velocities[begin:], lead + dt * np.arange(float(begin), len(rows)))
+        self._watch(lead + trajectory.duration, guards, to_its_end=not trajectory.goes_on)
+
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,).
+
+        A goal of one row is sent when the controller has answered the one before.
+        """
+        share = min(1.0, _TRIM_SHARE * self._cell.control_timestep / 0.01)
+        off = goal - self.state().q
+        self._shift = np.clip(self._shift + share * off, -_LARGEST_TRIM, _LARGEST_TRIM)
+        if not self._cell.link.is_cancelling and (self._sent is None or self._sent.accepted is not None):
+            row = goal + self._shift
+            self._send(row[None], None, np.array([self._seconds_to(row)]))
+        try:
+            self._cell.tick(guards)
+        except BaseException:
+            self.stop()
+            raise
+
+    def stop(self) -> None:
+        """End every trajectory of the controller, whoever sent it; it holds the arm where it is then."""
+        sent = self._sent
+        if sent is not None:
+            # Its end is wanted, and no fault.
+            sent.replaced = True
+            sent.cancel()
+        self._cell.link.cancel_all()
+
+    def forget(self) -> None:
+        """Begin anew, after a fault."""
+        self._sent = None
+        self._shift = np.zeros(self.spec.n)
+
+    def look(self) -> None:
+        """See what has become of what was sent, after a tick."""
+        told = self._cell.link.readings(self._joints)
+        self._past.append((min(one.time for one in told), np.array([one.position for one in told])))
+        while self._past[-1][0] - self._past[0][0] > _SPEED_SECONDS:
+            self._past.popleft()
+        sent = self._sent
+        if sent is None or sent.replaced or sent.outcome in (None, "succeeded"):
+            return
+        said = f" ({sent.said})" if sent.said else ""
+        if sent.outcome == "rejected":
+            self._cell.fail(
+                "the controller did not take the trajectory: look whether it is active, and whether it is in error"
+            )
+        elif sent.outcome == "cancelled":
+            self._cell.fail(f"somebody else has cancelled the trajectory{said}")
+        else:
+            self._cell.fail(
+                f"the controller gave the trajectory up{said}: an error of its own, a tolerance, or a goal that another client sent"
+            )
+        sent.replaced = True
+
+    def _send(self, rows: Array, velocities: Array | None, seconds: Array) -> None:
+        if self._sent is not None:
+            self._sent.replaced = True
+        self._sent = self._cell.link.follow(self._joints, rows, velocities, seconds)
+
+    def _seconds_to(self, q: Array) -> float:
+        """Return in how many seconds the arm gets to a configuration within its limits of speed, a tick at the least."""
+        seconds = np.abs(q - self.state().q) / self.spec.velocity_limits
+        return max(self._cell.control_timestep, float(seconds.max()))
+
+    def _wait_for_answer(self, guards: Sequence[Guard]) -> None:
+        """Let ticks pass until the controller has answered what was sent last, cancels as well."""
+        cell, sent, asked = self._cell, self._sent, self._cell.time
+        try:
+            while cell.link.is_cancelling or (sent is not None and sent.accepted is None):
+                if cell.time - asked > cell.answer:
+                    cell.fail(f"the controller has not answered for {cell.answer:g} s")
+                cell.tick(guards)
+        except BaseException:
+            self.stop()
+            raise
+
+    def _watch(self, seconds: float, guards: Sequence[Guard], *, to_its_end: bool = True) -> None:
+        """Let ticks pass until what was sent is over, or for as long as it takes."""
+        cell, sent = self._cell, self._sent
+        assert sent is not None
+        self._wait_for_answer(guards)
+        try:
+            end = cell.time + seconds
+            while cell.time < end and sent.outcome is None:
+                cell.tick(guards)
+            while to_its_end and sent.outcome is None:
+                if cell.time - end > cell.answer:
+                    cell.fail(
+                        f"the controller does not say that it has arrived, {cell.answer:g} s after it should have"
+                    )
+                cell.tick(guards)
+            # What it ended in may have come between two ticks.
+            self.look()
+            if cell.fault:
+                raise FaultError(cell.fault, phase=Phase.CHECK)
+        except BaseException:
+            self.stop()
+            raise
+
+    def _braking(self, q: Array, dt: float) -> Array:
+        """Return rows, shape (k, n), in which an arm that ends at a speed comes to rest within its limits."""
+        velocity = (q[-1] - q[-2]) / dt
+        slower = np.arange(1, int(np.ceil(float((np.abs(velocity) / self.spec.acceleration_limits).max()) / dt)) + 2)[
+            :, None
+        ]
+        speeds = np.sign(velocity) * np.maximum(np.abs(velocity) - slower * dt * self.spec.acceleration_limits, 0.0)
+        rows: Array = np.clip(q[-1] + np.cumsum(speeds, axis=0) * dt, self.spec.lower, self.spec.upper)
+        return rows
+
+    def _speeds(self) -> Array:
+        """Return speeds from positions, rad/s, shape (n,)."""
+        if len(self._past) < 2:
+            return np.zeros(self.spec.n)
+        (began, first), (ended, last) = self._past[0], self._past[-1]
+        speeds: Array = (last - first) / (ended - began) if ended > began else np.zeros(self.spec.n)
+        return speeds
+
+
+class _RosHand(BareHand):
+    """The gripper as the joint states tell of it.
+
+    Args:
+        cell: The driver.
+        spec: Specification.
+        joint: Its joint in the joint states.
+        ends: Where that is open and closed, None where as in the specification.
+        effort: To close with at most; None for its controller's own.
+        takes_force: Whether its controller keeps to an effort.
+        moves: Whether an action moves it.
+
+    Attributes:
+        joint: Its joint in the joint states.
+        takes_force: Whether `set_gripper` takes a force.
+    """
+
+    def __init__(
+        self,
+        cell: Ros2,
+        spec: GripperSpec,
+        joint: str,
+        ends: tuple[float | None, float | None],
+        effort: float | None,
+        takes_force: bool,
+        *,
+        moves: bool,
+    ) -> None:
+        super().__init__(cell, spec)
+        self._cell, self.joint, self.takes_force = cell, joint, takes_force
+        given = zip(ends, (spec.geometry.open_joint, spec.geometry.closed_joint), strict=True)
+        self._open, self._shut = (own if end is None else end for end, own in given)
+        self._effort, self._moves = effort, moves
+        self._closed: float | None = None
+        self._last: Sent | None = None
+
+    def state(self) -> GripperState:
+        """Return what the joint states told last; what is held keeps it from where it was sent."""
+        geometry = self.spec.geometry
+        (told,) = self._cell.link.readings([self.joint])
+        closed = (told.position - self._open) / (self._shut - self._open)
+        joint = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
+        return GripperState(
+            joint=joint,
+            width=max(0.0, geometry.aperture(joint)),
+            closed=closed,
+            force=None,
+            commanded=min(max(closed, 0.0), 1.0) if self._closed is None else self._closed,
+        )
+
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
+        """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
+
+        Raises:
+            ValueError: `closed` is outside 0..1.
+            UnsupportedError: A force is given, and its controller keeps to none.
+            FaultError: No action moves it, or its controller did not take what was sent last.
+        """
+        if force is not None and not self.takes_force:
+            raise refusal(self._cell, "grip_limit", f"a grip of {force:g} N was asked for")
+        if not 0.0 <= closed <= 1.0:
+            raise ValueError(f"closed is {closed}; a gripper takes 0 (open) to 1 (closed)")
+        if not self._moves:
+            raise FaultError(
+                "the gripper's action was not named; open the driver with gripper=/gripper_controller/gripper_cmd",
+                phase=Phase.CHECK,
+            )
+        if self._last is not None and self._last.outcome == "rejected":
+            self._last = None
+            raise FaultError(
+                "the gripper's controller did not take the last command: look whether it is active", phase=Phase.CHECK
+            )
+        self._closed = closed
+        position = self._open + closed * (self._shut - self._open)
+        # One that ends before it is closed, because of what it holds, has done what it was told.
+        self._last = self._cell.link.grip(self.joint, position, self._effort if force is None else force)

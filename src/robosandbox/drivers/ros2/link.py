@@ -1,0 +1,428 @@
+# pyright: reportMissingImports=false
+"""The link to a ROS 2 graph: joint states, trajectories, the gripper, pictures, transforms. The only module with rclpy in it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any, Literal
+
+import numpy as np
+import rclpy
+from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
+from builtin_interfaces.msg import Duration
+from control_msgs.action import FollowJointTrajectory, GripperCommand, ParallelGripperCommand
+from geometry_msgs.msg import WrenchStamped
+from rclpy.action import ActionClient, get_action_names_and_types
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.time import Time
+from sensor_msgs.msg import CameraInfo, Image, JointState
+from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectoryPoint
+
+from robosandbox.types import Array, Intrinsics, Pose, frozen_array
+from robosandbox.values import frozen
+
+# Publications that wait to be taken: of a topic on which several tell, as /tf, one each.
+_DEPTH = 100
+# Seconds between two looks at the graph while something is waited for.
+_LOOK_SECONDS = 0.05
+# Layouts of pixels: sensor_msgs' name, type and channels, and the order in which the channels are red, green, blue.
+_COLOURS: Mapping[str, tuple[int, tuple[int, int, int]]] = {
+    "rgb8": (3, (0, 1, 2)),
+    "bgr8": (3, (2, 1, 0)),
+    "rgba8": (4, (0, 1, 2)),
+    "bgra8": (4, (2, 1, 0)),
+    "mono8": (1, (0, 0, 0)),
+}
+# Depth: type, and metres of one unit.
+_DEPTHS: Mapping[str, tuple[str, float]] = {"32FC1": ("f4", 1.0), "16UC1": ("u2", 1e-3), "mono16": ("u2", 1e-3)}
+_ERROR_NAMES = {
+    value: name
+    for name, value in vars(FollowJointTrajectory.Result).items()
+    if name.isupper() and isinstance(value, int)
+}
+
+Outcome = Literal["succeeded", "rejected", "cancelled", "aborted"]
+
+
+@frozen(kw_only=True)
+class Reading:
+    """A joint as /joint_states told it.
+
+    Attributes:
+        time: When it was so, seconds of `time.monotonic`.
+        position: rad or m.
+        velocity: rad/s or m/s; None where it is not told.
+    """
+
+    time: float
+    position: float
+    velocity: float | None
+
+
+@frozen(kw_only=True)
+class Shot:
+    """A picture as it came.
+
+    Attributes:
+        time: When it was taken, seconds of `time.monotonic`.
+        frame: The transform frame of its optical centre.
+        pixels: (height, width, 3) uint8, or depth in metres (height, width) float32.
+    """
+
+    time: float
+    frame: str
+    pixels: Any
+
+
+class Sent:
+    """A goal that was sent to an action.
+
+    Attributes:
+        accepted: Whether it was taken; None as long as there is no answer.
+        outcome: How it ended; None before that.
+        said: What the controller says of its end: the error's name and its own words.
+        replaced: Whether another goal was sent after it, which ends it.
+    """
+
+    def __init__(self) -> None:
+        self.accepted: bool | None = None
+        self.outcome: Outcome | None = None
+        self.said: str = ""
+        self.replaced: bool = False
+        self._handle: Any = None
+        self._unwanted = False
+
+    def follow_up(self, asked: Any) -> Sent:
+        """Take note of what comes of the request that was sent; return itself."""
+        asked.add_done_callback(self._answered)
+        return self
+
+    def cancel(self) -> None:
+        """Have it end, also when it is taken after this."""
+        self._unwanted = True
+        if self._handle is not None and self.outcome is None:
+            self._handle.cancel_goal_async()
+
+    def _answered(self, asked: Any) -> None:
+        handle = asked.result()
+        self._handle, self.accepted = handle, handle.accepted
+        if not handle.accepted:
+            self.outcome = "rejected"
+            return
+        handle.get_result_async().add_done_callback(self._ended)
+        if self._unwanted:
+            handle.cancel_goal_async()
+
+    def _ended(self, asked: Any) -> None:
+        came = asked.result()
+        code = getattr(came.result, "error_code", 0)
+        words = (_ERROR_NAMES.get(code, str(code)) if code else "", getattr(came.result, "error_string", ""))
+        self.said = ": ".join(word for word in words if word)
+        ends: dict[int, Outcome] = {GoalStatus.STATUS_SUCCEEDED: "succeeded", GoalStatus.STATUS_CANCELED: "cancelled"}
+        self.outcome = ends.get(came.status, "aborted")
+
+
+class RosLink:
+    """A node in the user's graph, spun by a thread of its own; every value that it hands out is a plain one.
+
+    Args:
+        name: Of the node.
+        joint_states: The topic.
+        controller: Its action is `<controller>/follow_joint_trajectory`.
+        gripper: The gripper's action; None without one.
+        wrench: A topic of WrenchStamped; None without one.
+        stamped: Whether the joint states' stamps are by this computer's clock; else they are as old as their arrival.
+        world: The transform frame that is the world of this package.
+        cameras: Names before `/image_raw`, `/depth/image_raw` and `/camera_info`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        joint_states: str,
+        controller: str,
+        gripper: str | None,
+        wrench: str | None,
+        stamped: bool,
+        world: str,
+        cameras: Sequence[str],
+    ) -> None:
+        self._lock = threading.Lock()
+        self._readings: dict[str, Reading] = {}
+        self._transforms: dict[str, tuple[str, Pose, bool]] = {}
+        self._lenses: dict[str, Intrinsics] = {}
+        self._shots: dict[tuple[str, str], Shot] = {}
+        self._force: tuple[float, str, Array] | None = None
+        self._stamped, self._world, self._skew = stamped, world, 0.0  # of the last joint state
+        self._wrench, self._cameras = wrench, cameras
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context)
+        self._node = rclpy.create_node(name, context=self._context)
+        self._action = f"{controller}/follow_joint_trajectory"
+        self._trajectories = ActionClient(self._node, FollowJointTrajectory, self._action)
+        # With no goal named it ends every one, whoever sent it.
+        self._stopping = self._node.create_client(CancelGoal, f"{self._action}/_action/cancel_goal")
+        self._cancels: list[Any] = []
+        self._gripper, self._fingers = gripper, None
+        self._fingers_take: type[Any] | None = None
+        listen = self._node.create_subscription
+        listen(JointState, joint_states, self._on_joints, qos_profile_sensor_data)
+        if wrench is not None:
+            listen(WrenchStamped, wrench, self._on_wrench, qos_profile_sensor_data)
+        if wrench is not None or cameras:
+            kept = QoSProfile(depth=_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+            listen(TFMessage, "/tf", lambda message: self._on_transforms(message, moves=True), _DEPTH)
+            listen(TFMessage, "/tf_static", lambda message: self._on_transforms(message, moves=False), kept)
+        for camera in cameras:
+            listen(CameraInfo, f"{camera}/camera_info", self._lens_of(camera), qos_profile_sensor_data)
+            for kind, topic in (("rgb", "image_raw"), ("depth", "depth/image_raw")):
+                listen(Image, f"{camera}/{topic}", self._shot_of(camera, kind), qos_profile_sensor_data)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._thread = threading.Thread(target=self._spin, name="ros2", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self._thread.join()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+    # What is there.
+
+    def missing(self, joints: Sequence[str], oldest: float, seconds: float) -> str:
+        """Wait for all that is needed to be there; return what is not after so many seconds, in words, or "".
+
+        Args:
+            joints: Those that have to be told of.
+            oldest: How old what is told of them may be when it comes, seconds.
+            seconds: How long to wait.
+        """
+        end = time.monotonic() + seconds
+        while missing := self._missing(joints, oldest):
+            if time.monotonic() > end:
+                return missing
+            time.sleep(_LOOK_SECONDS)
+        return ""
+
+    def _missing(self, joints: Sequence[str], oldest: float) -> str:
+        with self._lock:
+            told = [*self._readings]
+        silent = [joint for joint in joints if joint not in told]
+        if silent:
+            return f"nobody tells of {', '.join(silent)}; joint states come of {', '.join(told) or 'nothing'}"
+        if abs(self._skew) > oldest:
+            return (
+                f"joint states are stamped {self._skew:.3f} s before they come, and {oldest:g} are allowed: set both computers' "
+                "clocks by the same time; stamped=false where the stamps are of a simulation's clock"
+            )
+        if not self._trajectories.server_is_ready():
+            return f"no controller serves {self._action}; {self._actions('control_msgs/action/FollowJointTrajectory')}"
+        if self._gripper is not None and not self._fingers_ready(self._gripper):
+            return f"nobody serves the gripper's action {self._gripper}; {self._actions('control_msgs/action/')}"
+        if self._wrench is not None and self.force() is None:
+            return f"no wrench comes on {self._wrench}" if self._force is None else self._astray(self._force[1])
+        for camera in self._cameras:
+            if missing := self._not_seen(camera):
+                return missing
+        return ""
+
+    def _not_seen(self, camera: str) -> str:
+        if self.lens(camera) is None:
+            return f"nobody tells of {camera}/camera_info"
+        for kind, topic in (("rgb", "image_raw"), ("depth", "depth/image_raw")):
+            shot = self._shots.get((camera, kind))
+            if shot is None:
+                known = ", ".join(_COLOURS if kind == "rgb" else _DEPTHS)
+                return f"no pictures of {known} come on {camera}/{topic}"
+            if self.frame(shot.frame) is None:
+                return self._astray(shot.frame)
+        return ""
+
+    def _astray(self, frame: str) -> str:
+        return f"/tf leads from {frame or 'a message without a frame'} to no {self._world}; publish where that is"
+
+    def _actions(self, kind: str) -> str:
+        found = [name for name, types in get_action_names_and_types(self._node) if types[0].startswith(kind)]
+        return f"there is {', '.join(found)}" if found else "nobody serves one of its kind"
+
+    def _fingers_ready(self, gripper: str) -> bool:
+        """Find out which of the two gripper actions is served."""
+        if self._fingers is None:
+            served = dict(get_action_names_and_types(self._node)).get(self._node.resolve_service_name(gripper), [])
+            kinds = {f"control_msgs/action/{kind.__name__}": kind for kind in (ParallelGripperCommand, GripperCommand)}
+            for kind in served:
+                if kind in kinds:
+                    self._fingers_take = kinds[kind]
+                    self._fingers = ActionClient(self._node, kinds[kind], gripper)
+                    break
+        return self._fingers is not None and self._fingers.server_is_ready()
+
+    # What is told.
+
+    def readings(self, joints: Sequence[str]) -> tuple[Reading, ...]:
+        """Return what was last told of joints, in their order; all of them have been told of."""
+        with self._lock:
+            return tuple(self._readings[joint] for joint in joints)
+
+    def force(self) -> tuple[float, Array] | None:
+        """Return when the last wrench was told and its force in the world, N, shape (3,); None before one came."""
+        if self._force is None:
+            return None
+        told, frame, force = self._force
+        pose = self.frame(frame)
+        return None if pose is None else (told, frozen_array(pose[0].rotation @ force))
+
+    def lens(self, camera: str) -> Intrinsics | None:
+        """Return a camera's pinhole and lens; None before it was told."""
+        return self._lenses.get(camera)
+
+    def shot(self, camera: str, kind: Literal["rgb", "depth"]) -> Shot | None:
+        """Return the last picture of a camera; None before one came."""
+        return self._shots.get((camera, kind))
+
+    def frame(self, name: str) -> tuple[Pose, bool] | None:
+        """Return where a frame is in the world, and whether it moves; None where no transforms lead there."""
+        pose, moves = Pose(xyz=(0.0, 0.0, 0.0), quat_xyzw=(0.0, 0.0, 0.0, 1.0)), False
+        with self._lock:
+            for _ in range(len(self._transforms) + 1):
+                if name == self._world:
+                    return pose, moves
+                if name not in self._transforms:
+                    return None
+                name, step, dynamic = self._transforms[name]
+                pose, moves = step @ pose, moves or dynamic
+        return None
+
+    # What is sent.
+
+    def follow(self, joints: Sequence[str], rows: Array, velocities: Array | None, seconds: Array) -> Sent:
+        """Send a trajectory, which begins when it comes.
+
+        Args:
+            joints: Names.
+            rows: Configurations, shape (t, n).
+            velocities: Likewise, or None where the controller is to find them.
+            seconds: From the beginning to each row, shape (t,).
+        """
+        goal = FollowJointTrajectory.Goal()
+        goal.trajectory.joint_names = [*joints]
+        for number, (row, at) in enumerate(zip(rows.tolist(), seconds.tolist(), strict=True)):
+            point = JointTrajectoryPoint(positions=row, time_from_start=_duration(at))
+            if velocities is not None:
+                point.velocities = velocities[number].tolist()
+            goal.trajectory.points.append(point)
+        return Sent().follow_up(self._trajectories.send_goal_async(goal))
+
+    def grip(self, joint: str, position: float, effort: float | None) -> Sent:
+        """Send the gripper to a position, rad or m, with an effort at most, N or N m, or as much as its controller likes."""
+        assert self._fingers is not None and self._fingers_take is not None, "opened without a gripper"
+        goal = self._fingers_take.Goal()
+        if self._fingers_take is ParallelGripperCommand:
+            goal.command = JointState(name=[joint], position=[position], effort=[] if effort is None else [effort])
+        else:
+            goal.command.position, goal.command.max_effort = position, effort or 0.0
+        return Sent().follow_up(self._fingers.send_goal_async(goal))
+
+    def cancel_all(self) -> None:
+        """End every trajectory of the controller, whoever sent it; it holds then."""
+        if self._stopping.service_is_ready():
+            self._cancels = [one for one in self._cancels if not one.done()]
+            self._cancels.append(self._stopping.call_async(CancelGoal.Request()))
+
+    @property
+    def is_cancelling(self) -> bool:
+        """Whether a cancel was not answered yet: it would end what is sent meanwhile."""
+        return any(not one.done() for one in self._cancels)
+
+    def forget_cancels(self) -> None:
+        """Wait for no answer to a cancel any more: the controller that was asked is gone."""
+        self._cancels = []
+
+    # In the node's thread.
+
+    def _spin(self) -> None:
+        with suppress(ExternalShutdownException):
+            self._executor.spin()
+
+    def _on_joints(self, message: Any) -> None:
+        told = self._told(message.header)
+        speeds = message.velocity if len(message.velocity) == len(message.name) else [None] * len(message.name)
+        with self._lock:
+            for name, position, speed in zip(message.name, message.position, speeds, strict=False):
+                self._readings[name] = Reading(time=told, position=position, velocity=speed)
+
+    def _told(self, header: Any) -> float:
+        """Return when a message was true, by `time.monotonic`; in the future is now."""
+        now = time.monotonic()
+        if not self._stamped or not (header.stamp.sec or header.stamp.nanosec):
+            return now
+        self._skew = (self._node.get_clock().now() - Time.from_msg(header.stamp)).nanoseconds * 1e-9
+        return now - max(0.0, self._skew)
+
+    def _on_wrench(self, message: Any) -> None:
+        force = message.wrench.force
+        self._force = time.monotonic(), message.header.frame_id, np.array([force.x, force.y, force.z])
+
+    def _on_transforms(self, message: Any, *, moves: bool) -> None:
+        with self._lock:
+            for one in message.transforms:
+                where, turn = one.transform.translation, one.transform.rotation
+                pose = Pose(xyz=(where.x, where.y, where.z), quat_xyzw=(turn.x, turn.y, turn.z, turn.w))
+                self._transforms[one.child_frame_id] = one.header.frame_id, pose, moves
+
+    def _lens_of(self, camera: str) -> Callable[[Any], None]:
+        def on_info(message: Any) -> None:
+            k, d = message.k, [*message.d, 0.0, 0.0, 0.0, 0.0, 0.0]
+            self._lenses[camera] = Intrinsics(
+                width=message.width,
+                height=message.height,
+                fx=k[0],
+                fy=k[4],
+                cx=k[2],
+                cy=k[5],
+                distortion=(d[0], d[1], d[2], d[3], d[4]),
+            )
+
+        return on_info
+
+    def _shot_of(self, camera: str, kind: str) -> Callable[[Any], None]:
+        def on_image(message: Any) -> None:
+            pixels = _pixels(message, kind)
+            if pixels is not None:
+                told = self._told(message.header)
+                self._shots[camera, kind] = Shot(time=told, frame=message.header.frame_id, pixels=pixels)
+
+        return on_image
+
+
+def _pixels(message: Any, kind: str) -> Any:
+    """Return an image's pixels as `Shot` has them; None where they are of another layout."""
+    data = np.frombuffer(message.data, dtype=np.uint8).reshape(message.height, message.step)
+    if kind == "rgb":
+        if message.encoding not in _COLOURS:
+            return None
+        channels, order = _COLOURS[message.encoding]
+        whole = data[:, : message.width * channels].reshape(message.height, message.width, channels)
+        return np.ascontiguousarray(whole[..., list(order)])
+    if message.encoding not in _DEPTHS:
+        return None
+    number, unit = _DEPTHS[message.encoding]
+    endian = ">" if message.is_bigendian else "<"
+    width = message.width * np.dtype(number).itemsize
+    metres = np.frombuffer(data[:, :width].tobytes(), dtype=endian + number).reshape(message.height, message.width)
+    # What it does not see is 0 here, and is not a number there.
+    return np.nan_to_num(metres * unit, nan=0.0, posinf=0.0, neginf=0.0).astype(np.float32)
+
+
+def _duration(seconds: float) -> Any:
+    whole = int(seconds)
+    return Duration(sec=whole, nanosec=round((seconds - whole) * 1e9) % 1_000_000_000)

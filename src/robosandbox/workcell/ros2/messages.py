@@ -1,0 +1,160 @@
+# pyright: reportMissingImports=false
+"""Values of a workcell as ROS 2 messages."""
+
+from __future__ import annotations
+
+import json
+from array import array
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose as RosPose, Quaternion, TransformStamped, Vector3
+from robosandbox_msgs.msg import Thing, Things
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from robosandbox.agent.episode import PhaseEntered, Planned, SkillFailed, Thought
+from robosandbox.agent.tools import error_data
+from robosandbox.errors import InternalError, InvalidArgumentError, RoboSandboxError, SkillError
+from robosandbox.types import Array, ObservedScene, Pose, SkillResult
+from robosandbox.workcell.orders import OrderResult
+from robosandbox.workcell.ros2.description import WORLD
+from robosandbox.workcell.zenoh.messages import Picture
+
+# Height of a thing's name above it, and of its letters, metres.
+_LETTERS = 0.02
+
+
+def stamp(seconds: float) -> Any:
+    """Return seconds since 1970 as a message."""
+    whole = int(seconds)
+    return Time(sec=whole, nanosec=int((seconds - whole) * 1e9))
+
+
+def header(seconds: float, frame: str = WORLD) -> Any:
+    """Return a header."""
+    return Header(stamp=stamp(seconds), frame_id=frame)
+
+
+def pose(value: Pose) -> Any:
+    """Return a pose."""
+    x, y, z, w = value.quat_xyzw
+    return RosPose(
+        position=Point(**dict(zip("xyz", value.xyz, strict=True))), orientation=Quaternion(x=x, y=y, z=z, w=w)
+    )
+
+
+def transform(parent: str, child: str, xyz: Array, wxyz: Array, seconds: float) -> Any:
+    """Return a transform from the child's frame into the parent's; metres, quaternion w, x, y, z."""
+    made = TransformStamped(header=header(seconds, parent), child_frame_id=child)
+    w, x, y, z = (float(value) for value in wxyz)
+    made.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
+    made.transform.translation = Vector3(**{axis: float(value) for axis, value in zip("xyz", xyz, strict=True)})
+    return made
+
+
+def mounted(parent: str, camera: str, place: Pose, seconds: float) -> Any:
+    """Return the transform of a camera's optical frame from where it is mounted."""
+    x, y, z, w = place.quat_xyzw
+    return transform(parent, optical(camera), place.position, np.array([w, x, y, z]), seconds)
+
+
+def image(data: bytes, picture: Picture, kind: str) -> Any:
+    """Return the bytes of a picture, RGB or depth in metres, as an image."""
+    lens = picture.intrinsics
+    encoding, size = ("rgb8", 3) if kind == "rgb" else ("32FC1", 4)
+    made = Image(height=lens.height, width=lens.width, encoding=encoding, step=lens.width * size)
+    made.header = header(picture.stamp, optical(picture.camera))
+    # Of an array rclpy does not look at every byte.
+    made.data = array("B", data)
+    return made
+
+
+def camera_info(picture: Picture) -> Any:
+    """Return the pinhole and lens that a picture was taken through."""
+    lens = picture.intrinsics
+    made = CameraInfo(height=lens.height, width=lens.width, distortion_model="plumb_bob", d=[*lens.distortion])
+    made.header = header(picture.stamp, optical(picture.camera))
+    made.k = [lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0]
+    made.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    made.p = [lens.fx, 0.0, lens.cx, 0.0, 0.0, lens.fy, lens.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+    return made
+
+
+def optical(camera: str) -> str:
+    """Return the name of a camera's optical frame."""
+    return f"{camera}_optical"
+
+
+def things(scene: ObservedScene, seconds: float) -> Any:
+    """Return what is seen, and what is held."""
+    made = Things(header=header(seconds), held=[name for name in scene.hands.values() if name])
+    for item in scene.objects:
+        made.things.append(
+            Thing(
+                id=item.id,
+                kind=item.kind,
+                colour=item.colour,
+                pose=pose(item.pose),
+                size=[*item.size],
+                confidence=item.confidence,
+            )
+        )
+    return made
+
+
+def markers(scene: ObservedScene, seconds: float) -> Any:
+    """Return what is seen as shapes of RViz: boxes, balls and tubes, the box around it of all else, and its name above it."""
+    made = MarkerArray(markers=[Marker(header=header(seconds), action=Marker.DELETEALL)])
+    for number, item in enumerate(scene.objects):
+        halves = item.shape.hull(item.size).half_extents
+        kinds = {"sphere": Marker.SPHERE, "cylinder": Marker.CYLINDER}
+        body = Marker(header=header(seconds), ns="things", id=number, type=kinds.get(item.kind, Marker.CUBE))
+        body.pose = pose(item.pose)
+        body.scale = Vector3(**{axis: float(2.0 * value) for axis, value in zip("xyz", halves, strict=True)})
+        body.color = ColorRGBA(**dict(zip("rgba", item.rgba, strict=True)))
+        name = Marker(header=header(seconds), ns="names", id=number, type=Marker.TEXT_VIEW_FACING, text=item.id)
+        name.pose = pose(item.pose)
+        name.pose.position.z += float(halves[2]) + _LETTERS
+        name.scale.z, name.color = _LETTERS, ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
+        made.markers += [body, name]
+    return made
+
+
+def said(event: object) -> str:
+    """Return what a client is told of an event; nothing of most."""
+    match event:
+        case PhaseEntered(call, phase):
+            return f"{call}: {phase}"
+        case Planned(plan, _):
+            return f"plan: {plan}"
+        case SkillFailed(call, error):
+            return f"{call}: {error.message}"
+        case Thought(text):
+            return text
+        case _:
+            return ""
+
+
+def outcome(result: Any, came: SkillResult | OrderResult | RoboSandboxError) -> Any:
+    """Fill in the result of an action with what came of it; one without a `code` leaves that out."""
+    code, data = "", dict[str, Any]()
+    match came:
+        case SkillResult():
+            result.success, result.message, data = True, "done", came.model_dump(mode="json")
+        case OrderResult():
+            result.success, data = came.failure is None, dict(came.data)
+            words: Iterable[Any] = (data.get("answer"), came.failure and came.failure.message, data.get("detail"))
+            result.message = next((word for word in words if isinstance(word, str) and word), "done")
+            code = "" if came.failure is None else str(came.failure.code)
+        case _:
+            error = came if isinstance(came, SkillError | InternalError) else InvalidArgumentError(str(came))
+            result.success, result.message, code = False, error.failure.message, str(error.failure.code)
+            data = error_data(error.failure)
+    result.data = json.dumps(data)
+    if hasattr(result, "code"):
+        result.code = code
+    return result

@@ -1,0 +1,289 @@
+# pyright: reportMissingImports=false
+"""The face of a running workcell to ROS 2: a node with its state, pictures and things, actions that it carries out, services."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import threading
+import time
+import uuid
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from robosandbox_msgs.action import Perform, Say
+from robosandbox_msgs.msg import Things
+from robosandbox_msgs.srv import Load, Look, Reset
+from sensor_msgs.msg import CameraInfo, Image, JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from robosandbox.errors import InvalidArgumentError, RoboSandboxError
+from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.tasks.loader import find_task
+from robosandbox.types import Observation, ObservedScene, SkillCall, SkillResult
+from robosandbox.workcell.host import Activity, WorkcellHost
+from robosandbox.workcell.loop import Loop
+from robosandbox.workcell.orders import ORDERS, BoundOrder, OrderResult, bind_order
+from robosandbox.workcell.pictures import Kind
+from robosandbox.workcell.ros2 import messages
+from robosandbox.workcell.ros2.description import WORLD, RobotDescription
+from robosandbox.workcell.studio import Shot
+from robosandbox.workcell.zenoh.messages import STATE_HZ, Picture
+from robosandbox.workcell.zenoh.server.readings import Readings
+from robosandbox.world.operators import BoundCall, bind
+
+# What `perform` leaves to an action or a service of its own.
+_ELSEWHERE = {"run": "the action say", "judge": "the service judge"}
+# Looks a second while somebody listens to things or markers, as at the other faces.
+_THINGS_HZ = 5.0
+# Seconds between two looks whether a goal's client wants it to end.
+_CANCEL_SECONDS = 0.02
+# Calls that may be open at once: one that is carried out, and those that are refused, stopped or looked at beside it.
+_OPEN_CALLS = 8
+
+
+class WorkcellNode:
+    """Serves a running workcell under a node's name; `/joint_states`, `/tf` and `/robot_description` are where ROS has them.
+
+    Args:
+        host: Owns the workcell, which is of this process; it has been started and stays the caller's to close.
+        name: Of the node, before its own topics, actions and services.
+
+    Raises:
+        InputError: The robot has no description.
+    """
+
+    def __init__(self, host: WorkcellHost, *, name: str = "robosandbox") -> None:
+        self._host = host
+        self._readings = Readings(host, boot_id="", with_truth=False)
+        self._folder = tempfile.TemporaryDirectory()
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context)
+        self._node = node = rclpy.create_node(name, context=self._context)
+        publisher, group = node.create_publisher, ReentrantCallbackGroup()
+        self._joints = publisher(JointState, "/joint_states", 10)
+        self._transforms = publisher(TFMessage, "/tf", 100)
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._description = publisher(String, "/robot_description", kept)
+        self._things, self._markers = publisher(Things, "~/things", 10), publisher(MarkerArray, "~/markers", 10)
+        self._cameras: dict[str, dict[str, Any]] = {}
+        self._streams: set[Shot] = set()
+        self._served = [
+            ActionServer(
+                node, kind, f"~/{name}", act, cancel_callback=lambda goal: CancelResponse.ACCEPT, callback_group=group
+            )
+            for kind, name, act in ((Say, "say", self._say), (Perform, "perform", self._perform))
+        ]
+        for kind, name, answer in (
+            (Look, "look", self._look),
+            (Reset, "reset", lambda asked: self._change(self._host.reset(asked.seed))),
+            (Load, "load", lambda asked: self._change(self._host.load(find_task(asked.task)))),
+            (Trigger, "judge", lambda asked: self._judge()),
+            (Trigger, "stop", lambda asked: f"stopped {what}" if (what := self._host.stop()) else "nothing was done"),
+        ):
+            node.create_service(kind, f"~/{name}", self._answering(answer), callback_group=group)
+        self._task: Any = None
+        self._describe()
+        self._executor = MultiThreadedExecutor(num_threads=_OPEN_CALLS, context=self._context)
+        self._executor.add_node(node)
+        self._spinning = threading.Thread(target=self._executor.spin, name="ros2", daemon=True)
+        self._loops = [
+            Loop("ros2 state", self._tell_state, hz=STATE_HZ),
+            Loop("ros2 things", self._tell_things, hz=_THINGS_HZ),
+        ]
+
+    def start(self) -> None:
+        """Begin to serve."""
+        self._spinning.start()
+        for loop in self._loops:
+            loop.start()
+
+    def close(self) -> None:
+        """Leave the graph; what is under way is stopped."""
+        for loop in self._loops:
+            loop.stop()
+        self._host.stop_all()
+        for shot in self._streams:
+            self._host.studio.stream(shot, None)
+        self._executor.shutdown()
+        self._spinning.join()
+        self._node.destroy_node()
+        rclpy.shutdown(context=self._context)
+        self._folder.cleanup()
+
+    # What is told.
+
+    def _describe(self) -> None:
+        """Take over the loaded task: its robots, and its cameras."""
+        cell = self._host.embedded
+        if cell.task is self._task:
+            return
+        self._task = cell.task
+        nothing = ObservedScene(time=0.0, objects=(), table_height=cell.task.scene.table_height, base_xy=(0.0, 0.0))
+        folder = Path(self._folder.name) / uuid.uuid4().hex
+        folder.mkdir()
+        self._robots = RobotDescription(PlanningScenes(cell.task.scene).world_of(nothing), folder)
+        self._description.publish(String(data=self._robots.urdf))
+        self._mounts = dict(cell.driver.capabilities.cameras)
+        for name in self._mounts.keys() - self._cameras.keys():
+            topics = {
+                "rgb": (Image, "image_raw"),
+                "depth": (Image, "depth/image_raw"),
+                "info": (CameraInfo, "camera_info"),
+            }
+            self._cameras[name] = {
+                key: self._node.create_publisher(kind, f"~/{name}/{topic}", qos_profile_sensor_data)
+                for key, (kind, topic) in topics.items()
+            }
+
+    def _tell_state(self) -> float:
+        """Publish the joints, and where all frames are."""
+        state: Observation = self._host.reading(self._host.cell.state).result()
+        now = time.time()
+        self._describe()
+        if state.arms.keys() != self._robots.tools.keys():
+            return 0.0
+        names, values, speeds = self._robots.joints(state.arms)
+        self._joints.publish(JointState(header=messages.header(now), name=names, position=values, velocity=speeds))
+        frames = [messages.transform(*frame, now) for frame in self._robots.frames(state.arms)]
+        for camera, spec in self._mounts.items():
+            parent = WORLD if spec.arm is None else self._robots.tools[spec.arm]
+            frames.append(messages.mounted(parent, camera, spec.pose, now))
+        self._transforms.publish(TFMessage(transforms=frames))
+        return 0.0
+
+    def _tell_things(self) -> float:
+        """Publish what is seen, and have pictures drawn, while somebody listens."""
+        self._stream()
+        if self._things.get_subscription_count() or self._markers.get_subscription_count():
+            scene = self._host.reading(self._readings.objects).result().scene
+            now = time.time()
+            self._things.publish(messages.things(scene, now))
+            self._markers.publish(messages.markers(scene, now))
+        return 0.0
+
+    def _stream(self) -> None:
+        """Have those cameras drawn that somebody listens to, and no other."""
+        kinds: tuple[Kind, ...] = ("rgb", "depth")
+        wanted = {
+            Shot(camera, kind, "raw")
+            for camera in self._mounts
+            for kind in kinds
+            if self._cameras[camera][kind].get_subscription_count()
+        }
+        for shot in self._streams - wanted:
+            self._host.studio.stream(shot, None)
+        for shot in wanted - self._streams:
+            self._host.studio.stream(shot, self._deliver(self._cameras[shot.camera], shot.kind))
+        self._streams = wanted
+
+    def _deliver(self, publishers: dict[str, Any], kind: Kind) -> Callable[[bytes, Picture], None]:
+        def deliver(data: bytes, picture: Picture) -> None:
+            publishers[kind].publish(messages.image(data, picture, kind))
+            publishers["info"].publish(messages.camera_info(picture))
+
+        return deliver
+
+    # What is done.
+
+    def _say(self, goal: Any) -> Any:
+        return self._carried_out(goal, Say, lambda: bind_order("run", {"prompt": goal.request.sentence}))
+
+    def _perform(self, goal: Any) -> Any:
+        return self._carried_out(goal, Perform, lambda: self._bound(goal.request.name, goal.request.arguments))
+
+    def _bound(self, name: str, text: str) -> BoundCall | BoundOrder:
+        """Return a call or an order with its arguments checked.
+
+        Raises:
+            SkillError: There is none of that name, or it takes others.
+        """
+        if name in _ELSEWHERE:
+            raise InvalidArgumentError(f"{name}: that is {_ELSEWHERE[name]} here")
+        try:
+            arguments = json.loads(text or "{}")
+        except ValueError as error:
+            raise InvalidArgumentError(f"arguments: {error}; give a JSON object") from None
+        if not isinstance(arguments, dict):
+            raise InvalidArgumentError(f"arguments: {text[:60]} is no JSON object")
+        if name in ORDERS:
+            return bind_order(name, arguments)
+        return bind(SkillCall(skill=name, arguments=arguments), self._host.cell.calls)
+
+    def _carried_out(self, goal: Any, kind: Any, bound: Callable[[], BoundCall | BoundOrder]) -> Any:
+        """Carry out a goal, telling its client what happens, and stopping where that wants it to end."""
+        came: SkillResult | OrderResult | RoboSandboxError
+
+        def tell(event: object) -> None:
+            if text := messages.said(event):
+                goal.publish_feedback(kind.Feedback(said=text))
+
+        try:
+            call = bound()
+            activity = Activity[Any](
+                call.name, is_goal=True, goal_id=uuid.uuid4().hex, timeout=goal.request.timeout or None
+            )
+            self._host.claim(activity)
+            leave = self._host.events.subscribe(tell)
+            try:
+                self._host.begin(activity, lambda: self._host.perform(call))
+                ended = threading.Event()
+                activity.done.add_done_callback(lambda _: ended.set())
+                while not ended.wait(_CANCEL_SECONDS):
+                    if goal.is_cancel_requested:
+                        self._host.stop(activity)
+                came = activity.done.result()
+            finally:
+                leave()
+        except RoboSandboxError as error:
+            came = error
+        result = messages.outcome(kind.Result(), came)
+        if result.success:
+            goal.succeed()
+        elif goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        return result
+
+    # What is answered.
+
+    def _answering(self, answer: Callable[[Any], Any]) -> Callable[[Any, Any], Any]:
+        """Return what answers a service: what goes wrong is an answer as well."""
+
+        def call(asked: Any, given: Any) -> Any:
+            try:
+                came = answer(asked)
+                given.success, given.message = True, came if isinstance(came, str) else ""
+                if isinstance(given, Look.Response):
+                    given.things = came
+                elif isinstance(came, OrderResult):
+                    given.success, given.message = bool(came.data["success"]), json.dumps(came.data["detail"])
+            except RoboSandboxError as error:
+                given.success, given.message = False, str(error)
+            return given
+
+        return call
+
+    def _look(self, asked: Any) -> Any:
+        del asked
+        return messages.things(self._host.reading(self._readings.objects).result().scene, time.time())
+
+    def _judge(self) -> Any:
+        return self._host.carry_out(bind_order("judge", {})).done.result()
+
+    def _change(self, activity: Activity[None]) -> str:
+        """Wait for a change of the world, and return which task is loaded."""
+        activity.done.result()
+        self._describe()
+        cell = self._host.cell
+        return f"{cell.task.name}, seed {cell.seed}: {cell.task.prompt}"

@@ -1,0 +1,73 @@
+"""ROS 2 with the real rclpy and Fast DDS, where that environment is there: `uv run --project examples/drivers/ros2 build_interfaces.py`.
+
+Its tests run in it, by its own Python: a plant behind controllers of rclpy's is one process, what is tested another.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).parents[1] / "examples" / "drivers" / "ros2"
+RUN = "from robosandbox.apps.cli import main; main()"
+PYTHON = PROJECT / ".venv" / "bin" / "python"
+CLAIMS = (
+    "the_driver_keeps_its_promises_over_ros",
+    "a_plain_gripper_action_is_found_out",
+    "a_cube_is_picked_and_placed_through_the_controller",
+    "what_is_not_there_is_told_with_what_is",
+    "a_goal_that_is_rejected_is_a_fault_that_is_recovered_from",
+    "a_tolerance_that_is_violated_is_told_with_the_controllers_words",
+    "a_second_client_that_moves_the_arm_is_noticed",
+    "silent_joint_states_stop_the_arm",
+    "late_joint_states_stop_the_arm",
+    "a_controller_that_is_started_again_is_found_again",
+    "an_outside_node_sees_and_is_answered",
+    "an_outside_node_cancels_and_stops",
+    "no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits",
+)
+
+
+def test_without_ros_it_is_told_what_the_driver_and_the_node_need() -> None:
+    if find_spec("rclpy") is not None:
+        pytest.skip("ROS is there")
+    for command, says in (
+        (("run", "go home", "--driver", "ros2"), "--driver ros2: Python cannot import"),
+        (("ros2",), "ros2: Python cannot import 'rclpy': source your ROS 2 in this shell, and build robosandbox_msgs"),
+    ):
+        ran = subprocess.run([sys.executable, "-c", RUN, *command], capture_output=True, text=True, timeout=120)
+        assert ran.returncode == 2 and says in ran.stderr and len(ran.stderr.splitlines()) == 1
+
+
+def test_the_interfaces_are_where_colcon_is_told() -> None:
+    command = [sys.executable, "-c", RUN, "ros2", "--interfaces"]
+    folder = Path(subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout.strip())
+    written = (folder / "CMakeLists.txt").read_text()
+    files = [
+        path.relative_to(folder).as_posix() for kind in ("msg", "srv", "action") for path in folder.rglob(f"*.{kind}")
+    ]
+    assert files and all(f'"{file}"' in written for file in files)
+
+
+def ros_domain(worker: str) -> str:
+    """Return a domain of this worker's own, which nothing else on this machine hears."""
+    return str(60 + int(worker.removeprefix("gw") or 0) % 40) if worker.startswith("gw") else "60"
+
+
+@pytest.mark.alone
+@pytest.mark.skipif(not PYTHON.exists(), reason="the environment of examples/drivers/ros2 is not there")
+@pytest.mark.parametrize("claim", CLAIMS)
+def test_ros2(claim: str) -> None:
+    environment = {
+        **os.environ,
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": ros_domain(os.environ.get("PYTEST_XDIST_WORKER", "")),
+    }
+    command = [PYTHON, "-m", "robosandbox_ros2.claims", claim]
+    ran = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
