@@ -180,7 +180,8 @@ def spots_within(
     """Return where something may stand within what holds things, the best place first, and what lies in that."""
     names = {name for name, _ in contents(scene.objects, vessel)} - {held.id}
     within = tuple(item for item in scene.objects if item.id in names)
-    return list(placements_in(vessel, held, [item for item in within if not item.shape.is_granular])), within
+    solid = [item for item in within if not item.shape.is_granular]
+    return list(placements_in(vessel, held, solid, scene)), within
 
 
 def touched_within(vessel: DetectedObject, within: Iterable[DetectedObject]) -> tuple[str, ...]:
