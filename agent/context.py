@@ -224,6 +224,9 @@ class AgentContext(GoalContext):
         """
         held = self.seen.held if self.seen else None
         meant = meant_by(call, held)
+        # Whoever means a door means the handle on it as well.
+        on_them = (item.id for item in (self.seen.objects if self.seen else ()) if item.id.rpartition(".")[0] in meant)
+        meant = meant.union(on_them)
         # What only moves the arm, as going home, gets out of wherever it is.
         named = {*meant, *(value for value in call.arguments.values() if isinstance(value, str))}
         keeps = self._tells_apart and meant and self.seen

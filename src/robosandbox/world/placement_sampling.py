@@ -91,6 +91,7 @@ class Placement:
         yaws: Headings to try, radians about world z from its present one, best first.
         way_out: Level unit vector along which it is left by what has to come in from the side; None from above.
         depth: Metres along it to where what stands there would be outside.
+        over: Metres above it from which it is come down to straight at the least, as around a post.
     """
 
     xy: tuple[float, float]
@@ -98,6 +99,7 @@ class Placement:
     yaws: tuple[float, ...]
     way_out: tuple[float, float] | None = None
     depth: float = 0.0
+    over: float = 0.0
 
 
 def table_placements(
