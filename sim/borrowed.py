@@ -109,7 +109,9 @@ class BorrowedBackend(MuJoCoBackend):
             InputError: Another scene or configuration is asked for.
         """
         if (scene is not None and populated(scene) != self.scene) or q is not None:
-            raise InputError(f"{self._environment.name} starts over as its initial state has it; open another for another state")
+            raise InputError(
+                f"{self._environment.name} starts over as its initial state has it; open another for another state"
+            )
         self.restore(self._start)
         self.physics_steps = 0
 

@@ -321,7 +321,11 @@ class _PlaceSearch:
             opening = self._opening(q_goal)
             leave = None if back is None else self._way_back(goal, q_goal, opening, back)
             self._hold()
-            hover = self._hover(raised(tcp_goal, spot.over), q_above) if back is None else motion.ik(moved(above, back), q_above)
+            hover = (
+                self._hover(raised(tcp_goal, spot.over), q_above)
+                if back is None
+                else motion.ik(moved(above, back), q_above)
+            )
             motion.plan_line(hover, above, speed=self._lower)
             through = [tcp_goal] if back is None else [above, tcp_goal]
             motion.allow(*self._load, *self._allowed)

@@ -255,7 +255,7 @@ class HeightGrid:
 
     def bores(self) -> tuple[Room, ...]:
         """Return the holes through which one sees from above, the largest first; floor and rim are the solid's bottom and top."""
-        empty = ~np.isfinite(self._high).any(axis=0).reshape(self._shape)
+        empty: NDArray[np.bool_] = np.asarray(~np.isfinite(self._high).any(axis=0)).reshape(self._shape)
         marked, count = _islands(empty)
         low, high = float(np.nanmin(self._low)), float(np.nanmax(self._high))
         found: list[Room] = []
