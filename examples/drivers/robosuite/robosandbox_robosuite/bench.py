@@ -2,7 +2,7 @@
 
     uv run --project examples/drivers/robosuite bench_robosuite.py Lift --seeds 0-9 --json rows.json
 
-TASK is a task's name, or `all`.
+TASK is a task's name, or `all`. What is judged in time is judged within 50 s, robosuite's 1000 actions.
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 
-from robosandbox.apps.bench.suites import SuiteRow, perform, run_suite
+from robosandbox.apps.bench.suites import SuiteRow, perform, run_suite, scene_row
 from robosandbox.errors import RoboSandboxError
-from robosandbox.sim.scene_file import read_scene_file
 from robosandbox.workcell.session import open_session
 from robosandbox_robosuite.environment import RobosuiteEnvironment
 from robosandbox_robosuite.tasks import PLACES, TASKS
@@ -60,16 +59,8 @@ def _episode(environment: RobosuiteEnvironment, task: str, seed: int) -> SuiteRo
 
 def scene_of(task: str) -> dict[str, object]:
     """Return what the importer makes of a task's scene at start 0."""
-    row: dict[str, object] = {"task": task}
     with RobosuiteEnvironment(task, 0) as environment:
-        try:
-            assert environment.scene.world is not None
-            file = read_scene_file(environment.scene.world)
-            row["objects"] = {item.id: item.kind for item in file.objects}
-            row["table"] = f"{file.table.body} at {file.table.height:.3f} m"
-        except RoboSandboxError as error:
-            row["error"] = f"{type(error).__name__}: {error}"
-    return row
+        return {"task": task, **scene_row(environment.scene)}
 
 
 def main() -> None:

@@ -11,6 +11,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from robosandbox.errors import RoboSandboxError
+from robosandbox.sim.scene_file import read_scene_file
+from robosandbox.types import Scene
 from robosandbox.workcell.workcell import Workcell
 
 
@@ -81,6 +84,24 @@ def numbers(text: str) -> list[int]:
         first, _, last = piece.partition("-")
         found += range(int(first), int(last or first) + 1)
     return found
+
+
+def scene_row(scene: Scene) -> dict[str, object]:
+    """Return what the importer makes of a scene's file: kinds of its objects by id, and its table; or why it makes nothing of it.
+
+    Raises:
+        ValueError: The scene has no file.
+    """
+    if scene.world is None:
+        raise ValueError("the scene is of no file")
+    try:
+        file = read_scene_file(scene.world)
+    except RoboSandboxError as error:
+        return {"error": f"{type(error).__name__}: {error}"}
+    return {
+        "objects": {item.id: item.kind for item in file.objects},
+        "table": f"{file.table.body} at {file.table.height:.3f} m",
+    }
 
 
 def run_suite(
