@@ -22,7 +22,7 @@ class PutOver(Skill):
     """Put what is held, which has a hole, over a post."""
 
     name = "put_over"
-    words = Words(verbs=("slip it over", "thread it onto"), object="post", hand="any")
+    words = Words(verbs=("thread it onto", "thread it over"), object="post", hand="any")
 
     def contract(self, *, post: str) -> Contract:
         """Return what putting the held object over a post needs and brings about."""

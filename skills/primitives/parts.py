@@ -146,8 +146,8 @@ def lead_latched(
         force = _follow(arm, held, way.turn, MOST_FORCE + resists)
         # What the spring asks for is no resistance of the part's.
         force = max(force - resists, _follow(arm, part, way.lead, MOST_FORCE + resists) - resists, 0.0)
-        shut, *_, nearly, _ = way.lead.values
-        if abs(part_value(arm.find(name, arm.look())) - shut) > abs(nearly - shut):
+        first, last = way.lead.values[0], way.lead.values[-1]
+        if abs(part_value(arm.find(name, arm.look())) - last) < TURNED_WITHIN * abs(last - first):
             _follow(arm, held, way.back, MOST_FORCE + resists)
         _let_go(arm, held)
         return force
