@@ -28,7 +28,7 @@ def play(task: str, seeds: Sequence[int]) -> Iterator[SuiteRow]:
 
 
 def _episode(environment: RobosuiteEnvironment, task: str, seed: int) -> SuiteRow:
-    begun, simulated, claimed, reason = time.monotonic(), 0.0, False, ""
+    begun, simulated, claimed, reason = time.monotonic(), 0.0, False, "no goal or call says it"
     chosen = environment.chosen
     lines = [line.format(object=chosen, place=PLACES.get(chosen, "")) for line in TASKS[task]]
     try:
@@ -37,7 +37,8 @@ def _episode(environment: RobosuiteEnvironment, task: str, seed: int) -> SuiteRo
         ) as cell:
             begun = time.monotonic()
             try:
-                claimed, reason = perform(cell, lines, TIMEOUT)
+                if lines:
+                    claimed, reason = perform(cell, lines, TIMEOUT)
             finally:
                 simulated = cell.elapsed()[0]
     except RoboSandboxError as error:

@@ -29,6 +29,7 @@ TASKS: dict[str, tuple[str, ...]] = {
     "NutAssemblySquare": ("around({object}, {place})",),
     "NutAssemblyRound": ("around({object}, {place})",),
     "Door": ("open(Door.door)",),
+    # No relation is of a table that is wiped, and no skill rubs.
     "Wipe": (),
-    "ToolHang": (),
+    "ToolHang": ("inside(frame_root, stand_root)", "around(tool_root, frame_root)"),
 }
