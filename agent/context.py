@@ -224,11 +224,14 @@ class AgentContext(GoalContext):
         """
         held = self.seen.held if self.seen else None
         meant = meant_by(call, held)
+        seen = self.look() if meant and self.seen is None else self.seen
+        # Whoever means a door means the handle on it as well.
+        meant = meant.union(item.id for item in (seen.objects if seen else ()) if item.id.rpartition(".")[0] in meant)
         # What only moves the arm, as going home, gets out of wherever it is.
         named = {*meant, *(value for value in call.arguments.values() if isinstance(value, str))}
-        keeps = self._tells_apart and meant and self.seen
-        slides = slides_under(self.planning, self.seen, named) if keeps and self.seen else {}
-        in_hands = self.seen.hands if self.seen else {}
+        keeps = self._tells_apart and meant and seen
+        slides = slides_under(self.planning, seen, named) if keeps and seen else {}
+        in_hands = seen.hands if seen else {}
         hands = self.driver.hands.values()
         held_by = {hand.arm: one for hand in hands if (one := in_hands.get(hand.name)) is not None}
         self._safety.expect(meant if self._tells_apart else None, slides, FRICTION, self.arm.name, held_by)

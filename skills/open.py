@@ -8,12 +8,12 @@ from pydantic import Field
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.parts import MOST_FORCE, RESISTED, lead_or_push
+from robosandbox.skills.primitives.parts import MOST_FORCE, RESISTED, lead_latched, lead_or_push
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.parts import OPEN_SHARE, open_share, open_value
+from robosandbox.world.parts import OPEN_SHARE, open_share, open_value, sprung_handle
 
 # Shares of what was asked for that are tried, the most first: a hand that cannot go all the way still opens it.
 _SHARES = (1.0, 0.85, 0.7)
@@ -47,7 +47,7 @@ class Open(Skill):
         share: Annotated[float, Field(gt=0.5, le=1.0)] = 0.9,
         force: Annotated[float, Field(gt=0.0)] | None = None,
     ) -> SkillResult:
-        """Take hold of a door, drawer or lid and lead it open; push it where there is nothing to hold.
+        """Take hold of a door, drawer or lid and lead it open; push it where there is nothing to hold, and turn a handle that has a spring first.
 
         Args:
             part: Id of the part, as cupboard.door.
@@ -69,5 +69,9 @@ class Open(Skill):
             )
         most = MOST_FORCE if force is None else force
         goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > OPEN_SHARE]
-        now, force = lead_or_push(arm, part, goals, open_value(before, OPEN_SHARE), most)
+        enough, handle = open_value(before, OPEN_SHARE), sprung_handle(before, arm.start.objects)
+        if handle is None:
+            now, force = lead_or_push(arm, part, goals, enough, most)
+        else:
+            now, force = lead_latched(arm, part, handle.id, goals, enough)
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})

@@ -61,8 +61,13 @@ def add_body(
             )
         case _:
             assert_never(body.joint)
+    # What is in none of these groups weighs nothing.
+    least, most = spec.compiler.inertiagrouprange
     for number, piece in enumerate(body.pieces):
         form = _form(spec, f"{name}/{number}", piece)
+        # The file's own triangles are drawn in the place of points.
+        group = HIDDEN_GROUP if isinstance(piece.hull, PolyhedronHull) else 0
+        form["group"] = min(max(group, int(least)), int(most))
         _add_geom(made, item, body.contact, piece.mass, rgba=piece.rgba or item.rgba, **form)
     return made
 
@@ -77,7 +82,7 @@ def _add_geom(body: mujoco.MjsBody, item: SceneObject, contact: Contact, mass: f
         form["condim"] = 6 if contact.rolling else 4
         form["friction"] = [contact.sliding, contact.torsional, contact.rolling or _NO_ROLLING]
     # Said, because a scene's file may have other defaults.
-    form = {"contype": 1, "conaffinity": 1, "group": 0} | form
+    form = {"contype": 1, "conaffinity": 1} | form
     body.add_geom(mass=mass, rgba=form.pop("rgba", item.rgba), **form)
 
 
@@ -96,8 +101,7 @@ def _form(spec: mujoco.MjSpec, name: str, piece: Piece) -> dict[str, object]:
     if not isinstance(piece.hull, PolyhedronHull):
         return form | {"size": geom_size(piece.hull)}
     spec.add_mesh(name=name, uservert=piece.hull.corners.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-    # The file's own triangles are drawn in its place.
-    return form | {"meshname": name, "group": HIDDEN_GROUP}
+    return form | {"meshname": name}
 
 
 def _geom_type(hull: Hull) -> mujoco.mjtGeom:

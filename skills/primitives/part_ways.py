@@ -34,6 +34,8 @@ PRESHAPE = 0.012
 # Metres before what is pushed at which the closed fingers come down.
 STAND_OFF = 0.012
 HOVERS = (HOVER_HEIGHT, 0.05, 0.035)
+# Shares of its way to an end that a handle which a spring turns back is turned, the most first: nobody sees what frees its latch.
+_FREES = (1.0, 0.85, 0.7)
 # Metres of the handle's way after which it is looked whether the part follows at all, and between two poses of the hand around a hinge:
 # the chord leaves an arc of 0.3 m by 0.2 mm.
 _TRIAL, _STEP = 0.005, 0.02
@@ -102,6 +104,21 @@ class PartWay:
     aperture: float | None = None
 
 
+@frozen
+class LatchedWay:
+    """Motions that turn a handle and lead what it is on, the hand never off it.
+
+    Attributes:
+        turn: Of the handle, with the way to it.
+        lead: Of what it is on, from where the handle is turned.
+        back: Of the handle to where its spring holds it, so that it does not strike the hand that lets it go.
+    """
+
+    turn: PartWay
+    lead: PartWay
+    back: PartWay
+
+
 def touched(part: DetectedObject) -> tuple[str, ...]:
     """Return what planners call the body that moves: a drawer's sliding box, or the part itself."""
     return (f"{part.id}/box",) if part.shape.opens else (part.id,)
@@ -142,6 +159,74 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     # What stands in the way tells more than that there is no room for fingers at the part itself.
     in_the_way = [error for error in failures if not _is_own(part, error)]
     raise most_telling(in_the_way or failures)
+
+
+def plan_latched(arm: Manipulator, part: DetectedObject, handle: DetectedObject, goals: Sequence[float]) -> LatchedWay:
+    """Return the first grip on a handle with which the hand can turn it and then lead the part that it is on, the best value first.
+
+    Args:
+        arm: Whose hand.
+        part: What is led.
+        handle: What is turned, on it.
+        goals: Values of the part's joint, metres or radians.
+
+    Raises:
+        GraspError: Nothing of the handle fits between the fingers.
+        UnreachableError: The handle, or its way, is out of reach.
+        CollisionError: Something is in the way.
+    """
+    failures: list[SkillError] = []
+    joint, here = joint_of(handle), part_value(handle)
+    ends = [end for end in (joint.high, joint.low) if math.isfinite(end)]
+    turned_to = [here + share * (end - here) for share, end in product(_FREES, ends)]
+    for rolls in _ROLLS:
+        grasps = _handles(arm, handle, rolls)
+        free: dict[int, Array | None] = {}
+        for goal, angle, (number, grasp) in product(goals, turned_to, enumerate(grasps)):
+            try:
+                if number not in free:
+                    free[number] = None
+                    free[number] = _free(arm, grasp)
+                if (near := free[number]) is not None:
+                    turn = _led(arm, handle, grasp, angle, 1.0, near)
+                    return _led_on(arm, part, handle, turn, goal)
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+    if not failures:
+        raise no_grip(arm, handle, "none_found", arm.gripper.width)
+    raise most_telling(failures)
+
+
+def _led_on(arm: Manipulator, part: DetectedObject, handle: DetectedObject, turn: PartWay, goal: float) -> LatchedWay:
+    """Return the way along a part's joint to a value from where the hand has turned the handle on it, and back with the handle.
+
+    Raises:
+        UnreachableError: Part of it is out of reach.
+        CollisionError: Something is in the way.
+    """
+    tcp, failures = turn.poses[-1], list[SkillError]()
+    values = _values(part, tcp, goal)
+    for share in _turns(arm, part):
+        poses = (tcp, *_along(part, tcp, values[1:], share))
+        returns = tuple(_along(part, pose, (goal,), share)[0] for pose in reversed(turn.poses))
+        arm.motion.allow(*touched(handle), *touched(part))
+        try:
+            steps = _steps(arm, turn.steps[-1].q[-1], poses[1:])
+            back = _steps(arm, steps[-1].q[-1], returns[1:])
+            arm.motion.plan_line(back[-1].q[-1], withdrawn(returns[-1], HOVERS[-1]), speed=SPEED)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+            continue
+        lead = PartWay(turn.grasp, turn.approach, turn.descent, poses, steps, tuple(values), _is_end(part, goal))
+        at_rest = PartWay(turn.grasp, turn.approach, turn.descent, returns, back, turn.values[::-1], False)
+        return LatchedWay(turn, lead, at_rest)
+    raise most_telling(failures)
+
+
+def spring_force(part: DetectedObject, value: float, point: Array) -> float:
+    """Return the force at a point (3,) of a hinged part with which its spring resists when its joint has a value, N."""
+    joint = joint_of(part)
+    return abs(value - part_value(part)) * joint.stiffness / max(_arm_of(joint, point), 1e-6)
 
 
 def _turns(arm: Manipulator, part: DetectedObject) -> tuple[float, ...]:

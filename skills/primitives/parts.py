@@ -29,9 +29,11 @@ from robosandbox.skills.primitives.part_ways import (
     jams,
     no_grip,
     opened_for,
+    plan_latched,
     plan_lead,
     plan_push,
     pressing_poses,
+    spring_force,
 )
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
 from robosandbox.world.nearness import nearer
@@ -116,6 +118,41 @@ def lead_or_push(
             except (GraspError, DrawerError):
                 break
         raise held
+
+
+def lead_latched(
+    arm: Manipulator, name: str, handle: str, goals: Sequence[float], enough: float
+) -> tuple[DetectedObject, float]:
+    """Take hold of the handle on a part, turn it against its spring and lead the part; return and raise as `lead`.
+
+    Args:
+        arm: The skill's manipulator.
+        name: Id of the part.
+        handle: Id of its handle.
+        goals: Values of the part's joint, metres or radians, the best first.
+        enough: The value from which on it is as it should be.
+    """
+
+    def opened(part: DetectedObject) -> float:
+        held = arm.find(handle)
+        way = plan_latched(arm, part, held, goals)
+        assert way.turn.grasp is not None
+        _go(arm, way.turn, opened_for(arm, way.turn.grasp))
+        arm.ctx.enter(Phase.GRASP)
+        if arm.close_on(way.turn.grasp.width) < empty_aperture(arm.geometry, way.turn.grasp.width):
+            _let_go(arm, held)
+            raise no_grip(arm, held, "missed", arm.gripper.width)
+        resists = spring_force(held, way.turn.values[-1], way.turn.poses[-1].position)
+        force = _follow(arm, held, way.turn, MOST_FORCE + resists)
+        # What the spring asks for is no resistance of the part's.
+        force = max(force - resists, _follow(arm, part, way.lead, MOST_FORCE + resists) - resists, 0.0)
+        first, last = way.lead.values[0], way.lead.values[-1]
+        if abs(part_value(arm.find(name, arm.look())) - last) < TURNED_WITHIN * abs(last - first):
+            _follow(arm, held, way.back, MOST_FORCE + resists)
+        _let_go(arm, held)
+        return force
+
+    return _until(arm, name, enough, opened)
 
 
 def set_part(arm: Manipulator, skill: str, name: str, share: float) -> SkillResult:

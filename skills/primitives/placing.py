@@ -49,6 +49,7 @@ from robosandbox.world.placement_sampling import (
     resting_pose,
 )
 from robosandbox.world.relations import MeasuredRelation, contents
+from robosandbox.world.rings import placements_around
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
 _STAND_OFF = 0.004
@@ -180,7 +181,8 @@ def spots_within(
     """Return where something may stand within what holds things, the best place first, and what lies in that."""
     names = {name for name, _ in contents(scene.objects, vessel)} - {held.id}
     within = tuple(item for item in scene.objects if item.id in names)
-    return list(placements_in(vessel, held, [item for item in within if not item.shape.is_granular])), within
+    solid = [item for item in within if not item.shape.is_granular]
+    return list(placements_in(vessel, held, solid, scene)), within
 
 
 def touched_within(vessel: DetectedObject, within: Iterable[DetectedObject]) -> tuple[str, ...]:
@@ -217,6 +219,8 @@ def obstruction_there(
     if base.shape.holds_things:
         spots, within = spots_within(scene, item, base)
         allowed = touched_within(base, within)
+    elif around := placements_around(item, base, scene):
+        spots, allowed = around, (TABLE,)
     else:
         spots, allowed = placements_on(item, base, scene.objects)[0], (base.id,)
 
@@ -317,7 +321,11 @@ class _PlaceSearch:
             opening = self._opening(q_goal)
             leave = None if back is None else self._way_back(goal, q_goal, opening, back)
             self._hold()
-            hover = self._hover(tcp_goal, q_above) if back is None else motion.ik(moved(above, back), q_above)
+            hover = (
+                self._hover(raised(tcp_goal, spot.over), q_above)
+                if back is None
+                else motion.ik(moved(above, back), q_above)
+            )
             motion.plan_line(hover, above, speed=self._lower)
             through = [tcp_goal] if back is None else [above, tcp_goal]
             motion.allow(*self._load, *self._allowed)

@@ -8,7 +8,7 @@ their area, and that nothing of the object is where the fingers are before they 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -74,7 +74,11 @@ class Closings:
         self._lines = self._chosen()
 
     def tiers(self) -> Iterator[list[Grasp]]:
-        """Yield lists of grasps, each made when it is asked for: from above first, from the side last."""
+        """Yield lists of grasps, each made when it is asked for: from above first, from the side last; then those at other places.
+
+        Near the middle is best as long as the hand has room there.
+        """
+        others: list[list[Grasp]] = []
         for angle in _ANGLES:
             found = [
                 grasp
@@ -85,7 +89,10 @@ class Closings:
             found.sort(key=lambda grasp: -grasp.quality)
             if len(found) > _MOST_OF_TIER // 2:
                 found.sort(key=lambda grasp: not self._has_room(grasp))
-            yield [both for grasp in found[: _MOST_OF_TIER // 2] for both in (grasp, self._flipped(grasp))]
+            best = found[: _MOST_OF_TIER // 2]
+            others.append(self._elsewhere(best, found[_MOST_OF_TIER // 2 :]))
+            yield self._both_ways(best)
+        yield from map(self._both_ways, others)
 
     def _chosen(self) -> list[tuple[Array, Array, float]]:
         """Return closing lines that fit between the fingers, no two the same, the best of them where there are many."""
@@ -140,6 +147,18 @@ class Closings:
         )
         how = "top-down" if angle == 0.0 else "angled" if abs(angle) < math.pi / 4.0 else "side"
         return Grasp(object=self._name, tcp_pose=pose, width=width, quality=float(quality), how=how)
+
+    def _elsewhere(self, best: Sequence[Grasp], others: Sequence[Grasp]) -> list[Grasp]:
+        """Return the best of other grasps at each place that is a finger's width from any before."""
+        found = list(best)
+        for grasp in others:
+            here = grasp.tcp_pose.position
+            if all(math.dist(here, one.tcp_pose.position) > self._geometry.finger_width for one in found):
+                found.append(grasp)
+        return found[len(best) : len(best) + _MOST_OF_TIER // 2]
+
+    def _both_ways(self, grasps: Sequence[Grasp]) -> list[Grasp]:
+        return [both for grasp in grasps for both in (grasp, self._flipped(grasp))]
 
     def _flipped(self, grasp: Grasp) -> Grasp:
         """Return the same grasp with the hand turned round."""

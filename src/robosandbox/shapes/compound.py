@@ -98,6 +98,11 @@ class Geometry:
         """Hollows that are open to above, the largest first."""
         return self.grid.hollows()
 
+    @cached_property
+    def bore(self) -> Room | None:
+        """The largest hole through it, as seen from above; None without one."""
+        return next(iter(self.grid.bores()), None)
+
     @property
     def hollow(self) -> Room | None:
         """The largest hollow that is open to above, or that of the compartment; None without one."""

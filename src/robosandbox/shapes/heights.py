@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -251,6 +252,21 @@ class HeightGrid:
                 continue
             found.append(self._room(mask, inside, top, float(np.median(level[mask]))))
         return tuple(sorted(found, key=lambda room: -float(room.half.prod()) * (room.rim - room.floor)))
+
+    def bores(self) -> tuple[Room, ...]:
+        """Return the holes through which one sees from above, the largest first; floor and rim are the solid's bottom and top."""
+        empty: NDArray[np.bool_] = np.asarray(~np.isfinite(self._high).any(axis=0)).reshape(self._shape)
+        marked, count = _islands(empty)
+        low, high = float(np.nanmin(self._low)), float(np.nanmax(self._high))
+        found: list[Room] = []
+        for number in range(1, count + 1):
+            mask = marked == number
+            inside = _depths(mask) * self.cell - self.cell / 2.0
+            # What reaches the border is the outside.
+            if mask[0, 0] or inside.max() < _LEAST_HOLLOW / 2.0:
+                continue
+            found.append(replace(self._room(mask, inside, np.full(self._shape, low), high), floor=low, rim=high))
+        return tuple(sorted(found, key=lambda room: -float(room.half.prod())))
 
     def _room(self, mask: NDArray[np.bool_], inside: Array, top: Array, rim: float) -> Room:
         """Return a hollow as a round or square room."""

@@ -28,7 +28,9 @@ def _with_grip(
         return call
     using = next((one for one in later if any(_is_held(need) for need in one.contract.needs)), None)
     goals = () if using is None else using.contract.gives
-    target = next((str(g.arguments[1]) for g in goals if g.relation in ("on", "inside") and g.arguments[0] == HELD), "")
+    target = next(
+        (str(g.arguments[1]) for g in goals if g.relation in ("on", "inside", "around") and g.arguments[0] == HELD), ""
+    )
     item = scene.find(target)
     if item is None or not item.is_fixed:
         return call

@@ -86,6 +86,12 @@ def open_share(part: DetectedObject) -> float:
     return 0.0 if span == 0.0 else (part_value(part) - shut) / span
 
 
+def sprung_handle(part: DetectedObject, objects: Iterable[DetectedObject]) -> DetectedObject | None:
+    """Return the lever on a part that a spring turns back, as of a door with a latch; None where there is none."""
+    levers = (item for item in objects if is_part(item) and item.id.rpartition(".")[0] == part.id)
+    return next((item for item in levers if joint_of(item).kind == "hinge" and joint_of(item).stiffness > 0.0), None)
+
+
 def at_value(part: DetectedObject, value: float) -> DetectedObject:
     """Return a part as it is when its joint has a value."""
     joint, way = joint_of(part), value - part_value(part)

@@ -91,6 +91,7 @@ class Placement:
         yaws: Headings to try, radians about world z from its present one, best first.
         way_out: Level unit vector along which it is left by what has to come in from the side; None from above.
         depth: Metres along it to where what stands there would be outside.
+        over: Metres above it from which it is come down to straight at the least, as around a post.
     """
 
     xy: tuple[float, float]
@@ -98,6 +99,7 @@ class Placement:
     yaws: tuple[float, ...]
     way_out: tuple[float, float] | None = None
     depth: float = 0.0
+    over: float = 0.0
 
 
 def table_placements(
@@ -179,6 +181,11 @@ def is_easy(scene: ObservedScene, point: Sequence[float] | Array) -> bool:
     """Tell whether a point, x and y, is at a distance at which the robot works easily."""
     near, far = scene.reach
     return near <= math.dist(point[:2], scene.base_xy) <= far
+
+
+def _too_far(scene: ObservedScene, point: Sequence[float]) -> int:
+    """Return how much farther away a point, x and y, is than where the robot works easily, in steps."""
+    return max(0, math.ceil((math.dist(point[:2], scene.base_xy) - scene.reach[1]) / _STEP))
 
 
 def in_easy_reach(scene: ObservedScene, item: DetectedObject) -> bool:
@@ -264,7 +271,10 @@ def _wrap_quarter(angle: float) -> float:
 
 
 def placements_in(
-    vessel: DetectedObject, held: DetectedObject, contents: Sequence[DetectedObject]
+    vessel: DetectedObject,
+    held: DetectedObject,
+    contents: Sequence[DetectedObject],
+    scene: ObservedScene | None = None,
 ) -> Iterator[Placement]:
     """Yield where the held object may be let go in a container: as low as can be, where there is most room.
 
@@ -272,6 +282,7 @@ def placements_in(
         vessel: What holds things; of a drawer the open part counts.
         held: What goes in, as it is held.
         contents: What lies in it already.
+        scene: Where the robot stands: of what is farther away than it works easily the near side is best. Any place is as near when left out.
     """
     if vessel.geometry is not None and vessel.geometry.kind == "cupboard" and vessel.geometry.cavity is not None:
         yield from _on_face(held, vessel, vessel.geometry.cavity, contents)[0]
@@ -279,6 +290,8 @@ def placements_in(
     edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]
     # A thing whose underside is as high as the rim stands on the contents, not inside.
     places = [place for place in _places(vessel, held, contents) if place[1] < edge]
+    if scene is not None:
+        places.sort(key=lambda place: _too_far(scene, place[0]))
     if not places:
         yield from _nested(vessel, held, contents, edge)
         return

@@ -180,7 +180,7 @@ def predicates() -> dict[str, Predicate]:
     """Return all relations by name."""
     if not _VOCABULARY.is_whole:
         # Each module registers what it tells; they need this one.
-        from robosandbox.world import changes, containers, hand, locations, parts, reach, standing  # noqa: F401
+        from robosandbox.world import changes, containers, hand, locations, parts, reach, rings, standing  # noqa: F401
 
         _VOCABULARY.is_whole = True
     return _VOCABULARY.known

@@ -82,7 +82,11 @@ def reachable_over(view: View, a: str, b: str) -> Finding:
     half = (top(item) - bottom(item)) / 2.0
     if base.is_fixed:
         within = base.shape.holds_things
-        spots = list(placements_in(base, item, ())) if within else placements_on(item, base, view.scene.objects)[0]
+        spots = (
+            list(placements_in(base, item, (), view.scene))
+            if within
+            else placements_on(item, base, view.scene.objects)[0]
+        )
         found = (
             _at(view, np.array([*spot.xy, spot.height + half]), f"the {'inside' if within else 'top'} of {b}", item)
             for spot in spots[:_SPOTS]

@@ -276,7 +276,7 @@ def let_down(obj: DetectedObject, target: DetectedObject, place: tuple[float, fl
 
     None where the target is no solid of pieces, the object neither that nor one convex piece, or one of them does not stand upright.
     """
-    geometry = obj.geometry or _of_one_piece(obj)
+    geometry = obj.geometry or of_one_piece(obj)
     if geometry is None or target.geometry is None:
         return None
     if min(obj.pose.rotation[2, 2], target.pose.rotation[2, 2]) < _STANDS:
@@ -289,7 +289,7 @@ def let_down(obj: DetectedObject, target: DetectedObject, place: tuple[float, fl
     return None if height == -math.inf else float(target.pose.xyz[2] + height)
 
 
-def _of_one_piece(obj: DetectedObject) -> Geometry | None:
+def of_one_piece(obj: DetectedObject) -> Geometry | None:
     """Return a box, cylinder, ball or capsule as a solid of pieces; None of other kinds."""
     if not isinstance(obj.shape, Primitive):
         return None

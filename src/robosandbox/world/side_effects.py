@@ -11,13 +11,13 @@ _DISTURBED = 0.005
 
 
 def disturbed(before: ObservedScene, after: ObservedScene, *named: str) -> tuple[str, ...]:
-    """Return a sentence for each object that has moved but the named ones and what lay in them."""
+    """Return a sentence for each object that has moved but the named ones, what is on them as a part, and what lay in them."""
     vessels = [item for name in named if (item := before.find(name)) and item.shape.holds_things]
     expected = {*named, *(name for vessel in vessels for name, _ in contents(before.objects, vessel))}
     sentences = []
     for item in before.objects:
         now = after.find(item.id)
-        if item.id in expected:
+        if item.id in expected or item.id.rpartition(".")[0] in named:
             continue
         if now is None:
             sentences.append(f"{item.id} is no longer seen")

@@ -112,32 +112,19 @@ def play(suite: str, number: int, state: int, by: str) -> Row:
 
 def scene_of(suite: str, number: int) -> dict[str, object]:
     """Return what the importer makes of a task's scene at state 0."""
-    from robosandbox.errors import RoboSandboxError
-    from robosandbox.sim.scene_file import read_scene_file
+    from robosandbox.apps.bench.suites import scene_row
     from robosandbox_libero.environment import LiberoEnvironment
     from robosandbox_libero.tasks import tasks_of
 
     task = tasks_of(suite)[number]
-    row: dict[str, object] = {"suite": suite, "task": number, "sentence": task.sentence}
     with LiberoEnvironment(task, 0) as environment:
-        try:
-            assert environment.scene.world is not None
-            file = read_scene_file(environment.scene.world)
-            row["objects"] = {item.id: item.kind for item in file.objects}
-            row["table"] = f"{file.table.body} at {file.table.height:.3f} m"
-            row["goal"] = " ".join(" ".join(predicate) for predicate in task.goal)
-        except RoboSandboxError as error:
-            row["error"] = f"{type(error).__name__}: {error}"
-    return row
-
-
-def _numbers(text: str) -> list[int]:
-    """Return the numbers of "0-4" or "0,3,7"."""
-    found: list[int] = []
-    for piece in text.split(","):
-        first, _, last = piece.partition("-")
-        found += range(int(first), int(last or first) + 1)
-    return found
+        return {
+            "suite": suite,
+            "task": number,
+            "sentence": task.sentence,
+            **scene_row(environment.scene),
+            "goal": " ".join(" ".join(predicate) for predicate in task.goal),
+        }
 
 
 def _summary(rows: list[Row]) -> Iterator[str]:
@@ -154,10 +141,13 @@ def _summary(rows: list[Row]) -> Iterator[str]:
 
 def main() -> None:
     """Run the bench."""
+    # Heavy: what only counts and writes does without it until it runs.
+    from robosandbox.apps.bench.suites import numbers
+
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("suites", nargs="+", metavar="SUITE")
-    parser.add_argument("--states", type=_numbers, default=[0], help="initial states: 0-4, or 0,2 (default: 0)")
-    parser.add_argument("--tasks", type=_numbers, help="numbers of tasks (default: all)")
+    parser.add_argument("--states", type=numbers, default=[0], help="initial states: 0-4, or 0,2 (default: 0)")
+    parser.add_argument("--tasks", type=numbers, help="numbers of tasks (default: all)")
     parser.add_argument("--by", choices=("relations", "sentence"), default="relations", help="what is asked for")
     parser.add_argument("--scenes", action="store_true", help="only tell what the importer makes of each scene")
     parser.add_argument("--jobs", type=int, default=1, help="processes")

@@ -11,16 +11,20 @@ import mujoco
 import numpy as np
 from libero.libero.envs.env_wrapper import ControlEnv
 
+from robosandbox.sim.borrowed import Motors, robot_alone
 from robosandbox.types import Array, Scene
-from robosandbox_libero.servo import JointServo
+from robosandbox_libero.servo import LAG, JointServo
 from robosandbox_libero.tasks import LiberoTask
 
 SIDECAR = Path(__file__).with_name("panda.robosandbox.yaml")
 ROBOT_BODY, ROBOT, GRIPPER = "robot0_base", "robot0_", "gripper0_"
-ARM_JOINTS = tuple(f"{ROBOT}joint{k}" for k in range(1, 8))
-ARM_MOTORS = tuple(f"{ROBOT}torq_j{k}" for k in range(1, 8))
-FINGER_JOINTS = tuple(f"{GRIPPER}finger_joint{k}" for k in (1, 2))
-FINGER_SERVOS = tuple(f"{GRIPPER}gripper_finger_joint{k}" for k in (1, 2))
+MOTORS = Motors(
+    joints=tuple(f"{ROBOT}joint{k}" for k in range(1, 8)),
+    arm=tuple(f"{ROBOT}torq_j{k}" for k in range(1, 8)),
+    fingers=tuple(f"{GRIPPER}finger_joint{k}" for k in (1, 2)),
+    finger_servos=tuple(f"{GRIPPER}gripper_finger_joint{k}" for k in (1, 2)),
+    wrist_camera=f"{ROBOT}eye_in_hand",
+)
 # Name of the keyframe of the settled start.
 _START = "start"
 # Initial states hang things some centimetres above what they come to lie on: seconds of falling at the most, and of two looks.
@@ -43,7 +47,14 @@ class LiberoEnvironment:
         scene: The world as a file, with LIBERO's robot: what the importer of scenes and the driver read.
         model: MuJoCo's model, LIBERO's.
         data: Its live state.
+        motors: What moves the robot.
+        lag: Seconds by which a joint trails a moving target.
+        name: "LIBERO".
     """
+
+    name = "LIBERO"
+    motors = MOTORS
+    lag = LAG
 
     def __init__(self, task: LiberoTask, state: int) -> None:
         self.task = task
@@ -56,11 +67,16 @@ class LiberoEnvironment:
         self.env.set_init_state(task.state(state))
         self.model: mujoco.MjModel = self.env.sim.model._model
         self.data: mujoco.MjData = self.env.sim.data._data
-        self.servo = JointServo(self.model, ARM_JOINTS, ARM_MOTORS)
+        self.servo = JointServo(self.model, MOTORS.joints, MOTORS.arm)
         self.judged_once = False
         self._settle()
         self._folder = tempfile.TemporaryDirectory(prefix="robosandbox-libero-")
         self.scene: Scene = self._written(Path(self._folder.name))
+
+    def advance(self, arm: Array, fingers: Array, steps: int) -> None:
+        """Let physics steps pass with the joints sent to `arm` (7,); the finger servos are where `fingers` (2,) says already."""
+        del fingers
+        self.servo.advance(self.data, arm, steps)
 
     def judge(self) -> bool:
         """Return LIBERO's own verdict on this moment."""
@@ -93,7 +109,7 @@ class LiberoEnvironment:
         """Let things fall and come to rest, the arm holding where it is."""
         model, data = self.model, self.data
         goal: Array = data.qpos[self.servo.qpos].copy()
-        for joint, servo in zip(FINGER_JOINTS, FINGER_SERVOS, strict=True):
+        for joint, servo in zip(MOTORS.fingers, MOTORS.finger_servos, strict=True):
             data.actuator(servo).ctrl = data.joint(joint).qpos
         look = round(_LOOK / model.opt.timestep)
         for _ in range(round(_SETTLE / _LOOK)):
@@ -109,29 +125,5 @@ class LiberoEnvironment:
         spec.compile()
         world.write_text(spec.to_xml())
         world.with_name("scene.robosandbox.yaml").write_text(f"keyframe: {_START}\n")
-        robot.write_text(_robot_alone(xml))
+        robot.write_text(robot_alone(xml, ROBOT_BODY))
         return Scene(world=world, robot_urdf=robot, robot_config=SIDECAR)
-
-
-def _robot_alone(xml: str) -> str:
-    """Return LIBERO's robot without the world around it, as a file."""
-    spec = mujoco.MjSpec.from_string(xml)
-    world = spec.worldbody
-    others = [body for body in world.bodies if body.name != ROBOT_BODY]
-    for item in (*others, *world.geoms, *world.sites, *world.cameras, *world.lights, *spec.keys):
-        spec.delete(item)
-    spec.body(ROBOT_BODY).pos = [0.0, 0.0, 0.0]
-    geoms = [geom for body in spec.bodies for geom in body.geoms]
-    for mesh in list(spec.meshes):
-        if mesh.name not in {geom.meshname for geom in geoms}:
-            spec.delete(mesh)
-    for material in list(spec.materials):
-        if material.name not in {geom.material for geom in geoms}:
-            spec.delete(material)
-    for texture in list(spec.textures):
-        if texture.name not in {name for material in spec.materials for name in material.textures}:
-            spec.delete(texture)
-    # All its files have whole paths.
-    spec.meshdir = spec.texturedir = ""
-    spec.compile()
-    return str(spec.to_xml())

@@ -1,0 +1,1 @@
+"""robosuite as a driver of RoboSandbox."""
