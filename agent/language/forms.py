@@ -459,7 +459,7 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
         place = step.place
         if before is not None and step.control and step.bare:
             raise Misfit
-        if step.distance is not None and not (step.direction or step.place):
+        if step.distance is not None and not (step.direction or step.place or step.verb == "push"):
             # "pick up the apple and another 2 cm"
             raise Misfit
         if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
