@@ -91,7 +91,7 @@ class SceneWords:
                 ]
             for way in ways:
                 table.setdefault(way[0], []).append((way, stem))
-            called = tuple(part for part in stem if part not in _DESCRIBING)
+            called: tuple[str, ...] = tuple(part for part in stem if part not in _DESCRIBING)
             if 1 < len(called) < len(stem):
                 # "the tomato sauce" for white_tomato_sauce_1
                 table.setdefault(called[0], []).append((called, called))
