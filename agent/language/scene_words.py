@@ -81,7 +81,7 @@ class SceneWords:
             told = [part in _TELLING or part in _NOUN_WORDS for part in stem]
             # "wine bottle" names by two nouns; the words of "red cube" describe.
             named = len(stem) > 1 and _DESCRIBING.isdisjoint(stem)
-            ways = [stem] if named or (any(told) and not all(told)) else []
+            ways: list[tuple[str, ...]] = [stem] if named or (any(told) and not all(told)) else []
             colours = tuple(part for part in stem if part in _COLOUR_WORDS)
             if len(colours) == 2 and stem[:2] in (colours, colours[::-1]):
                 ways += [
