@@ -45,7 +45,8 @@ def told_of(body: Steps, condition: Condition) -> Steps:
     if isinstance(place, Relation) and len(place.refs) == 1 and place.refs[0].determiner == "it" and there:
         if it and what == there:
             return ()
-        place = replace(place, refs=(there,))
+        on = isinstance(told, Is) and place.refs[0].text == "there" and told.so.relations[0].kind == "on"
+        place = replace(place, refs=(there,), kind="on" if on else place.kind)
     return (replace(first, objects=objects, place=place), *body[1:])
 
 

@@ -299,7 +299,13 @@ class Grounder(Truth):
                 # "everything that is not round": a can is round seen from above.
                 raise self._ambiguous(excluded, doubtful)
             kind = ref.nouns or ref.names
-            if excluded.text.startswith("but ") and kind and gone and not gone & {*names}:
+            if (
+                excluded.text.startswith("but ")
+                and excluded.determiner != "all"
+                and kind
+                and gone
+                and not gone & {*names}
+            ):
                 # "tap the cubes, but the cans first" leaves no can out.
                 raise RefusedError(
                     RefusalCode.UNRECOGNIZED,
