@@ -302,7 +302,7 @@ def _unable(parser: Parser, book: Ruleset, words: SceneWords) -> Refusal | None:
         verbs = [name for name in hits if name[0] == "V" and name != "VCANNOT"]
         if (
             begins
-            and any(hit.mask & base for hit in hits.get("VCANNOT", ()))
+            and any(hit.mask & base for hit in (*hits.get("VCANNOT", ()), *hits.get("VTHROW", ())))
             and (not verbs or k == 0)
             and tokens[k].text not in words.parts
         ):
