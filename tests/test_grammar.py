@@ -12,9 +12,13 @@ from support.scored import sentences
 
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.words import Words
 from robosandbox.tasks.bundled import bundled_task
-from robosandbox.types import ObservedScene, Plan, Pose, Refusal, RefusalCode
+from robosandbox.types import ObservedScene, Plan, Pose, Refusal, RefusalCode, SkillResult
+from robosandbox.world.contracts import Contract
 
 PAGE = (Path(__file__).parent.parent / "docs" / "grammar.md").read_text(encoding="utf-8")
 OPERATORS = ("almost", "never", "until", "unless", "pretend", "instead", "again", "not")
@@ -227,6 +231,26 @@ def test_what_could_be_meant_is_asked_and_not_read_farther() -> None:
         replace(cups, objects=(*cups.objects, empty)),
     )
     assert isinstance(asked, Refusal) and asked.code is RefusalCode.AMBIGUOUS, asked
+
+
+def test_what_was_not_read_is_read_anew_when_a_skill_brings_its_words() -> None:
+    class Salute(Skill):
+        """Salute."""
+
+        name = "salute"
+        words = Words(verbs=("salute smartly",))
+
+        def contract(self) -> Contract:
+            return Contract()
+
+        def run(self, ctx: SkillContext) -> SkillResult:
+            raise NotImplementedError
+
+    said, seen = "salute smartly", scene("clear_to_bin")
+    assert isinstance(StubPlanner(load_skills()).plan(said, seen), Refusal)
+    answer = StubPlanner([*load_skills(), Salute()]).plan(said, seen)
+    assert isinstance(answer, Plan) and [str(step) for step in answer.steps] == ["salute()"]
+    assert isinstance(StubPlanner(load_skills()).plan(said, seen), Refusal)
 
 
 def test_ways_to_say_something_have_three_costs() -> None:

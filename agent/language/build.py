@@ -477,4 +477,8 @@ def _acted_on(call: SkillCall) -> tuple[str, ...]:
 
 def _parties(command: Command) -> tuple[Ref, ...]:
     """Return the noun phrases of a command."""
-    return (*command.objects, *command.tower, *getattr(command.place, "refs", ()))
+    return (
+        *command.objects,
+        *command.tower,
+        *(command.place.refs if isinstance(command.place, Relation | Spot) else ()),
+    )

@@ -6,13 +6,13 @@ A clause is passed over only as a whole, from one mark to the next, where it ask
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 from robosandbox.agent.language.ruleset import Ruleset
 from robosandbox.agent.language.scene_words import SceneWords
-from robosandbox.agent.language.text import ENDS, Classes, named_in, nearest
+from robosandbox.agent.language.text import ENDS, Classes, is_called, named_in, nearest
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token, Vocabulary
 
 _NAMING = frozenset({"ID", "NAME", "COLOUR", "NUMERAL", "TOWER", "SUPER", "OWN_SIDE", "UP_ORDER", "DOWN_ORDER"})
@@ -25,9 +25,10 @@ _A_THING = 4  # Words of a description, its article among them; clauses without 
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _IT = frozenset({"it", "them"})
-_TOLD = frozenset({"it", "this", "that", "they", "you"})
-_REPORT = 3  # Words of "she told me".
-_LOST = frozenset({"it", "they"})
+# Subjects that may be the order, or who carries it out, and those that are a thing alone.
+_ORDER_SUBJECTS = frozenset({"it", "this", "that", "they", "you"})
+_THING_SUBJECTS = frozenset({"it", "they"})
+_REPORT_WORDS = 3  # Words of "she told me".
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
 
@@ -70,7 +71,7 @@ def _add(found: list[Classes], tokens: Sequence[Token], i: int, parts: frozenset
     lists = vocabulary.lists
     opens, tells = _opens(tokens, i, lists["openers"]), tokens[i].text in lists["talk"]
     end = next((k for k in range(i, len(tokens)) if tokens[k].text in ENDS), len(tokens))
-    if opens and "UNKNOWN" in found[i] and _is_called(tokens, i):
+    if opens and "UNKNOWN" in found[i] and is_called(tokens, i):
         # "Marta, tap the can" is said to somebody else.
         return
     # "dinner is late so tap the can": the order begins behind it.
@@ -119,23 +120,8 @@ def _add_until(
     def add(name: str) -> None:
         found[i].setdefault(name, []).append(Hit(clause.end, None, EVERYTHING))
 
-    # "after lunch", "or I will", "while I hold it": when, or on what condition, it is to be done.
-    own = told[0] == "while" and told[1] in lists["persons"] and _IT.isdisjoint(told) if len(told) > 1 else False
-    adjoined = not own and not lists["adjoining"].isdisjoint((told[0], first))
-    # "the moment the kettle boils"
-    adjoined |= told[0] == "the" and told[1:2] != [] and told[1] in lists["moments"]
-    # "the middle one first"
-    adjoined |= not person and told[-1] in ("first", "last", "tomorrow", "tonight", "later")
-    # "it has to be done in silence", "do it blindfolded": how it is to be done; "I don't think so" takes it back.
     obliging = not lists["obliging"].isdisjoint(told) or any(map(_obliges, pairwise(told)))
-    adjoined |= first in _TOLD and obliging
-    # "..., she told me", "..., I don't want that"
-    adjoined |= i > 0 and len(told) <= _REPORT and told[1:2] != [] and told[1] in lists["reporting"]
-    adjoined |= i > 0 and clause.denies and clause.wishing and told[-1] in ("that", "this", "it")
-    # "backwards: ..." says how; "here is the thing: ..." nothing.
-    adjoined |= first not in lists["subjects"] and mark == ":"
-    adjoined |= told[0] in ("rather", "instead")
-    adjoined |= (first == "do" and not clause.denies) or (clause.denies and told[-1] == "so")
+    adjoined = _is_adjoined(told, first, clause, lists, mark, person=person, behind=i > 0, obliging=obliging)
     if opens and not (clause.named or adjoined) and (person or not (clause.bearing and clause.denies)):
         add("CHAT")
     if opens and clause.named and person and not clause.denies and whole and "so" not in told[1:]:
@@ -166,13 +152,53 @@ def _add_until(
             add("SAID")
 
 
+def _is_adjoined(
+    told: Sequence[str],
+    first: str,
+    clause: _Clause,
+    lists: Mapping[str, frozenset[str]],
+    mark: str,
+    *,
+    person: bool,
+    behind: bool,
+    obliging: bool,
+) -> bool:
+    """Say whether a clause tells when, how or on what condition something is to be done, or takes it back.
+
+    Args:
+        told: Its words.
+        first: The first of them that does not only open it.
+        clause: Its properties.
+        lists: Those of the language.
+        mark: What stands behind it.
+        person: Somebody is its subject.
+        behind: It does not begin the sentence.
+        obliging: It has a word of what must be.
+    """
+    own = told[0] == "while" and len(told) > 1 and told[1] in lists["persons"] and _IT.isdisjoint(told)
+    second = told[1] if len(told) > 1 else ""
+    return (
+        # "after lunch", "or I will", "while I hold it"
+        (not own and not lists["adjoining"].isdisjoint((told[0], first)))
+        # "the moment the kettle boils"
+        or (told[0] == "the" and second in lists["moments"])
+        # "the middle one first"
+        or (not person and told[-1] in ("first", "last", "tomorrow", "tonight", "later"))
+        # "it has to be done in silence", "do it blindfolded"
+        or (first in _ORDER_SUBJECTS and obliging)
+        or (first == "do" and not clause.denies)
+        # "..., she told me", "..., I don't want that", "..., I don't think so"
+        or (behind and len(told) <= _REPORT_WORDS and second in lists["reporting"])
+        or (behind and clause.denies and clause.wishing and told[-1] in ("that", "this", "it"))
+        or (clause.denies and told[-1] == "so")
+        # "backwards: ..."; "here is the thing: ..." tells nothing of it.
+        or (first not in lists["subjects"] and mark == ":")
+        or told[0] in ("rather", "instead")
+    )
+
+
 def _obliges(pair: tuple[str, str]) -> bool:
     return pair[0] in ("has", "have", "need", "needs") and pair[1] == "to"
-
-
-def _is_called(tokens: Sequence[Token], i: int) -> bool:
-    """Say whether a word is written as a name and set apart as one who is spoken to."""
-    return tokens[i].raw[:1].isupper() and [token.text for token in tokens[i + 1 : i + 2]] == [","]
 
 
 def _is_act(word: str | None, vocabulary: Vocabulary) -> bool:
@@ -225,7 +251,7 @@ def _clause(
         cued = (
             end > i
             and tokens[end - 1].text in lists["cues"]
-            and not (tokens[end - 1].text == "not" and opening in _LOST)
+            and not (tokens[end - 1].text == "not" and opening in _THING_SUBJECTS)
         )
         if not tells and ((end == i and opens) or cued):
             begins = (end == i and not i) or (end > i and tokens[end - 1].text in ("you", "then"))

@@ -101,7 +101,6 @@ def _may_ask(language: str, prompt: str) -> bool:
     return "?" in prompt or not _signs("asks")[language].isdisjoint(first)
 
 
-@lru_cache(maxsize=32)
 def read_in(language: str, prompt: str, ids: tuple[str, ...]) -> Readings | Refusal:
     """Return the readings of a sentence, the plainest first, or a refusal that names what was not understood.
 
@@ -110,7 +109,13 @@ def read_in(language: str, prompt: str, ids: tuple[str, ...]) -> Readings | Refu
         prompt: What was said.
         ids: Those of the scene.
     """
-    book, words = ruleset(language), scene_words(ids)
+    return _read_by(ruleset(language), prompt, ids)
+
+
+# By the rules themselves: a skill that brings its words makes other ones of them, and what was read before is read anew.
+@lru_cache(maxsize=32)
+def _read_by(book: Ruleset, prompt: str, ids: tuple[str, ...]) -> Readings | Refusal:
+    words = scene_words(ids)
     try:
         told = said(prompt, words, book)
         if not told.tokens:
@@ -149,7 +154,6 @@ def read_in(language: str, prompt: str, ids: tuple[str, ...]) -> Readings | Refu
     return refused or _not_understood(parser, book, words)
 
 
-@lru_cache(maxsize=32)
 def questions_in(language: str, prompt: str, ids: tuple[str, ...]) -> tuple[Question, ...] | Refusal:
     """Return what a sentence may ask, the plainest first, or a refusal of a question that is not known; nothing for an order.
 
@@ -158,9 +162,12 @@ def questions_in(language: str, prompt: str, ids: tuple[str, ...]) -> tuple[Ques
         prompt: What was said.
         ids: Those of the scene.
     """
-    if not _may_ask(language, prompt):
-        return ()
-    book, words = ruleset(language), scene_words(ids)
+    return _asked_by(ruleset(language), prompt, ids) if _may_ask(language, prompt) else ()
+
+
+@lru_cache(maxsize=32)
+def _asked_by(book: Ruleset, prompt: str, ids: tuple[str, ...]) -> tuple[Question, ...] | Refusal:
+    words = scene_words(ids)
     try:
         told = said(prompt, words, book)
         if not told.tokens:

@@ -81,7 +81,7 @@ def said(prompt: str, words: SceneWords, book: Ruleset, *, mend: bool = False) -
             [
                 part
                 for k, token in enumerate(found)
-                for part in _known(token, words, book, mend and not _is_called(found, k))
+                for part in _known(token, words, book, mend and not is_called(found, k))
             ],
             words,
         )
@@ -130,9 +130,9 @@ def _known(token: Token, words: SceneWords, book: Ruleset, mend: bool) -> Iterat
         yield Token(part, token.raw if k == 0 else "", "word")
 
 
-def _is_called(tokens: Sequence[Token], k: int) -> bool:
+def is_called(tokens: Sequence[Token], k: int) -> bool:
     """Say whether a word is written as a name and set apart, as who is spoken to is: no slip of anything."""
-    return tokens[k].raw[:1].isupper() and tokens[k + 1 : k + 2] != [] and tokens[k + 1].text == ","
+    return tokens[k].raw[:1].isupper() and k + 1 < len(tokens) and tokens[k + 1].text == ","
 
 
 def _joined(tokens: Sequence[Token], words: SceneWords) -> Iterator[Token]:
@@ -162,7 +162,11 @@ def _run_together(words: SceneWords) -> Mapping[str, tuple[str, str]]:
 def named_in(words: SceneWords, vocabulary: Vocabulary) -> Mapping[str, tuple[str, int]]:
     """Return the words of a scene's ids, inflected as the language's names are, with what each agrees with."""
     # "the cookie box" for what is called cookies
-    singles = {part[:-1]: (part, vocabulary.singular) for part in words.parts if len(part) > 3 and part.endswith("s")}
+    singles = {
+        part[:-1]: (part, vocabulary.singular)
+        for part in words.parts
+        if len(part) > 3 and part.endswith("s") and not part.endswith("ss")
+    }
     return singles | {
         form: (part, mask) for part in sorted(words.parts) for form, mask in vocabulary.named(part).items() if form not in words.parts
     } | {part: (part, vocabulary.named(part)[part]) for part in words.parts}  # fmt: skip
@@ -232,7 +236,8 @@ def _without_courtesies(told: Sequence[Token], words: SceneWords, vocabulary: Vo
     i = 0
     while i < len(told):
         token = told[i]
-        verb = max((hit.end for name, hit in vocabulary.at(told, i) if name.startswith("V_")), default=i)
+        hits = list(vocabulary.at(told, i))
+        verb = max((hit.end for name, hit in hits if name.startswith("V_")), default=i)
         if verb > i + 1:
             # "go half as fast": no word of a skill's own verb goes.
             kept += told[i:verb]
@@ -240,7 +245,7 @@ def _without_courtesies(told: Sequence[Token], words: SceneWords, vocabulary: Vo
             continue
         joined = any(each.text in ENDS or vocabulary.is_form(each.text, "AND") for each in kept)
         passing = ("COURTESY", "MANNER", "IN_TURN" if joined else "AT_FIRST")
-        ends = {name: hit.end for name, hit in vocabulary.at(told, i) if name in passing}
+        ends = {name: hit.end for name, hit in hits if name in passing}
         following = told[max(ends.values())].text if ends and max(ends.values()) < len(told) else ""
         described = kept and kept[-1].text in vocabulary.lists.get("determiners", ())
         # "the gentle giant" is called so, "a gentle push" is how.

@@ -1,4 +1,4 @@
-"""What MuJoCo 3.17 calls otherwise than the MuJoCo that robosuite 1.5.2 was written for; its files are left as they are.
+"""Names of the MuJoCo that robosuite 1.5.2 was written for, given to MuJoCo 3.17; robosuite's files are left as they are.
 
 To be imported before an environment is made.
 """

@@ -1,4 +1,4 @@
-"""What the driver `ros2` promises, each tried before a plant: python -m robosandbox_ros2.claims [NAME ...].
+"""Promises of the driver `ros2`, each tried before a plant: python -m robosandbox_ros2.claims [NAME ...].
 
 In a project of its own as pytest is none of its needs; `tests/test_ros2.py` runs each as a test.
 """

@@ -253,7 +253,7 @@ class _RosArm(BareArm):
 
     @property
     def moves(self) -> bool:
-        """Whether the controller is at something that was sent from here."""
+        """True while the controller works on something that was sent from here."""
         return self._sent is not None and self._sent.outcome is None
 
     def state(self) -> ArmState:

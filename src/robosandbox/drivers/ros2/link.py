@@ -340,7 +340,7 @@ class RosLink:
 
     @property
     def is_cancelling(self) -> bool:
-        """Whether a cancel was not answered yet: it would end what is sent meanwhile."""
+        """True until every cancel is answered: one would end what is sent meanwhile."""
         return any(not one.done() for one in self._cancels)
 
     def forget_cancels(self) -> None:

@@ -17,7 +17,7 @@ _LOOK_SECONDS = 0.005
 
 
 class RosSenses(BareSenses):
-    """What the topics of cameras and of a wrench tell.
+    """Readings of the topics of cameras and of a wrench.
 
     Args:
         driver: Whose.
