@@ -57,12 +57,6 @@ def inflections(verb: str) -> tuple[str, ...]:
     return (verb, third, stem + "ing", stem + "ed")
 
 
-def forms(phrase: str) -> tuple[str, ...]:
-    """Return every inflected form of a verb phrase ("pick up" -> "picking up", ...)."""
-    first, _, rest = phrase.partition(" ")
-    return tuple(f"{form} {rest}".strip() for form in inflections(first))
-
-
 def plural(noun: str) -> str:
     """Return the plural of a noun, or of a noun phrase by its last word."""
     if noun.endswith(("s", "x", "ch", "sh")):

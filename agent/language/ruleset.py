@@ -124,7 +124,9 @@ class Ruleset:
         self.written: dict[str, Rule] = {}
         self.rules: dict[str, Rule] = {}
         self.bits: dict[str, int] = {}
-        places: dict[str, list[str]] = {}
+        # Names of its rules, each behind those that it names, as far as none of them names it as well.
+        self._order: list[str] = []
+        self._places: dict[str, list[str]] = {}
         for source, text in texts.items():
             head = ""
             for number, line in logical_lines(text):
@@ -133,10 +135,17 @@ class Ruleset:
                 except (ValueError, KeyError, IndexError) as error:
                     raise LexiconError(f"{source}, line {number}: {line.strip()!r}: {error}") from error
                 if line.startswith(" ") and head in self.written:
-                    places.setdefault(head, []).append(f"{source}, line {number}: {line.strip()!r}")
+                    self._places.setdefault(head, []).append(f"{source}, line {number}: {line.strip()!r}")
+        for name in (*self.vocabulary.classes, *BUILT_IN):
+            self._bit(name)
         for rule in self.written.values():
             if not rule.takes:
-                self._expanded(rule.name, (), places)
+                self._expanded(rule.name, ())
+        named = {name.partition("(")[0] for name in self.rules}
+        for rule in self.written.values():
+            if rule.name not in named:
+                # Nothing uses it yet; what is malformed in it is told all the same.
+                self._expanded(rule.name, ("WORD",) * len(rule.takes))
         self._close()
 
     @property
@@ -180,9 +189,6 @@ class Ruleset:
         """Take in a line below a head, and return the head that the next line stands below."""
         if line.startswith(" ") and (line.strip() + " ").startswith("= "):
             self.written[head].source.append(line.strip())
-            if self.written[head].takes:
-                # What is malformed is told here, with its line; of other rules, where they are expanded.
-                self._way(line.strip()[1:], {}, None)
             return head
         if line.startswith(" "):
             self.vocabulary.add_line(head, line.strip())
@@ -201,32 +207,36 @@ class Ruleset:
             raise LexiconError(f"{rule.name} is written already, and becomes {known.form or 'no form'}")
         return rule.name
 
-    def _expanded(self, name: str, args: tuple[str, ...], places: Mapping[str, list[str]] | None) -> str:
+    def _bit(self, name: str) -> int:
+        """Return the bit of a class, or of a word, as '"it'."""
+        return self.bits.setdefault(name, 1 << len(self.bits))
+
+    def _expanded(self, name: str, args: tuple[str, ...]) -> str:
         """Return the name of a rule about given phrases, made the first time that it is asked for."""
         full = f"{name}({' '.join(args)})" if args else name
-        if full not in self.rules and places is not None:
-            written = self.written[name]
-            if len(args) != len(written.takes):
-                raise LexiconError(f"{full} gives {len(args)} phrases to {name}, which takes {len(written.takes)}")
-            rule = self.rules[full] = Rule(full, written.form)
-            given = dict(zip(written.takes, args, strict=True))
-            for k, source in enumerate(written.source):
-                try:
-                    rule.ways.append(self._way(source[1:], given, places))
-                except LexiconError as error:
-                    told = str(error) if ", line " in str(error) else f"{places[name][k]}: {name} {error}"
-                    raise LexiconError(told) from None
+        if full in self.rules:
+            return full
+        written = self.written[name]
+        if len(args) != len(written.takes):
+            raise LexiconError(f"{full} gives {len(args)} phrases to {name}, which takes {len(written.takes)}")
+        rule = self.rules[full] = Rule(full, written.form)
+        given = dict(zip(written.takes, args, strict=True))
+        for k, source in enumerate(written.source):
+            try:
+                rule.ways.append(self._way(source[1:].strip(), given))
+            except LexiconError as error:
+                told = str(error) if ", line " in str(error) else f"{self._places[name][k]}: {name} {error}"
+                raise LexiconError(told) from None
+        self._order.append(full)
         return full
 
-    def _way(self, text: str, given: Mapping[str, str], places: Mapping[str, list[str]] | None) -> Way:
-        ways, rest, _ = self._alternatives(text.strip(), 0, given, places)
-        if rest != len(text.strip()):
-            raise LexiconError(f"{text.strip()[rest:]!r} closes nothing")
+    def _way(self, text: str, given: Mapping[str, str]) -> Way:
+        ways, rest, _ = self._alternatives(text, 0, given)
+        if rest != len(text):
+            raise LexiconError(f"{text[rest:]!r} closes nothing")
         return ways[0] if len(ways) == 1 else Way([Item("group", "", ways=ways)])
 
-    def _alternatives(
-        self, text: str, i: int, given: Mapping[str, str], places: Mapping[str, list[str]] | None
-    ) -> tuple[list[Way], int, str]:
+    def _alternatives(self, text: str, i: int, given: Mapping[str, str]) -> tuple[list[Way], int, str]:
         """Return what stands between bars from `i` to the end or a closing bracket, where that ends, and its repeat."""
         ways = [Way()]
         while i < len(text):
@@ -234,62 +244,58 @@ class Ruleset:
             if match is None:
                 raise LexiconError(f"{text[i:]!r} is no part of a rule")
             i = match.end()
-            if match["open"]:
-                inner, i, again = self._alternatives(text, i, given, places)
-                kind = "order" if match["open"] == "[" else "group"
-                ways[-1].items.append(Item(kind, "", ways=inner, repeat=again))
-            elif match["close"]:
-                return ways, i, match["again"]
-            elif match["bar"]:
-                ways.append(Way())
-            elif match["cost"]:
-                ways[-1].cost += COSTS[len(match["cost"])]
-            elif match["field"]:
-                label = match["field"]
-                ways[-1].fields.append((label.rstrip("+"), _constant(match["value"]), label.endswith("+")))
-            else:
-                ways[-1].items.append(self._item(match, given, places))
+            match match.lastgroup:
+                case "open":
+                    inner, i, again = self._alternatives(text, i, given)
+                    kind = "order" if match["open"] == "[" else "group"
+                    ways[-1].items.append(Item(kind, "", ways=inner, repeat=again))
+                case "again":
+                    return ways, i, match["again"]
+                case "bar":
+                    ways.append(Way())
+                case "cost":
+                    ways[-1].cost += COSTS[len(match["cost"])]
+                case "value":
+                    label = match["field"]
+                    ways[-1].fields.append((label.rstrip("+"), _constant(match["value"]), label.endswith("+")))
+                case _:
+                    ways[-1].items.append(self._item(match, given))
         return ways, i, ""
 
-    def _item(self, match: re.Match[str], given: Mapping[str, str], places: Mapping[str, list[str]] | None) -> Item:
-        label = match["label"] or ""
-        item = Item(
-            "word",
-            self.vocabulary.folded(match["word"] or ""),
-            label=label.rstrip("+"),
-            more=label.endswith("+"),
-            agree=match["agree"] or "",
-            no=bool(match["no"]),
-            only=self.vocabulary.mask(match["only"]) if match["only"] else 0,
-            repeat=match["repeat"],
+    def _item(self, match: re.Match[str], given: Mapping[str, str]) -> Item:
+        label, agree, no, word, ref, args, only, repeat = match.group(
+            "label", "agree", "no", "word", "ref", "args", "only", "repeat"
         )
-        if match["ref"]:
-            ref = given.get(match["ref"], match["ref"])
-            args = tuple(given.get(arg, arg) for arg in (match["args"] or "").split())
-            item.kind = "over" if ref == "OVER" else "rule" if ref in self.written else "class"
-            item.name = self._expanded(ref, args, places) if item.kind == "rule" else ref
-            if (
-                places is not None
-                and item.kind == "class"
-                and ref not in self.vocabulary.classes
-                and ref not in BUILT_IN
-            ):
-                raise LexiconError(f"names {ref}, which is no rule and no class of words")
-            if places is not None and item.kind == "rule" and item.label and not self.rules[item.name].form:
+        item = Item("word", self.vocabulary.folded(word or ""), agree=agree or "", no=bool(no), repeat=repeat)
+        if label:
+            item.label, item.more = label.rstrip("+"), label.endswith("+")
+        if only:
+            item.only = self.vocabulary.mask(only)
+        ref = given.get(ref, ref)
+        if ref in self.written:
+            phrases = tuple(given.get(arg, arg) for arg in args.split()) if args else ()
+            item.kind, item.name = "rule", self._expanded(ref, phrases)
+            if item.label and not self.rules[item.name].form:
                 raise LexiconError(f"fills {item.label} with {item.name}, which has no form")
+        else:
+            if ref:
+                item.kind, item.name = "over" if ref == "OVER" else "class", ref
+                if ref not in self.vocabulary.classes and ref not in BUILT_IN:
+                    raise LexiconError(f"names {ref}, which is no rule and no class of words")
+            item.first = self._bit(ref or '"' + item.name)
+            item.empty = item.no or bool(repeat)
+            item.needs = 0 if item.empty or ref == "OVER" else item.first
         return item
 
     def _close(self) -> None:
         """Find out what each part may begin with and what it needs, and that none begins with itself."""
-        for name in (*self.vocabulary.classes, *BUILT_IN):
-            self.bits[name] = 1 << len(self.bits)
         naming: dict[str, set[str]] = {}
         for rule in self.rules.values():
             rule.needs = -1
             for name in _named(rule.ways):
                 naming.setdefault(name, set()).add(rule.name)
-        # What a rule may begin with depends on those that it names, which were expanded after it and come first here.
-        todo = dict.fromkeys(reversed(self.rules))
+        # What a rule may begin with depends on those that it names, which come first here.
+        todo = dict.fromkeys(self._order)
         while todo:
             rule = self.rules[next(iter(todo))]
             del todo[rule.name]
@@ -304,7 +310,8 @@ class Ruleset:
         for way in ways:
             way.first, way.empty, way.needs = 0, True, 0
             for item in way.items:
-                self._close_item(item)
+                if item.kind in ("rule", "group", "order"):
+                    self._close_item(item)
                 if way.empty and not item.no:
                     way.first |= item.first
                     way.empty = item.empty
@@ -315,23 +322,18 @@ class Ruleset:
 
     def _close_item(self, item: Item) -> None:
         match item.kind:
-            case "word" | "class":
-                key = item.name if item.kind == "class" else '"' + item.name
-                item.first = item.needs = self.bits.setdefault(key, 1 << len(self.bits))
             case "rule":
                 rule = self.rules[item.name]
                 item.first, item.empty, item.needs = rule.first, rule.empty, rule.needs
             case "group":
                 item.first, item.empty, item.needs = self._closed(item.ways)
-            case "order":
+            case _:
                 self._closed(item.ways)
                 parts = item.ways[0].items
                 item.first, item.needs = 0, item.ways[0].needs
                 for part in parts:
                     item.first |= part.first
                 item.empty = all(part.empty for part in parts)
-            case _:
-                item.first, item.empty = self.bits["OVER"], False
         if item.no:
             item.empty, item.needs = True, 0
         item.empty = item.empty or bool(item.repeat)

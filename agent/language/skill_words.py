@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 from robosandbox.agent.language.discourse import RefusedError
-from robosandbox.agent.language.inflection import forms
+from robosandbox.agent.language.inflection import inflections
 from robosandbox.agent.language.intent import Ref
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import RefusalCode
@@ -133,24 +133,40 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     for verb in words.verbs:
         begins, _, after = verb.partition("{}")
         behind.setdefault(after.strip(), []).append(begins.strip())
-    for g, verbs in enumerate(behind.values()):
-        yield f"V_{own}_{g}".upper()
-        for verb in dict.fromkeys(verbs):
-            told = ", ".join(f"{form}({name})" for form, name in zip(forms(verb), _FORMS, strict=False))
-            yield f"  {verb} = {told}"
+    told: list[tuple[str, str]] = []
+    for after, verbs in behind.items():
+        # "move the hand", "move your arm", "bring the hand", ...: a verb and what follows it are classes of their own.
+        followed: dict[str, dict[str, None]] = {}
+        for verb in verbs:
+            first, _, rest = verb.partition(" ")
+            followed.setdefault(first, {})[rest] = None
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for first, behind_it in followed.items():
+            alike.setdefault(tuple(behind_it), []).append(first)
+        for follows, firsts in alike.items():
+            name = f"V_{own}_{len(told)}".upper()
+            yield name
+            for first in firsts:
+                inflected = zip(inflections(first), _FORMS, strict=False)
+                yield f"  {first} = {', '.join(f'{form}({kind})' for form, kind in inflected)}"
+            rests = [rest for rest in follows if rest]
+            if rests:
+                yield f"WITH_{name}"
+                yield f"  {', '.join(rests)}"
+            optional = "?" if "" in follows else ""
+            told.append((f"&{name}{f' WITH_{name}{optional}' if rests else ''}", after))
     for j, slot in enumerate(words.slots):
         yield from _slot(f"{own}_{j}", slot)
     if words.slots:
         yield f"said_with_{own}"
         yield from (f"  = slots+:said_{own}_{j}" for j in range(len(words.slots)))
     yield "acts"
-    for g, after in enumerate(behind):
-        verb = f"&V_{own}_{g}".upper()
-        thing = " objects" if words.object else ""
+    with_it = f"said_with_{own}"
+    most = min(_MOST_SLOTS, len(words.slots))
+    slots = f" ({with_it}{f' (slot_joint? {with_it})?' * (most - 1)} stays_there?)?" if most else ""
+    thing = " objects" if words.object else ""
+    for verb, after in told:
         rest = "".join(f' "{word}"' for word in after.split())
-        with_it = f"said_with_{own}"
-        most = min(_MOST_SLOTS, len(words.slots))
-        slots = f" ({with_it}{f' (slot_joint? {with_it})?' * (most - 1)} stays_there?)?" if most else ""
         yield f"  = verb=worded skill={skill} way={k} {verb}{thing}{rest}{slots}"
 
 

@@ -237,11 +237,14 @@ def _without_courtesies(told: Sequence[Token], words: SceneWords, vocabulary: Vo
     while i < len(told):
         token = told[i]
         hits = list(vocabulary.at(told, i))
-        verb = max((hit.end for name, hit in hits if name.startswith("V_")), default=i)
-        if verb > i + 1:
-            # "go half as fast": no word of a skill's own verb goes.
-            kept += told[i:verb]
-            i = verb
+        own = max(
+            (after.end for name, hit in hits for what, after in vocabulary.at(told, hit.end) if what == f"WITH_{name}"),
+            default=i,
+        )
+        if own > i:
+            # "go half as fast", "slow down": no word of a skill's own verb goes.
+            kept += told[i:own]
+            i = own
             continue
         joined = any(each.text in ENDS or vocabulary.is_form(each.text, "AND") for each in kept)
         passing = ("COURTESY", "MANNER", "IN_TURN" if joined else "AT_FIRST")

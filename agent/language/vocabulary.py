@@ -291,29 +291,31 @@ class Vocabulary:
         if match is None:
             raise LexiconError(f"{written!r} is no form")
         name, table = section[0], "".join(section[1:])
-        stem: str = match["stem"]
-        if match["table"] in self._tables and match["mask"] is None:
-            table = match["table"]
-        elif match["table"]:
-            stem = f"{match['table']} {stem}"
+        prefix, stem, mask = match.groups()
+        if prefix in self._tables and mask is None:
+            table = prefix
+        elif prefix:
+            stem = f"{prefix} {stem}"
         value = stem if value is None else value
-        if match["mask"] is not None:
-            forms: Iterable[tuple[str, int]] = [(stem, self.mask(match["mask"]))]
-        else:
-            forms = self._inflected(stem, self._tables[table]) if table else [(stem, EVERYTHING)]
+        forms: Iterable[tuple[str, int]] = ((stem, EVERYTHING),)
+        if mask is not None:
+            forms = ((stem, self.mask(mask)),)
+        elif table:
+            forms = self._inflected(stem, self._tables[table])
         masks: dict[str, int] = {}
-        for form, mask in forms:
-            for folded in {self.folded(form): None, self.folded(replaced(form, self.typed)): None}:
-                masks[folded] = masks.get(folded, 0) | mask
+        for form, bits in forms:
+            for spelled_so in dict.fromkeys((form, replaced(form, self.typed))) if self.typed else (form,):
+                folded = self.folded(spelled_so)
+                masks[folded] = masks.get(folded, 0) | bits
         self.classes.setdefault(name, {}).setdefault(value, []).append(written)
-        for form, mask in masks.items():
-            node = self._tree
+        self._forms.setdefault(name, set()).update(masks)
+        for form, bits in masks.items():
             words = form.split()
+            self.words.update(words)
+            node = self._tree
             for word in words:
                 node = node.setdefault(word, {})
-            node.setdefault("", []).append((name, value, mask))
-            self._forms.setdefault(name, set()).add(form)
-            self.words.update(words)
+            node.setdefault("", []).append((name, value, bits))
 
     def _inflected(self, stem: str, table: _Table) -> Iterator[tuple[str, int]]:
         word, space, rest = stem.partition(" ") if table.first else ("", "", stem)
