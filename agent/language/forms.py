@@ -284,6 +284,14 @@ def _command(values: dict[str, Any], text: str) -> Any:
             )
             for level, ref in values["order"]
         )
+    named = values.pop("namely", ())
+    if named:
+        # "put two of the cans in the box: the tall one and the red one"
+        whole = values.get("objects", ())
+        if len(whole) != 1 or whole[0].number != len(named) or any(ref.plural for ref in named):
+            raise Misfit
+        kind = replace(whole[0], determiner="a", number=None, total=None, plural=False)
+        values["objects"] = tuple(replace(_of_kind(ref, kind), told_to_be=(kind,)) for ref in named)
     part = values.pop("part", ())
     if part:
         # "put the cans in the box, but only the tall one"
