@@ -3,7 +3,7 @@
     uv run benchmarks/parts.py [--only drawer door] [--arms panda ur5e xarm] [--json FILE]
 
 Each model is opened unedited as a scene's file, with an arm in place of its own robot or, where it has none, where most is in reach. Each
-part is moved by the skill that a person would name for it, and back again. Judged by the joint's value in the simulated state, of
+part is brought to where a person would want it, by a relation as a goal, and back again. Judged by the joint's value in the simulated state, of
 which a share of the way from where it stood is told: half of it is open or turned, 0.7 of it at any moment pressed, within a tenth of it shut
 again. Ends with 1 where something was claimed that is not so.
 """
@@ -15,6 +15,7 @@ import json
 import logging
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -32,87 +33,79 @@ from robosandbox.sim.saved_state import put_state
 from robosandbox.workcell.session import open_session
 from robosandbox.world.parts import is_part, joint_of
 
-METAWORLD, ROBOSUITE = "metaworld==3.1.1", "robosuite==1.5.2"
-_SAWYER, _OBJECTS = "metaworld/assets/sawyer_xyz/sawyer", "robosuite/models/assets/objects"
-# Name -> wheel, model, and the skill that moves its part and the one that moves it back.
+METAWORLD = "metaworld==3.1.1"
+_SAWYER = "metaworld/assets/sawyer_xyz/sawyer"
+# Name -> wheel, model, and the relation to be brought about of its part, and then the one back.
 MODELS: dict[str, tuple[str, str, tuple[str, str]]] = {
-    "drawer": (METAWORLD, f"{_SAWYER}_drawer.xml", ("open", "close")),
-    "door": (METAWORLD, f"{_SAWYER}_door_pull.xml", ("open", "close")),
-    "window": (METAWORLD, f"{_SAWYER}_window.xml", ("open", "close")),
-    "window, horizontal": (METAWORLD, f"{_SAWYER}_window_horizontal.xml", ("open", "close")),
-    "laptop": (METAWORLD, f"{_SAWYER}_laptop.xml", ("close", "open")),
-    "button": (METAWORLD, f"{_SAWYER}_button_press.xml", ("press", "")),
-    "button, from above": (METAWORLD, f"{_SAWYER}_button_press_topdown.xml", ("press", "")),
-    "coffee machine": (METAWORLD, f"{_SAWYER}_coffee.xml", ("press", "")),
-    "handle": (METAWORLD, f"{_SAWYER}_handle_press.xml", ("press", "")),
-    "handle, sideways": (METAWORLD, f"{_SAWYER}_handle_press_sideways.xml", ("press", "")),
-    "lever": (METAWORLD, f"{_SAWYER}_lever_pull.xml", ("turn_on", "turn_off")),
-    "faucet": (METAWORLD, f"{_SAWYER}_faucet.xml", ("turn_on", "turn_off")),
-    "dial": (METAWORLD, f"{_SAWYER}_dial.xml", ("turn_on", "turn_off")),
-    "door lock": (METAWORLD, f"{_SAWYER}_door_lock.xml", ("turn_on", "turn_off")),
-    "robosuite's door": (ROBOSUITE, f"{_OBJECTS}/door.xml", ("open", "close")),
-    "robosuite's door with a latch": (ROBOSUITE, f"{_OBJECTS}/door_lock.xml", ("open", "close")),
+    "drawer": (METAWORLD, f"{_SAWYER}_drawer.xml", ("open", "closed")),
+    "door": (METAWORLD, f"{_SAWYER}_door_pull.xml", ("open", "closed")),
+    "window": (METAWORLD, f"{_SAWYER}_window.xml", ("open", "closed")),
+    "window, horizontal": (METAWORLD, f"{_SAWYER}_window_horizontal.xml", ("open", "closed")),
+    "laptop": (METAWORLD, f"{_SAWYER}_laptop.xml", ("open", "closed")),
+    "button": (METAWORLD, f"{_SAWYER}_button_press.xml", ("pressed", "")),
+    "button, from above": (METAWORLD, f"{_SAWYER}_button_press_topdown.xml", ("pressed", "")),
+    "coffee machine": (METAWORLD, f"{_SAWYER}_coffee.xml", ("pressed", "")),
+    "handle": (METAWORLD, f"{_SAWYER}_handle_press.xml", ("pressed", "")),
+    "handle, sideways": (METAWORLD, f"{_SAWYER}_handle_press_sideways.xml", ("pressed", "")),
+    "lever": (METAWORLD, f"{_SAWYER}_lever_pull.xml", ("turned_to 1", "turned_to 0")),
+    "faucet": (METAWORLD, f"{_SAWYER}_faucet.xml", ("turned_to 1", "turned_to 0")),
+    "dial": (METAWORLD, f"{_SAWYER}_dial.xml", ("turned_to 1", "turned_to 0")),
+    "door lock": (METAWORLD, f"{_SAWYER}_door_lock.xml", ("turned_to 1", "turned_to 0")),
 }
 ROBOTS = {"panda": "", "ur5e": "UR5e + 2F-85 MJCF", "xarm": "xArm6 with gripper URDF"}
 _MOVED, _PRESSED, _SHUT = 0.5, 0.7, 0.1
 
 
-def moved(file: Path, robot: dict[str, Any], skills: tuple[str, str]) -> list[dict[str, Any]]:
+def moved(file: Path, robot: dict[str, Any], goals: tuple[str, str]) -> list[dict[str, Any]]:
     """Move each part of a model and move it back, in a world of its own; a row for each act."""
     rows: list[dict[str, Any]] = []
     with open_session(scene=file, seed=0, **robot) as cell:
         parts = [item.id for item in cell.observe().objects if is_part(item)]
     if not parts:
-        return [{"skill": "", "claimed": False, "so": False, "said": "no part was found"}]
+        return [{"goal": "", "claimed": False, "so": False, "said": "no part was found"}]
     for part in parts:
         with open_session(scene=file, seed=0, **robot) as cell:
             plant = plant_of(cell.driver)
             joint = joint_of(next(item for item in cell.observe().objects if item.id == part))
-            address = _address(plant, joint)
-            far = joint.high if joint.shut == joint.low else joint.low
-            now = _state(plant)
-            begun = float(now.qpos[address])
-            shares: list[float] = []
-
-            def share(address: int = address, joint: PartJoint = joint, far: float = far, now: Any = now) -> float:
-                return float((_state(plant, now).qpos[address] - joint.shut) / (far - joint.shut))
-
+            share, shares = _share_of(plant, joint), list[float]()
             cell.driver.subscribe(lambda shares=shares, share=share: shares.append(share()))
-            for skill in filter(None, skills):
-                if skill == skills[1] and not rows[-1]["so"]:
+            for goal in filter(None, goals):
+                if goal == goals[1] and not rows[-1]["so"]:
                     break
                 del shares[:]
-                row: dict[str, Any] = {"part": part, "skill": skill, "begun": round(begun, 3)}
+                row: dict[str, Any] = {"part": part, "goal": goal}
                 start = time.perf_counter()
-                try:
-                    cell.do(skill, part=part)
-                    row["claimed"] = True
-                except RoboSandboxError as error:
-                    row |= {"claimed": False, "code": getattr(error, "code", ""), "said": str(error)[:200]}
+                relation, _, to = goal.partition(" ")
+                episode = cell.achieve(f"{relation}({part}{', ' + to if to else ''})")
+                row["claimed"] = episode.success
+                if not episode.success:
+                    row["said"] = str(episode.error or episode.final_reason)[:200]
                 shares.append(share())
                 row["so"] = {
-                    "press": max(shares) >= _PRESSED,
-                    "close": shares[-1] <= _SHUT,
-                    "turn_off": shares[-1] <= _SHUT,
-                }.get(skill, shares[-1] >= _MOVED)
+                    "pressed": max(shares) >= _PRESSED,
+                    "closed": shares[-1] <= _SHUT,
+                    "turned_to 0": shares[-1] <= _SHUT,
+                    "turned_to 1": shares[-1] >= 1.0 - _SHUT,
+                }.get(goal, shares[-1] >= _MOVED)
                 rows.append(row | {"share": round(shares[-1], 3), "seconds": round(time.perf_counter() - start, 1)})
     return rows
 
 
-def _address(plant: MuJoCoBackend, joint: PartJoint) -> int:
-    """Return where in qpos the joint is that has a part's kind and range and turns or slides where it does."""
-    model, data = plant.world.model, _state(plant)
+def _share_of(plant: MuJoCoBackend, joint: PartJoint) -> Callable[[], float]:
+    """Return what tells the share of its way that a part has gone, from the joint of its kind and range that is nearest to its axis."""
+    model, data = plant.world.model, mujoco.MjData(plant.world.model)
+    put_state(model, data, plant.snapshot())
+    mujoco.mj_kinematics(model, data)
     kind = mujoco.mjtJoint.mjJNT_HINGE if joint.kind == "hinge" else mujoco.mjtJoint.mjJNT_SLIDE
     alike = [k for k in range(model.njnt) if model.jnt_type[k] == kind and _has_range(model, k, joint)]
     nearest = min(alike, key=lambda k: float(np.linalg.norm(data.xanchor[k] - np.array(joint.anchor))))
-    return int(model.jnt_qposadr[nearest])
+    address, far = int(model.jnt_qposadr[nearest]), joint.high if joint.shut == joint.low else joint.low
 
+    def share() -> float:
+        put_state(model, data, plant.snapshot())
+        return float((data.qpos[address] - joint.shut) / (far - joint.shut))
 
-def _state(plant: MuJoCoBackend, data: mujoco.MjData | None = None) -> mujoco.MjData:
-    data = data or mujoco.MjData(plant.world.model)
-    put_state(plant.world.model, data, plant.snapshot())
-    mujoco.mj_kinematics(plant.world.model, data)
-    return data
+    return share
 
 
 def _has_range(model: mujoco.MjModel, k: int, joint: PartJoint) -> bool:
@@ -128,7 +121,7 @@ def main() -> int:
     logging.disable(logging.ERROR)
     rows: list[dict[str, Any]] = []
     for name in given.only:
-        wheel, model, skills = MODELS[name]
+        wheel, model, goals = MODELS[name]
         for arm in given.arms:
             robot: dict[str, Any] = {"robot": resolve_robot(None)}
             if ROBOTS[arm]:
@@ -137,13 +130,13 @@ def main() -> int:
                 if gripper:
                     robot["gripper"] = wheel_files(arm_wheel) / gripper
             try:
-                found = moved(wheel_files(wheel) / model, robot, skills)
+                found = moved(wheel_files(wheel) / model, robot, goals)
             except RoboSandboxError as error:
-                found = [{"skill": "", "claimed": False, "so": False, "said": str(error)[:200]}]
+                found = [{"goal": "", "claimed": False, "so": False, "said": str(error)[:200]}]
             for row in found:
                 rows.append({"model": name, "arm": arm, **row})
                 print(json.dumps(rows[-1]), flush=True)
-    acts = [row for row in rows if row["skill"]]
+    acts = [row for row in rows if row["goal"]]
     false = [row for row in acts if row["claimed"] and not row["so"]]
     print(
         f"{len(acts)} acts: claimed {sum(row['claimed'] for row in acts)}, so {sum(row['so'] for row in acts)}, "

@@ -151,7 +151,9 @@ class _Tries:
         slipped: Whether it came out of one of them: the next holds as hard as it can.
     """
 
-    def __init__(self, arm: Manipulator, object: str, *, met: Callable[[Grasp], Obstruction | None] | None) -> None:
+    def __init__(
+        self, arm: Manipulator, object: str, *, met: Callable[[Grasp, bool], Obstruction | None] | None
+    ) -> None:
         self.felt: Array = np.zeros(3)
         self.slipped = False
         self._arm = arm

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -84,7 +84,7 @@ def plan_grasp(
     excluded: Sequence[Grasp] = (),
     least_aperture: float = 0.0,
     *,
-    met: Callable[[Grasp], Obstruction | None] | None = None,
+    met: Callable[[Grasp, bool], Obstruction | None] | None = None,
 ) -> GraspPlan:
     """Return the first candidate whose approach, descent and lift are all possible.
 
@@ -94,7 +94,8 @@ def plan_grasp(
         scene: What else is there.
         excluded: Grasps that were tried and did not hold, in the object's frame.
         least_aperture: How far apart the fingers are to come at least, metres.
-        met: Tells what is met later with a grasp, where it is of no use for that.
+        met: Tells what is met later with a grasp, where it is of no use for that; with True it looks at a few places alone, and
+            may tell of something where there is room elsewhere.
 
     Raises:
         GraspError: There is no candidate.
@@ -107,21 +108,28 @@ def plan_grasp(
     hand = arm.state.tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.spec, pieces=pieces, hand=hand)
     search = _GraspSearch(arm, target, least_aperture)
-    later: list[Obstruction] = []
+    later = list[Obstruction]()
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
-    fresh = (_faced(arm, grasp) for grasp in fresh)
+    candidates: Iterable[Grasp] = (_faced(arm, grasp) for grasp in fresh)
     # A cup is to touch what it is to hold.
     touched = () if arm.geometry.cup is None else (target.id,)
-    for grasp in fresh:
-        if met is not None and (obstruction := met(grasp)) is not None:
-            later.append(obstruction)
-            continue
-        plan = search.attempt(grasp, *touched)
-        if plan is not None:
-            arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
-            return plan
+    # Most grasps with which there is room have it at the first place that is looked at; the others are told at length if need be.
+    for briefly in (True, False) if met is not None else (False,):
+        left, later = list[Grasp](), list[Obstruction]()
+        for grasp in candidates:
+            if met is not None and (obstruction := met(grasp, briefly)) is not None:
+                later.append(obstruction)
+                left.append(grasp)
+                continue
+            plan = search.attempt(grasp, *touched)
+            if plan is not None:
+                arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
+                return plan
+            if search.is_over:
+                break
         if search.is_over:
             break
+        candidates = left
     # Where the measured gap is not exact, as of curved fingers, the hand may seem to touch what it is to hold.
     for grasp in tuple(search.touching):
         plan = search.attempt(grasp, target.id)

@@ -69,6 +69,8 @@ _LOWEST_HOVER = 0.03
 # Sampled starts for a configuration; chosen as half of the planner's 60: another spot is worth more than a harder
 # search.
 _RESTARTS = 30
+# Number of spots, spread over all, that are looked at where a look is to be brief.
+_SPOTS = 4
 # Spots out of reach after which it is given up; chosen as all headings of five spots.
 _MOST_UNREACHABLE = 40
 # Angle from its goal at which a thing stands askew, radians; chosen above what things put down flat were measured at (0.02 degrees).
@@ -205,8 +207,10 @@ def _leave(arm: Manipulator, held: str) -> None:
 
 def obstruction_there(
     ctx: SkillContext, item: DetectedObject, base: DetectedObject, scene: ObservedScene
-) -> Callable[[Grasp], Obstruction | None]:
+) -> Callable[[Grasp, bool], Obstruction | None]:
     """Return what tells of a grasp what the hand meets with it where it puts an object on or into another; None for nothing.
+
+    What is returned looks at some of the spots alone where its second argument is true.
 
     Args:
         ctx: Whose hand.
@@ -224,13 +228,14 @@ def obstruction_there(
     else:
         spots, allowed = placements_on(item, base, scene.objects)[0], (base.id,)
 
-    def met(grasp: Grasp) -> Obstruction | None:
+    def met(grasp: Grasp, briefly: bool) -> Obstruction | None:
         # What has no place there yet, as in a drawer that is still shut, is told by whoever puts it there.
         if not spots:
             return None
         tcp_pose = held.pose @ item.pose.inverse() @ grasp.tcp_pose
         state = replace(with_aperture(ctx, grasp.width), tcp_pose=tcp_pose)
-        plan = partial(plan_put, held=held, scene=above, spots=spots, allowed=allowed)
+        looked_at = spots[:: max(1, len(spots) // _SPOTS)] if briefly else spots
+        plan = partial(plan_put, held=held, scene=above, spots=looked_at, allowed=allowed)
         return rehearse(ctx, hand_planner(ctx), above, state, plan)
 
     return met
