@@ -42,11 +42,11 @@ MODELS: dict[str, tuple[str, str, tuple[str, str]]] = {
     "window": (METAWORLD, f"{_SAWYER}_window.xml", ("open", "closed")),
     "window, horizontal": (METAWORLD, f"{_SAWYER}_window_horizontal.xml", ("open", "closed")),
     "laptop": (METAWORLD, f"{_SAWYER}_laptop.xml", ("open", "closed")),
-    "button": (METAWORLD, f"{_SAWYER}_button_press.xml", ("pressed", "")),
-    "button, from above": (METAWORLD, f"{_SAWYER}_button_press_topdown.xml", ("pressed", "")),
-    "coffee machine": (METAWORLD, f"{_SAWYER}_coffee.xml", ("pressed", "")),
-    "handle": (METAWORLD, f"{_SAWYER}_handle_press.xml", ("pressed", "")),
-    "handle, sideways": (METAWORLD, f"{_SAWYER}_handle_press_sideways.xml", ("pressed", "")),
+    "button": (METAWORLD, f"{_SAWYER}_button_press.xml", ("press", "")),
+    "button, from above": (METAWORLD, f"{_SAWYER}_button_press_topdown.xml", ("press", "")),
+    "coffee machine": (METAWORLD, f"{_SAWYER}_coffee.xml", ("press", "")),
+    "handle": (METAWORLD, f"{_SAWYER}_handle_press.xml", ("press", "")),
+    "handle, sideways": (METAWORLD, f"{_SAWYER}_handle_press_sideways.xml", ("press", "")),
     "lever": (METAWORLD, f"{_SAWYER}_lever_pull.xml", ("turned_to 1", "turned_to 0")),
     "faucet": (METAWORLD, f"{_SAWYER}_faucet.xml", ("turned_to 1", "turned_to 0")),
     "dial": (METAWORLD, f"{_SAWYER}_dial.xml", ("turned_to 1", "turned_to 0")),
@@ -76,13 +76,15 @@ def moved(file: Path, robot: dict[str, Any], goals: tuple[str, str]) -> list[dic
                 row: dict[str, Any] = {"part": part, "goal": goal}
                 start = time.perf_counter()
                 relation, _, to = goal.partition(" ")
-                episode = cell.achieve(f"{relation}({part}{', ' + to if to else ''})")
+                # Nobody sees afterwards whether something was pressed, so that it is no goal.
+                said = f"{relation}({part}{', ' + to if to else ''})" if relation != "press" else f"press(part={part})"
+                episode = cell.run(said)
                 row["claimed"] = episode.success
                 if not episode.success:
                     row["said"] = str(episode.error or episode.final_reason)[:200]
                 shares.append(share())
                 row["so"] = {
-                    "pressed": max(shares) >= _PRESSED,
+                    "press": max(shares) >= _PRESSED,
                     "closed": shares[-1] <= _SHUT,
                     "turned_to 0": shares[-1] <= _SHUT,
                     "turned_to 1": shares[-1] >= 1.0 - _SHUT,

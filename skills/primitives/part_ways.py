@@ -362,7 +362,9 @@ def _handles(arm: Manipulator, part: DetectedObject, rolls: Sequence[float]) -> 
                     continue
                 point = at - back * approach
                 grasp = _grip(arm, part, point, closing, approach, width, float(half[a]) - back)
-                if grasp is not None and arm.planning.can_face(grasp.tcp_pose.rotation):
+                if grasp is None or (lean and not _is_between(arm, grasp, middle, axes[:, [a, long]], half[[a, long]])):
+                    continue
+                if arm.planning.can_face(grasp.tcp_pose.rotation):
                     # A hand that comes from where it is at home has its arm behind it; one along a knob's axis only turns.
                     line = np.sign(approach @ np.array(joint.axis)) * np.array(joint.axis) if is_knob else away
                     straight = round(max(0.0, float(approach @ line)), 1)
@@ -397,6 +399,21 @@ def _grip(
         ceiling=math.inf,
     )
     return None if pose is None else Grasp(object=part.id, tcp_pose=pose, width=width, quality=1.0, how="side")
+
+
+def _is_between(arm: Manipulator, grasp: Grasp, middle: Array, axes: Array, half: Array) -> bool:
+    """Tell whether a piece is between the pads of a hand that leans along it, and has not drawn back from it for its palm.
+
+    Args:
+        arm: Whose hand.
+        grasp: Its pose.
+        middle: Of the piece, shape (3,).
+        axes: The two of the piece that the fingers do not close along, columns, shape (3, 2).
+        half: Its half extents along these, metres, shape (2,).
+    """
+    tcp, approach = grasp.tcp_pose.position, grasp.tcp_pose.rotation[:, 2]
+    pads = tcp + np.outer([0.0, 0.5, 1.0], arm.geometry.tip_depth * approach)
+    return bool((np.abs((pads - middle) @ axes) <= half).all(axis=1).any())
 
 
 def is_hook(arm: Manipulator, width: float) -> bool:

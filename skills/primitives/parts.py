@@ -234,7 +234,7 @@ def _go(arm: Manipulator, way: PartWay, aperture: float | None) -> None:
 
 def _follow(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -> float:
     """Move the hand along a way while the part follows; return the most that it pressed with along it, N."""
-    force, owner = 0.0, part.id.rpartition(".")[0]
+    force, late, owner = 0.0, 0.0, part.id.rpartition(".")[0]
     arm.ctx.enter(Phase.SLIDE)
     for number in range(1, len(way.poses)):
         step = way.poses[number].position - way.poses[number - 1].position
@@ -268,7 +268,11 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -
             stopped = follow_until(arm, _slowed(rest, length, slow), Phase.SLIDE, felt)
         gone = part_value(arm.find(part.id, arm.look())) - way.values[0]
         wanted = way.values[number] - way.values[0]
-        if stopped or math.copysign(1.0, wanted) * gone < _FOLLOWS * abs(wanted):
+        gone *= math.copysign(1.0, wanted)
+        if way.grasp is None and force == 0.0:
+            # What is pushed may be met later than its believed face says.
+            late = abs(wanted) - gone
+        elif stopped or gone < _FOLLOWS * (abs(wanted) - late):
             break
     return force
 
