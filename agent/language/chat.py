@@ -105,7 +105,9 @@ def _add_until(
     somebody = first in lists["persons"] and not clause.binding and not (clause.denies and "you" in told)
     # What they wish is asked for where it names something.
     person = somebody and not (clause.wishing and clause.named)
-    if clause.acts and (not person or clause.named or "you" in told or "us" in told):
+    # "I will count how many you find"
+    own = first in ("i", "we") and told[told.index(first) + 1 : told.index(first) + 2] in (["will"], ["am"], ["can"])
+    if clause.acts and (not person or clause.named or "us" in told or ("you" in told and not own)):
         # "I will make tea" is what somebody else does.
         return
     thing = opens and clause.nouns and told[0] in lists["determiners"] and len(told) <= _A_THING
@@ -191,8 +193,8 @@ def _is_adjoined(
         or (behind and len(told) <= _REPORT_WORDS and second in lists["reporting"])
         or (behind and clause.denies and clause.wishing and told[-1] in ("that", "this", "it"))
         or (clause.denies and told[-1] == "so")
-        # "backwards: ..."; "here is the thing: ..." tells nothing of it.
-        or (first not in lists["subjects"] and mark == ":")
+        # "backwards: ..."; "here is the thing: ...", "second try of the day: ..." tell nothing of it.
+        or (first not in lists["subjects"] and mark == ":" and (len(told) == 1 or clause.bearing or clause.binding))
         or told[0] in ("rather", "instead")
     )
 
