@@ -69,9 +69,9 @@ def test_few_of_the_sealed_sentences_move_wrongly(record_property) -> None:
 
 
 @pytest.mark.slow
-def test_coverage_of_the_learned_sentences_is_told(record_property) -> None:
-    prompts = [p for path in sentences.LEARNED for p in sentences.load_prompts(path)]
-    assert _told(record_property, "learned sentences", language.run(prompts, _planner()))["sentences"] > 8000
+def test_coverage_of_the_sentences_that_nobody_reads_is_told(record_property) -> None:
+    prompts = [p for path in sentences.UNREAD for p in sentences.load_prompts(path)]
+    assert _told(record_property, "sentences that nobody reads", language.run(prompts, _planner()))["sentences"] > 3000
 
 
 @pytest.mark.slow
