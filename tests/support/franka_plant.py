@@ -27,6 +27,7 @@ from franky_sim.franka_robot_protocol import (
     RobotCommand,
     RobotMode,
     SetCollisionBehaviorCommand,
+    UDPCommand,
 )
 from franky_sim.franka_server import BaseCommand
 from support import hidden_plant
@@ -39,6 +40,8 @@ _CYCLE = 0.001
 _ESTIMATE = 10
 # Where `cartesian_reflex` stands among the errors in a robot's state.
 _CARTESIAN_REFLEX = 6
+# Of its joints, N m/rad.
+_STIFFNESS = (4500.0, 4500.0, 3500.0, 3500.0, 2000.0, 2000.0, 2000.0)
 # Port of the tests' socket, beside the controller's 1337 and the hand's 1338.
 _TESTS = 1339
 
@@ -47,7 +50,8 @@ class PlantRobot(franky_sim.BaseRobot):
     """The arm and the hand of the plant, by torques."""
 
     def __init__(self, sim: hidden_plant.PlantSim) -> None:
-        super().__init__()
+        # As stiff as franky-sim has it, and damped half as much, with which it trails half as far: a Franka hardly trails.
+        super().__init__(kp=_STIFFNESS, kv=tuple(0.05 * each for each in _STIFFNESS))
         self.sim = sim
         model, arm, hand = sim.model, sim.world.robot, sim.world.world.grippers[HAND]
         # Its actuators are servos; the controller gives torques.
@@ -66,9 +70,7 @@ class PlantRobot(franky_sim.BaseRobot):
 
     def _get_state(self) -> InnerRobotState:
         data = self.sim.data
-        return InnerRobotState(
-            q=tuple(data.qpos[self.qpos]), dq=tuple(data.qvel[self.dofs]), tau_j=tuple(self.torques)
-        )
+        return InnerRobotState(q=tuple(data.qpos[self.qpos]), dq=tuple(data.qvel[self.dofs]), tau_j=tuple(self.torques))
 
     def _torque_control(self, torques: np.ndarray) -> None:
         self.torques = torques
@@ -107,6 +109,12 @@ class Controller(franky_sim.FrankaRobotServer):
         self.over = 0
         super().__init__(robot, [host])
         self.init()
+
+    def start_motion(self, *arguments: Any) -> None:
+        """Begin a motion where the arm was commanded last, as a Franka does; franky-sim begins it where the arm has got to."""
+        commanded = tuple(self.robot_state.q_d)
+        super().start_motion(*arguments)
+        self._FrankaRobotServer__current_control_command = UDPCommand(q_c=commanded)
 
     @property
     def robot_state(self) -> Any:

@@ -50,6 +50,7 @@ from robosandbox.types.robot import GripperSpec, RobotSpec
 
 try:
     from robosandbox.drivers.franka.link import FrankaLink, LinkError
+    from robosandbox.drivers.franka.waypoints import Waypoints, begun_at, waypoints
 except ImportError as error:
     raise missing_extra(error, "--driver franka", "franka") from None
 
@@ -288,18 +289,24 @@ class _FrankaArm(BareArm):
         q, dt = trajectory.q + self._integral.shift, trajectory.dt / self._cell.speed
         self._check_range(q)
         if len(q) < 2:
-            self._move(q, np.zeros_like(q), [TOLERANCES.window], guards)
+            self._go_to(q[0], guards)
             self._watch(TOLERANCES.window, guards)
             return
         braking = braking_rows(self.spec, q[-1], (q[-1] - q[-2]) / dt, dt) if trajectory.goes_on else q[:0]
-        rows = np.concatenate([q, braking])
-        velocities = np.gradient(rows, dt, axis=0)
-        velocities[-1] = 0.0
-        # Between waypoints the controller goes its own way, at rest from acceleration at each.
-        step = max(1, round(TOLERANCES.window / dt))
-        at = [*range(step, len(rows) - 1, step), len(rows) - 1]
-        self._move(rows[at], velocities[at], dt * np.diff([0, *at]), guards)
-        self._watch(trajectory.duration / self._cell.speed, guards, to_its_end=not trajectory.goes_on)
+        link = self._cell.link
+        self._await_stop(guards)
+        through = waypoints(
+            begun_at(link.arm.commanded, np.concatenate([q, braking])),
+            dt,
+            spacing=TOLERANCES.window,
+            acceleration=link.acceleration,
+            jerk=link.jerk,
+        )
+        self._move(through)
+        if trajectory.goes_on:
+            self._watch(through.stretch * (len(q) - 1) * dt, guards, to_its_end=False)
+        else:
+            self._watch(float(through.seconds.sum()), guards)
 
     def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,).
@@ -310,9 +317,9 @@ class _FrankaArm(BareArm):
         told = self._cell.link.arm
         # A joint that moves is on its way: what keeps it off is seen when it stands.
         self._integral.take_up(np.where(np.abs(told.qd) < TOLERANCES.still, goal - told.q, 0.0))
-        row = (goal + self._integral.shift)[None]
-        self._check_range(row)
-        self._move(row, np.zeros_like(row), [TOLERANCES.window], guards)
+        row = goal + self._integral.shift
+        self._check_range(row[None])
+        self._go_to(row, guards)
         try:
             self._cell.tick(guards)
             self._look()
@@ -328,8 +335,13 @@ class _FrankaArm(BareArm):
         """Begin anew, after a fault."""
         self._integral.begin_at(np.zeros(self.spec.n))
 
-    def _move(self, q: Array, qd: Array, seconds: Sequence[float] | Array, guards: Sequence[Guard]) -> None:
-        """Begin a motion, once the controller has answered the last stop."""
+    def _go_to(self, q: Array, guards: Sequence[Guard]) -> None:
+        """Begin to go to a configuration (n,), and to rest."""
+        self._await_stop(guards)
+        self._move(Waypoints(q=q[None], qd=np.zeros((1, len(q))), seconds=np.array([TOLERANCES.window]), stretch=1.0))
+
+    def _await_stop(self, guards: Sequence[Guard]) -> None:
+        """Let ticks pass until the controller has answered the last stop."""
         cell, asked = self._cell, self._cell.time
         while cell.link.is_stopping:
             if cell.time - asked > cell.answer:
@@ -338,11 +350,16 @@ class _FrankaArm(BareArm):
                 )
             self._raise_fault()
             cell.tick(guards)
+
+    def _move(self, through: Waypoints) -> None:
+        """Begin a motion, if nothing is the matter."""
         self._raise_fault()
         try:
-            cell.link.move(q, qd, [*seconds])
+            self._cell.link.move(through)
         except LinkError as error:
-            cell.fail(f"the controller did not take the motion ({error}): look what is the matter, then recover()")
+            self._cell.fail(
+                f"the controller did not take the motion ({error}): look what is the matter, then recover()"
+            )
             self._raise_fault()
 
     def _watch(self, seconds: float, guards: Sequence[Guard], *, to_its_end: bool = True) -> None:
@@ -355,7 +372,7 @@ class _FrankaArm(BareArm):
                 gone = cell.link.arm.time - began
                 if self._look() or (not to_its_end and gone >= seconds):
                     return
-                if gone > seconds + cell.answer:
+                if gone > 2.0 * seconds + cell.answer:
                     cell.fail(
                         f"the controller has not ended a motion of {seconds:.2f} s {gone:.2f} s after it was sent: see what "
                         "keeps the arm, then recover()"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -13,6 +13,7 @@ from typing import Generic, TypeVar
 import franky
 import numpy as np
 
+from robosandbox.drivers.franka.waypoints import Waypoints
 from robosandbox.types import Array, frozen_array
 
 T = TypeVar("T")
@@ -36,6 +37,7 @@ class Reading:
         time: Seconds by the robot's clock.
         q: Joint positions, rad, shape (7,).
         qd: Joint speeds, rad/s, shape (7,).
+        commanded: Joint positions that the controller was commanded last, rad, shape (7,).
         force: Estimate of what the hand gives to the rest of the world, N in the frame of the arm's base, shape (3,).
         mode: Of the controller: "Idle", "Move", "Guiding", "Reflex", "UserStopped", "AutomaticErrorRecovery" or "Other".
         errors: libfranka's names of what is wrong.
@@ -44,6 +46,7 @@ class Reading:
     time: float
     q: Array
     qd: Array
+    commanded: Array
     force: Array
     mode: str
     errors: tuple[str, ...]
@@ -140,6 +143,8 @@ class FrankaLink:
         lower: Joint limits that the controller names, rad, shape (7,); infinite where it names none.
         upper: Likewise.
         efforts: Largest torques that it names, N m, shape (7,); likewise.
+        acceleration: Limits of the motions that are planned here, rad/s^2, shape (7,).
+        jerk: Likewise, rad/s^3.
 
     Raises:
         LinkError: It cannot be reached.
@@ -155,6 +160,8 @@ class FrankaLink:
             _within(deadline, f"{host}, hand", lambda: _Reader(self._read_hand, period)) if hand else None
         )
         self.lower, self.upper, self.efforts = self._joint_limits()
+        self.acceleration: Array = self._robot.joint_acceleration_limit.get()
+        self.jerk: Array = self._robot.joint_jerk_limit.get()
         self._is_moving = False
         self._stopping: Future[None] | None = None
 
@@ -196,6 +203,7 @@ class FrankaLink:
             (self._robot.joint_acceleration_limit, acceleration),
         ):
             limit.set(np.minimum(most, limit.max))
+        self.acceleration = self._robot.joint_acceleration_limit.get()
 
     def set_collision_thresholds(self, contact: float, collision: float, lever: float) -> None:
         """Have the arm's own reflex stop it.
@@ -224,19 +232,23 @@ class FrankaLink:
 
     # Motions.
 
-    def move(self, q: Array, qd: Array, seconds: Sequence[float]) -> None:
-        """Begin a motion through waypoints, in place of the one that is under way; returns at once.
+    def move(self, through: Waypoints) -> None:
+        """Begin a motion in place of the one that is under way; returns at once.
 
-        Args:
-            q: Where each is, rad, shape (k, 7).
-            qd: How fast the arm is there, rad/s, shape (k, 7).
-            seconds: At the least from the waypoint before.
+        Raises:
+            LinkError: The controller did not take it.
         """
+        milliseconds = [max(1, round(1000.0 * each)) for each in through.seconds.tolist()]
+        last = len(milliseconds) - 1
         waypoints = [
             franky.JointWaypoint(
-                franky.JointState(each, speed), minimum_time=franky.Duration(max(1, round(1000.0 * length)))
+                franky.JointState(q, qd),
+                minimum_time=franky.Duration(length),
+                # After a lost packet franky plans anew for the same waypoint and takes the whole time again, for which joints
+                # turn back: it is to go on with the next one instead.
+                max_total_duration=None if index == last else franky.Duration(length + 1),
             )
-            for each, speed, length in zip(q, qd, seconds, strict=True)
+            for index, (q, qd, length) in enumerate(zip(through.q, through.qd, milliseconds, strict=True))
         ]
         self._is_moving = True
         try:
@@ -310,6 +322,7 @@ class FrankaLink:
             time=state.time.to_sec(),
             q=frozen_array(np.array(state.q)),
             qd=frozen_array(np.array(state.dq)),
+            commanded=frozen_array(np.array(state.q_d)),
             force=frozen_array(np.array(state.O_F_ext_hat_K[:3])),
             mode=state.robot_mode.name,
             errors=tuple(name for name in _ERRORS if getattr(state.current_errors, name)),
