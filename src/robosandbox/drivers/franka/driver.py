@@ -78,7 +78,7 @@ class Franka(BareDriver):
         wrench: Whether the arm's estimate of the force at its hand is a sense of it.
         cameras: `module:function` that is called with this driver and returns its senses, with `cameras`.
         tick: Seconds between two looks at guards and limits.
-        link_timeout: Seconds without a state of the arm or the hand after which they are lost.
+        link_timeout: Seconds without a state of the arm after which it is lost.
         answer: Seconds in which the controller has to answer.
 
     Raises:
@@ -198,7 +198,7 @@ class Franka(BareDriver):
 
     @property
     def heard(self) -> float:
-        """When the arm and the hand were last heard of, by this driver's clock."""
+        """When the arm was last heard of, by this driver's clock."""
         return self.link.heard - self._began
 
     def tick(self, guards: Sequence[Guard]) -> None:
@@ -426,7 +426,8 @@ class _FrankaHand(BareHand):
         # The model's motors close both fingers; the hand is told with how much each presses.
         self._grip = float(spec.force_limits.sum()) / len(spec.geometry.pads) if grip is None else grip
         self._closed: float | None = None
-        # What is to be sent; and of what was sent a function that tells whether it is over, and until when it has to be.
+        # What is to be sent; and of what was sent a function that tells whether it is over, and by when, on the hand's clock, it
+        # has to be.
         self._wanted: tuple[float, float | None] | None = None
         self._is_over: Callable[[], bool] | None = None
         self._deadline = 0.0
@@ -467,7 +468,7 @@ class _FrankaHand(BareHand):
         try:
             if self._is_over is not None and self._is_over():
                 self._is_over = None
-            if self._is_over is not None and cell.time > self._deadline:
+            if self._is_over is not None and cell.link.hand.time > self._deadline:
                 self._is_over = None
                 cell.fail(
                     f"the hand does not say that it has done what it was told, {cell.answer:g} s after it should have: look "
@@ -492,7 +493,7 @@ class _FrankaHand(BareHand):
             self._is_over = link.grasp(width, self._speed, self._grip if force is None else force / 2.0)
         else:
             self._is_over = link.move_hand(width, self._speed)
-        self._deadline = self._cell.time + link.hand.max_width / self._speed + self._cell.answer
+        self._deadline = link.hand.time + link.hand.max_width / self._speed + self._cell.answer
 
 
 class _FrankaSenses(BareSenses):

@@ -97,7 +97,7 @@ class _Reader(Generic[T]):
         while not self._closed.wait(self._period):
             try:
                 told, state = self._read()
-            except _FAILURES as error:
+            except (*_FAILURES, LinkError) as error:
                 self.error = str(error)
                 return
             # In a motion franky returns the state that it had last.
@@ -153,22 +153,24 @@ class FrankaLink:
     def __init__(self, host: str, *, enforce_realtime: bool, hand: bool, period: float, deadline: float) -> None:
         self._deadline = deadline
         realtime = franky.RealtimeConfig.Enforce if enforce_realtime else franky.RealtimeConfig.Ignore
-        self._robot = _within(deadline, host, lambda: franky.Robot(host, realtime_config=realtime))
-        self._gripper = _within(deadline, f"{host}, hand", lambda: franky.Gripper(host)) if hand else None
+        self._robot: franky.Robot | None = _within(deadline, host, lambda: franky.Robot(host, realtime_config=realtime))
+        self._gripper: franky.Gripper | None = (
+            _within(deadline, f"{host}, hand", lambda: franky.Gripper(host)) if hand else None
+        )
         self._arm_states = _within(deadline, host, lambda: _Reader(self._read_arm, period))
         self._hand_states = (
             _within(deadline, f"{host}, hand", lambda: _Reader(self._read_hand, period)) if hand else None
         )
         self.lower, self.upper, self.efforts = self._joint_limits()
-        self.acceleration: Array = self._robot.joint_acceleration_limit.get()
-        self.jerk: Array = self._robot.joint_jerk_limit.get()
+        self.acceleration: Array = self._controller.joint_acceleration_limit.get()
+        self.jerk: Array = self._controller.joint_jerk_limit.get()
         self._is_moving = False
         self._stopping: Future[None] | None = None
 
     @property
     def heard(self) -> float:
-        """When the arm and its hand were last heard of, the one that is longer ago, by the monotonic clock."""
-        return min(each.heard for each in (self._arm_states, self._hand_states) if each is not None)
+        """When the arm was last heard of, by the monotonic clock; a hand tells less often, and ends in an error when it is lost."""
+        return self._arm_states.heard
 
     @property
     def error(self) -> str:
@@ -192,18 +194,32 @@ class FrankaLink:
         for states in (self._arm_states, self._hand_states):
             if states is not None:
                 states.close(self._deadline)
-        del self._robot, self._gripper
+        # It takes another client when these are gone.
+        self._robot = self._gripper = None
+        self._is_moving = False
+
+    @property
+    def _controller(self) -> franky.Robot:
+        if self._robot is None:
+            raise LinkError("the link was closed")
+        return self._robot
+
+    @property
+    def _hand_controller(self) -> franky.Gripper:
+        if self._gripper is None:
+            raise LinkError("there is no hand on this link")
+        return self._gripper
 
     # Settings.
 
     def limit(self, velocity: Array, acceleration: Array) -> None:
         """Keep the motions that are planned here within these, rad/s and rad/s^2, shape (7,) each."""
         for limit, most in (
-            (self._robot.joint_velocity_limit, velocity),
-            (self._robot.joint_acceleration_limit, acceleration),
+            (self._controller.joint_velocity_limit, velocity),
+            (self._controller.joint_acceleration_limit, acceleration),
         ):
             limit.set(np.minimum(most, limit.max))
-        self.acceleration = self._robot.joint_acceleration_limit.get()
+        self.acceleration = self._controller.joint_acceleration_limit.get()
 
     def set_collision_thresholds(self, contact: float, collision: float, lever: float) -> None:
         """Have the arm's own reflex stop it.
@@ -222,12 +238,12 @@ class FrankaLink:
         _within(
             self._deadline,
             "collision behaviour",
-            lambda: self._robot.set_collision_behavior(torques[0], torques[1], forces[0], forces[1]),
+            lambda: self._controller.set_collision_behavior(torques[0], torques[1], forces[0], forces[1]),
         )
 
     def recover(self) -> None:
         """Have the controller end its errors; raises LinkError where it does not."""
-        if not _within(self._deadline, "recovery", self._robot.recover_from_errors):
+        if not _within(self._deadline, "recovery", self._controller.recover_from_errors):
             raise LinkError("the controller did not end its errors")
 
     # Motions.
@@ -253,7 +269,7 @@ class FrankaLink:
         self._is_moving = True
         try:
             # What is planned here is smooth: a filter would only have the next waypoint planned for from a place behind.
-            self._robot.move(franky.JointWaypointMotion(waypoints), asynchronous=True, cutoff_frequency=_NO_FILTER)
+            self._controller.move(franky.JointWaypointMotion(waypoints), asynchronous=True, cutoff_frequency=_NO_FILTER)
         except _FAILURES as error:
             raise LinkError(str(error)) from None
 
@@ -267,7 +283,7 @@ class FrankaLink:
             return True
         try:
             # It is true once the motion has ended, whatever its documentation says.
-            ended: bool = self._robot.poll_motion()
+            ended: bool = self._controller.poll_motion()
         except _FAILURES as error:
             self._is_moving = False
             raise LinkError(str(error)) from None
@@ -279,7 +295,7 @@ class FrankaLink:
         if not self._is_moving or self.is_stopping:
             return
         self._is_moving = False
-        robot = self._robot
+        robot = self._controller
 
         def stop() -> None:
             robot.stop()
@@ -303,21 +319,20 @@ class FrankaLink:
 
         That raises LinkError where it failed.
         """
-        assert self._gripper is not None
-        return _outcome(self._gripper.move_async(width, speed))
+        return _outcome(self._hand_controller.move_async(width, speed))
 
     def grasp(self, width: float, speed: float, force: float) -> Callable[[], bool]:
         """Close the fingers towards a width, metres, until they press with `force`, N; likewise.
 
         Whatever is between them counts as grasped, since what was to be there is for the caller to judge.
         """
-        gripper = self._gripper
-        assert gripper is not None
         reach = self.hand.max_width
-        return _outcome(gripper.grasp_async(width, speed, force, epsilon_inner=reach, epsilon_outer=reach))
+        return _outcome(
+            self._hand_controller.grasp_async(width, speed, force, epsilon_inner=reach, epsilon_outer=reach)
+        )
 
     def _read_arm(self) -> tuple[float, Reading]:
-        state = self._robot.state
+        state = self._controller.state
         reading = Reading(
             time=state.time.to_sec(),
             q=frozen_array(np.array(state.q)),
@@ -330,15 +345,14 @@ class FrankaLink:
         return reading.time, reading
 
     def _read_hand(self) -> tuple[float, HandReading]:
-        assert self._gripper is not None
-        state = self._gripper.state
+        state = self._hand_controller.state
         reading = HandReading(time=state.time.to_sec(), width=state.width, max_width=state.max_width)
         return reading.time, reading
 
     def _joint_limits(self) -> tuple[Array, Array, Array]:
         """Return the lower and upper limits and the efforts of the controller's own model, shape (7,) each."""
         try:
-            model = ET.fromstring(_within(self._deadline, "model", lambda: self._robot.model_urdf))
+            model = ET.fromstring(_within(self._deadline, "model", lambda: self._controller.model_urdf))
         except LinkError:
             # Controllers before those of Research 3 tell no model.
             infinite = frozen_array(np.full(7, np.inf))
