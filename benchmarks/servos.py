@@ -24,10 +24,12 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from support.models import wheel_files
+from support.plant_runs import run_tasks, stood_after
 from support.servo_bus import Plant, emulated
 from support.servo_fuzz import fuzz
 
@@ -35,7 +37,6 @@ from robosandbox.driver import load_driver
 from robosandbox.drivers.feetech.calibration import read_calibration
 from robosandbox.errors import FaultError, RoboSandboxError
 from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
-from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.workcell.session import EmbeddedWorkcell, open_session
 
@@ -45,10 +46,6 @@ ARMS = {
     "so100": ("mani-skill==3.0.1", "mani_skill/assets/robots/so100/so100.urdf", "feetech", "sts"),
     "koch": ("mani-skill==3.0.1", "mani_skill/assets/robots/koch/follower_arm_v1.1.urdf", "dynamixel", "x"),
 }
-# Slower than this the arm stands, rad/s: what an encoder's single count makes of a joint that holds.
-STANDS = 0.05
-# Seconds for which it has to.
-STANDS_FOR = 0.3
 # Seconds in which a pick is on its way, after its first look.
 PICK_SECONDS = (1.0, 4.5)
 # Rise of a cube that is picked up, mm: its own height.
@@ -86,28 +83,6 @@ def cell_of(arm: str, task: str, seed: int) -> Iterator[tuple[Plant, EmbeddedWor
             }
             with open_session(task, robot=model, driver=driver, driver_options=options, perception="rgbd") as cell:
                 yield plant, cell
-
-
-def tasks(arm: str, seeds: int, names: list[str]) -> list[dict[str, Any]]:
-    """Run tasks; a row an episode."""
-    rows = []
-    for name in names:
-        for seed in range(seeds):
-            row: dict[str, Any] = {"task": name, "seed": seed, "claimed": False, "judged": False}
-            began = time.monotonic()
-            try:
-                with cell_of(arm, name, seed) as (plant, cell):
-                    start = plant.truth()
-                    result = cell.run()
-                    row |= {"claimed": result.success, "said": result.final_detail[:200]}
-                    row["judged"] = evaluate(find_task(name).success, start, plant.truth, time.sleep).success
-                    row["fault"] = cell.driver.fault
-            except RoboSandboxError as error:
-                row["said"] = f"{type(error).__name__}: {error}"[:200]
-            row["seconds"] = round(time.monotonic() - began, 1)
-            rows.append(row)
-            print(json.dumps(row), flush=True)
-    return rows
 
 
 def faults(arm: str, times: int, names: list[str]) -> list[dict[str, Any]]:
@@ -158,7 +133,7 @@ def _spoiled(plant: Plant, cell: EmbeddedWorkcell, name: str, moment: float) -> 
         "claimed": result.success,
         "judged_mm": cube(),
         "said": (fault or result.final_detail)[:160],
-        "stood_after_s": _stood_after(plant, hit[0]),
+        "stood_after_s": stood_after(plant, hit[0]),
         "ended_after_s": round(ended - hit[0], 2),
         "sent_after": int((plant.goals()[:, 0] > ended + 0.1).sum()) if fault else 0,
     }
@@ -177,14 +152,6 @@ def _spoiled(plant: Plant, cell: EmbeddedWorkcell, name: str, moment: float) -> 
     except (RoboSandboxError, FaultError) as error:
         row |= {"then": went_on, "then_mm": cube(), "then_said": str(error)[:160]}
     return row
-
-
-def _stood_after(plant: Plant, since: float) -> float | None:
-    """Return the seconds from a moment until the arm stood; None where it does not stand."""
-    speeds = plant.speeds(since)
-    moving = [moment for moment, speed in speeds if speed >= STANDS]
-    last = moving[-1] if moving else since
-    return round(last - since, 2) if speeds and speeds[-1][0] - last >= STANDS_FOR else None
 
 
 def fuzzed(arm: str, commands: int, seed: int) -> dict[str, Any]:
@@ -225,7 +192,7 @@ def main() -> int:
 
 def _tasks(given: argparse.Namespace) -> int:
     names = given.only or [entry.name for entry in task_entries() if entry.suite == STANDARD_SUITE]
-    rows = tasks(given.arm, given.seeds, names)
+    rows = run_tasks(partial(cell_of, given.arm), names, range(given.seeds))
     false = sum(row["claimed"] and not row["judged"] for row in rows)
     print(f"{given.arm}: judged {sum(row['judged'] for row in rows)} of {len(rows)}, false claims {false}")
     return 1 if false else 0

@@ -126,8 +126,10 @@ def test_python_runs(block: Block, folder: Path) -> None:
         assert [float(number) for number in printed] == pytest.approx([float(number) for number in shown], rel=0.05)
 
 
-# What is told of a serial port runs in test_feetech.py, over an emulated bus.
-@pytest.mark.parametrize("block", [block for block in of("sh") if "/dev/tty" not in block.text], ids=str)
+# What is told of a serial port runs in test_feetech.py, over an emulated bus, and of a Franka in test_franka.py.
+@pytest.mark.parametrize(
+    "block", [block for block in of("sh") if not re.search("/dev/tty|franka:host", block.text)], ids=str
+)
 @pytest.mark.sample(every=8)
 def test_commands_run(block: Block, folder: Path) -> None:
     with ExitStack() as stack:

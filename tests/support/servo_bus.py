@@ -1,6 +1,6 @@
 """A bus of STS3215 or XL330 servos on a pseudo-terminal with MuJoCo behind it, in a process of its own.
 
-    python tests/support/servo_bus.py FOLDER [--servos sts|x] [--task TASK] [--robot MODEL] [--seed N] [--backlash RAD] [--limp]
+    PYTHONPATH=tests python -m support.servo_bus FOLDER [--servos sts|x] [--task TASK] [--robot MODEL] [--seed N] [--backlash RAD] [--limp]
 
 FOLDER gets `bus` (the port), `calibration.json` (LeRobot's form), `goals.csv` (each goal that reached a servo: seconds, servo,
 counts, and whether its torque was on) and `control` (a socket that tests speak over, see `Plant`). Its servos are those of the
@@ -11,29 +11,19 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import itertools
 import os
-import select
-import subprocess
-import sys
 import time
 import tty
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from multiprocessing.connection import Client, Listener
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+from support import hidden_plant
 
-from robosandbox.driver import HAND, BareSenses
+from robosandbox.driver import HAND
 from robosandbox.drivers.feetech.calibration import ServoCalibration, write_calibration
-from robosandbox.sim.opening import open_mujoco
-from robosandbox.tasks.layouts import Layouts
-from robosandbox.tasks.loader import find_task, with_robot
-from robosandbox.types import PictureWindow, RgbdFrame, Truth
 
 TURN, MIDDLE = 4096, 2047
 COUNT = 2.0 * np.pi / TURN
@@ -287,24 +277,15 @@ class Servo:
             self.loaded_since = self.plant.time
 
 
-class PlantProcess:
+class PlantProcess(hidden_plant.PlantServer):
     """The plant, its bus and the socket of tests, in one loop."""
 
     def __init__(
         self, folder: Path, task: str, robot: str | None, seed: int, backlash: float, limp: bool, servos: str
     ) -> None:
         self.family = FAMILIES[servos]()
-        self.blind = False
-        found = find_task(task)
-        if robot is not None:
-            found = found.model_copy(update={"scene": with_robot(found.scene, Path(robot))})
+        super().__init__(hidden_plant.PlantSim.of(task, robot, seed, _TICK), str(folder / "control"))
         self.folder, self.backlash = folder, backlash
-        self.sim = Layouts(found).lay_out(
-            seed, lambda scene, q: _Sim.of(open_mujoco(scene, control_timestep=_TICK, felt=found.felt, start_q=q))
-        )
-        with contextlib.suppress(Exception):
-            # The first picture takes a second.
-            self.do_capture(next(iter(self.do_cameras())), None)
         self.controls = np.array(self.sim.world.controls)
         self.began, self.ticks = time.monotonic(), 0
         random = np.random.default_rng(seed)
@@ -325,9 +306,6 @@ class PlantProcess:
             servo.put("goal", servo.get("position"))
             servo.put("torque", not limp)
         self.goals = (folder / "goals.csv").open("w", buffering=1)
-        self.speeds: deque[tuple[float, float]] = deque(maxlen=20000)
-        self.listener = Listener(str(folder / "control"))
-        self.clients: list[Any] = []
         self.received = bytearray()
         self.held: dict[int, float] | None = None
         self.plug()
@@ -353,24 +331,15 @@ class PlantProcess:
         self.slave = None
 
     def run(self) -> None:
-        socket = self.listener._listener._socket
         while True:
-            watched = [socket, *self.clients, *([] if self.slave is None else [self.master])]
-            ready = select.select(watched, [], [], _TICK)[0]
+            ready = self.ready(_TICK, *([] if self.slave is None else [self.master]))
             self.catch_up()
-            for item in ready:
-                if item is socket:
-                    self.clients.append(self.listener.accept())
-                elif item == self.master:
-                    with contextlib.suppress(OSError):
-                        self.received += os.read(self.master, 4096)
-                        self.answer()
-                else:
-                    try:
-                        name, arguments = item.recv()
-                        item.send(getattr(self, f"do_{name}")(*arguments))
-                    except (EOFError, OSError):
-                        self.clients.remove(item)
+            if self.slave is not None and self.master in ready:
+                ready.remove(self.master)
+                with contextlib.suppress(OSError):
+                    self.received += os.read(self.master, 4096)
+                    self.obey_all()
+            self.answer(ready)
 
     def catch_up(self) -> None:
         """Let pass what the wall's clock says has passed; what a busy machine cannot make up for is lost."""
@@ -386,11 +355,11 @@ class PlantProcess:
             self.ticks += 1
             for servo in self.servos.values():
                 servo.sense()
-            self.speeds.append((time.monotonic(), self.sim.speed()))
+            self.watch()
 
     # The bus.
 
-    def answer(self) -> None:
+    def obey_all(self) -> None:
         """Answer every whole request that was received."""
         for id, instruction, parameters in self.family.frames(self.received):
             self.obey(id, instruction, parameters)
@@ -432,20 +401,6 @@ class PlantProcess:
 
     # Asked by tests.
 
-    def do_truth(self) -> Truth:
-        return self.sim.world.truth()
-
-    def do_cameras(self) -> Mapping[str, Any]:
-        return self.sim.world.camera_specs()
-
-    def do_capture(self, camera: str, window: PictureWindow | None) -> RgbdFrame | Exception:
-        if self.blind:
-            return OSError(f"the camera {camera} is gone")
-        try:
-            return self.sim.world.capture(camera, window)
-        except Exception as error:
-            return error
-
     def do_joints(self) -> dict[int, tuple[float, float]]:
         """Joint value and speed by servo, true."""
         world = self.sim.world
@@ -457,11 +412,6 @@ class PlantProcess:
             servo.id: (self.sim.q(servo.qpos), float(self.sim.data.qvel[dofs[servo.id]]))
             for servo in self.servos.values()
         }
-
-    def do_speeds(self, since: float) -> list[tuple[float, float]]:
-        """(seconds, largest speed of a joint) since a moment of the monotonic clock."""
-        late = itertools.takewhile(lambda each: each[0] >= since, reversed(self.speeds))
-        return [*late][::-1]
 
     def do_hold(self, joints: dict[int, float] | None) -> None:
         """Hold joints by hand, servo's addresses to joint values, or let go."""
@@ -490,79 +440,30 @@ class PlantProcess:
         return time.monotonic()
 
 
-class _Sim:
-    """The simulation with quick ways to its numbers."""
-
-    @classmethod
-    def of(cls, world: Any) -> _Sim:
-        made = cls()
-        made.world, made.model, made.data = world, world.model, world._live
-        made.dofs = world.robot.dof_indices
-        # Servos do not know how heavy the arm is.
-        made.model.body_gravcomp[list(world.robot.bodies)] = 0.0
-        return made
-
-    def q(self, qpos: int) -> float:
-        return float(self.data.qpos[qpos])
-
-    def force(self, actuator: int) -> float:
-        return float(self.data.actuator_force[actuator])
-
-    def hold(self, joints: dict[int, float]) -> None:
-        self.data.qpos[[*joints]] = [*joints.values()]
-        self.data.qvel[self.dofs] = 0.0
-
-    def speed(self) -> float:
-        return float(np.abs(self.data.qvel[self.dofs]).max())
-
-
-class Plant:
-    """The other end of the socket: truth, pictures and faults of an emulated bus."""
+class Plant(hidden_plant.Plant):
+    """A test's end of the socket, and the log of the bus."""
 
     def __init__(self, folder: Path) -> None:
+        super().__init__(str(folder / "control"))
         self.folder = folder
-        self._client = Client(str(folder / "control"))
-
-    def __getattr__(self, name: str) -> Any:
-        def ask(*arguments: Any) -> Any:
-            self._client.send((name, arguments))
-            answer = self._client.recv()
-            if isinstance(answer, Exception):
-                raise answer
-            return answer
-
-        return ask
 
     def goals(self) -> np.ndarray:
         """Rows of seconds, servo, counts, torque: every goal that reached a servo."""
         return np.loadtxt(self.folder / "goals.csv", delimiter=",", ndmin=2)
 
 
-class PlantCameras(BareSenses):
-    """Cameras of the plant, for the option `cameras=support.servo_bus:PlantCameras`; joints are those that the driver reads."""
+class PlantCameras(hidden_plant.PlantCameras):
+    """Cameras of the plant, for the option `cameras=support.servo_bus:PlantCameras`."""
 
     def __init__(self, driver: Any) -> None:
-        super().__init__(driver)
-        self._plant = Plant(Path(driver.port).parent)
-        self.cameras = self._plant.cameras()
-
-    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
-        arms = self.driver.posture()
-        return replace(self._plant.capture(camera, window), time=self.driver.time, arms=arms)
+        super().__init__(driver, Plant(Path(driver.port).parent))
 
 
 @contextlib.contextmanager
 def emulated(folder: Path, *arguments: str) -> Iterator[Plant]:
     """Run an emulated bus in a folder."""
-    with subprocess.Popen([sys.executable, __file__, str(folder), *arguments]) as process:
-        try:
-            while not (folder / "ready").exists():
-                if process.poll() is not None:
-                    raise RuntimeError(f"the emulated bus ended with {process.returncode}")
-                time.sleep(0.05)
-            yield Plant(folder)
-        finally:
-            process.kill()
+    with hidden_plant.running("support.servo_bus", folder, *arguments):
+        yield Plant(folder)
 
 
 def main() -> None:

@@ -11,6 +11,9 @@ from robosandbox.driver.capabilities import (
     robot_name,
     simulated,
 )
+from robosandbox.driver.clamps import TOLERANCES, braking_rows
+from robosandbox.driver.eyes import Eyes, open_eyes
+from robosandbox.driver.integral import IntegralAction
 from robosandbox.driver.loading import SUPPLIED, driver_factory, fitted, load_driver, split_name
 from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand, PassingSenses
 from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode, Senses, Simulated
@@ -23,6 +26,7 @@ __all__ = [
     "CAPABILITIES",
     "HAND",
     "SUPPLIED",
+    "TOLERANCES",
     "Arm",
     "BareArm",
     "BareDriver",
@@ -32,8 +36,10 @@ __all__ = [
     "Capabilities",
     "ControlLoop",
     "Driver",
+    "Eyes",
     "Guard",
     "Hand",
+    "IntegralAction",
     "Mode",
     "PassingArm",
     "PassingDriver",
@@ -43,11 +49,13 @@ __all__ = [
     "Safety",
     "Senses",
     "Simulated",
+    "braking_rows",
     "come_to_rest",
     "driver_factory",
     "fitted",
     "load_driver",
     "made_safe",
+    "open_eyes",
     "per_tick",
     "refusal",
     "require",

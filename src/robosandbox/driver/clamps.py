@@ -153,12 +153,8 @@ class Clamps:
         velocity = self._going
         if velocity is None or self._last is None or time - self._path[-1][0] > 0.5 * self._tick:
             return None
-        rate = self._spec.acceleration_limits * self._tick
-        ticks = math.ceil(float((np.abs(velocity) / rate).max()))
-        slower = np.arange(1, ticks + 1)[:, None] * rate
-        speeds = np.sign(velocity) * np.maximum(np.abs(velocity) - slower, 0.0)
-        rows: Array = np.clip(self._last + np.cumsum(speeds, axis=0) * self._tick, self._spec.lower, self._spec.upper)
-        return rows if ticks else None
+        rows = braking_rows(self._spec, self._last, velocity, self._tick)
+        return rows if len(rows) else None
 
     def _check_change(self, change: Array, where: str) -> None:
         """Check a change of speed (n,) that comes about in one window."""
@@ -251,6 +247,23 @@ def _at(trajectory: Trajectory, seconds: float) -> Array:
     share = row - first
     at: Array = (1.0 - share) * trajectory.q[first] + share * trajectory.q[first + 1]
     return at
+
+
+def braking_rows(spec: RobotSpec, q: Array, velocity: Array, dt: float) -> Array:
+    """Return rows, shape (k, n), in which an arm comes to rest within its limits; none where it is at rest.
+
+    Args:
+        spec: Whose.
+        q: Where it is, shape (n,).
+        velocity: How fast it is there, rad/s or m/s, shape (n,).
+        dt: Seconds between rows; the first is that long after `q`.
+    """
+    rate = spec.acceleration_limits * dt
+    ticks = math.ceil(float((np.abs(velocity) / rate).max()))
+    slower = np.arange(1, ticks + 1)[:, None] * rate
+    speeds = np.sign(velocity) * np.maximum(np.abs(velocity) - slower, 0.0)
+    rows: Array = np.clip(q + np.cumsum(speeds, axis=0) * dt, spec.lower, spec.upper)
+    return rows
 
 
 def braking_seconds(spec: RobotSpec) -> tuple[float, float]:

@@ -7,9 +7,8 @@ import time
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
-from typing import ClassVar, Final, Protocol
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -21,10 +20,12 @@ from robosandbox.driver import (
     CameraSpec,
     Capabilities,
     Guard,
-    Senses,
+    IntegralAction,
+    open_eyes,
     per_tick,
     refusal,
 )
+from robosandbox.driver.integral import LARGEST_SHIFT
 from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
 from robosandbox.drivers.feetech.protocol import Reply
 from robosandbox.drivers.feetech.servos import STS, X_SERIES, Reading, ServoFamily
@@ -55,8 +56,6 @@ _log = logging.getLogger(__name__)
 
 # Seconds over which a speed is taken: one count in it is 0.015 rad/s, near what counts as standing.
 _SPEED_SECONDS = 0.1
-# Integral action as in the drivers `mujoco` and `hardware`: share of the error that is taken up in 10 ms, and the most of it, rad.
-_TRIM_SHARE, _LARGEST_TRIM = 0.08, 0.3
 # Seconds in which an arm that is switched on comes to lie in its servos.
 _SETTLE_SECONDS = 0.5
 # A joint is stuck that was sent on by this much, rad, within these seconds, and went a tenth of it: servos that are sent at a
@@ -67,15 +66,6 @@ _STUCK_RADIANS, _STUCK_SECONDS, _STUCK_SHARE = 0.1, 0.4, 0.1
 _COOLER = 5
 # Seconds for which an adapter may hold back a reply, as FTDI's do: by so much the moment of a reading is uncertain.
 _HELD_BACK = 0.016
-
-
-class Eyes(Senses, Protocol):
-    """Senses with cameras, made of a driver by what its option `cameras` names."""
-
-    @property
-    def cameras(self) -> Mapping[str, CameraSpec]:
-        """By the names that `capture` takes."""
-        ...
 
 
 class SerialServos(BareDriver):
@@ -157,10 +147,9 @@ class SerialServos(BareDriver):
             self._check_servos()
             self._hold()
             if cameras is not None:
-                module, _, function = cameras.partition(":")
-                eyes: Eyes = getattr(import_module(module), function)(self)
+                eyes = open_eyes(cameras, self)
                 self.senses, self._cameras = eyes, eyes.cameras
-        except (BusError, ImportError, AttributeError, ValueError) as error:
+        except (BusError, ValueError) as error:
             self._bus.close()
             raise InputError(f"--driver {type(self).__name__.lower()}: {error}") from None
         except BaseException:
@@ -363,7 +352,7 @@ class SerialServos(BareDriver):
         for joint in self.joints:
             counts = self._past[joint.id][-1].counts
             gives_way = joint.name not in self._arm.spec.joints or (
-                abs((self._goals[joint.id] - counts) * joint.radians) <= _LARGEST_TRIM
+                abs((self._goals[joint.id] - counts) * joint.radians) <= LARGEST_SHIFT
             )
             if not gives_way or self._bus.read(joint.id, self.family.torque) != 1:
                 self._bus.write(joint.id, self.family.goal, counts)
@@ -406,8 +395,7 @@ class _ServoArm(BareArm):
     ) -> None:
         super().__init__(cell, spec)
         self._cell, self._joints, self._kinematics, self._hand = cell, joints, kinematics, hand
-        # How far past where it is to be each joint is sent, against what its servo gives way to, rad.
-        self._shift = np.zeros(spec.n)
+        self._integral = IntegralAction(spec.n, cell.control_timestep)
 
     def state(self) -> ArmState:
         """Return what the encoders read; of one that is silent what it read last, and of that time."""
@@ -432,7 +420,7 @@ class _ServoArm(BareArm):
         back = round(_STUCK_SECONDS / tick)
         try:
             for index, row in enumerate(rows):
-                self._cell.send(self._joints, row + self._shift)
+                self._cell.send(self._joints, row + self._integral.shift)
                 if index >= back:
                     for joint, sent in zip(self._joints, row - rows[index - back], strict=True):
                         self._cell.check_stuck(joint, float(sent))
@@ -448,19 +436,18 @@ class _ServoArm(BareArm):
             LimitError: It is outside of what a servo was calibrated for.
         """
         self._check_range(goal[None])
-        share = min(1.0, _TRIM_SHARE * self._cell.control_timestep / 0.01)
-        self._shift = np.clip(self._shift + share * (goal - self.measured_q()), -_LARGEST_TRIM, _LARGEST_TRIM)
-        self._cell.send(self._joints, goal + self._shift)
+        self._integral.take_up(goal - self.measured_q())
+        self._cell.send(self._joints, goal + self._integral.shift)
         self._cell.tick(guards)
 
     def stop(self) -> None:
         """Command the arm to stay where its encoders say it is, held against what its servos give way to."""
-        self._cell.send(self._joints, self.measured_q() + self._shift)
+        self._cell.send(self._joints, self.measured_q() + self._integral.shift)
 
     def settle(self) -> None:
         """Take note of what the servos give way to while they hold."""
         goals = np.array([self._cell.goal(joint) for joint in self._joints])
-        self._shift = np.clip(goals - self.measured_q(), -_LARGEST_TRIM, _LARGEST_TRIM)
+        self._integral.begin_at(goals - self.measured_q())
 
     def measured_q(self) -> Array:
         """Return what the encoders read, shape (n,)."""

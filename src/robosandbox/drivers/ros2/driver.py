@@ -17,6 +17,8 @@ from robosandbox.driver import (
     BareHand,
     Capabilities,
     Guard,
+    IntegralAction,
+    braking_rows,
     refusal,
 )
 from robosandbox.errors import FaultError, InputError, Phase
@@ -53,8 +55,6 @@ _log = logging.getLogger(__name__)
 
 # Seconds over which a speed is taken where the joint states tell none.
 _SPEED_SECONDS = 0.1
-# Integral action as in the drivers `mujoco` and `hardware`: share of the error that is taken up in 10 ms, and the most of it, rad.
-_TRIM_SHARE, _LARGEST_TRIM = 0.08, 0.3
 
 
 class Ros2(BareDriver):
@@ -247,8 +247,7 @@ class _RosArm(BareArm):
         self._cell, self._joints, self._kinematics, self._hand = cell, joints, kinematics, hand
         # What the controller was sent last; None where it holds of itself.
         self._sent: Sent | None = None
-        # How far past where it is to be each joint is sent, against what its controller gives way to, rad.
-        self._shift = np.zeros(spec.n)
+        self._integral = IntegralAction(spec.n, cell.control_timestep)
         self._past: deque[tuple[float, Array]] = deque()
 
     @property
@@ -280,7 +279,7 @@ class _RosArm(BareArm):
         Raises:
             FaultError: The controller did not take it, gave it up, or does not answer; it says why.
         """
-        q, dt = trajectory.q + self._shift, trajectory.dt
+        q, dt = trajectory.q + self._integral.shift, trajectory.dt
         # A server that answers in several threads may otherwise take up the one before after this one.
         self._wait_for_answer(guards)
         # Within what is allowed it may begin beside where the arm is, which then goes there no faster than it may.
@@ -289,7 +288,11 @@ class _RosArm(BareArm):
             self._send(q, None, np.array([there]))
             self._watch(there, guards)
             return
-        braking = self._braking(q, dt) if trajectory.goes_on else np.empty((0, self.spec.n))
+        braking = (
+            braking_rows(self.spec, q[-1], (q[-1] - q[-2]) / dt, dt)
+            if trajectory.goes_on
+            else np.empty((0, self.spec.n))
+        )
         rows = np.concatenate([q, braking])
         velocities = np.gradient(rows, dt, axis=0)
         velocities[-1] = 0.0
@@ -303,11 +306,9 @@ class _RosArm(BareArm):
 
         A goal of one row is sent when the controller has answered the one before.
         """
-        share = min(1.0, _TRIM_SHARE * self._cell.control_timestep / 0.01)
-        off = goal - self.state().q
-        self._shift = np.clip(self._shift + share * off, -_LARGEST_TRIM, _LARGEST_TRIM)
+        self._integral.take_up(goal - self.state().q)
         if not self._cell.link.is_cancelling and (self._sent is None or self._sent.accepted is not None):
-            row = goal + self._shift
+            row = goal + self._integral.shift
             self._send(row[None], None, np.array([self._seconds_to(row)]))
         try:
             self._cell.tick(guards)
@@ -327,7 +328,7 @@ class _RosArm(BareArm):
     def forget(self) -> None:
         """Begin anew, after a fault."""
         self._sent = None
-        self._shift = np.zeros(self.spec.n)
+        self._integral.begin_at(np.zeros(self.spec.n))
 
     def look(self) -> None:
         """See what has become of what was sent, after a tick."""
@@ -395,16 +396,6 @@ class _RosArm(BareArm):
         except BaseException:
             self.stop()
             raise
-
-    def _braking(self, q: Array, dt: float) -> Array:
-        """Return rows, shape (k, n), in which an arm that ends at a speed comes to rest within its limits."""
-        velocity = (q[-1] - q[-2]) / dt
-        slower = np.arange(1, int(np.ceil(float((np.abs(velocity) / self.spec.acceleration_limits).max()) / dt)) + 2)[
-            :, None
-        ]
-        speeds = np.sign(velocity) * np.maximum(np.abs(velocity) - slower * dt * self.spec.acceleration_limits, 0.0)
-        rows: Array = np.clip(q[-1] + np.cumsum(speeds, axis=0) * dt, self.spec.lower, self.spec.upper)
-        return rows
 
     def _speeds(self) -> Array:
         """Return speeds from positions, rad/s, shape (n,)."""

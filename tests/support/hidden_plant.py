@@ -1,0 +1,172 @@
+"""A simulated world in a process of its own, behind the wire of a real machine: it tells tests its truth, and nobody else.
+
+Tests speak with it over a socket of its own: what a `PlantServer` has as `do_name(...)` a `Plant` has as `name(...)`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import select
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from multiprocessing.connection import Client, Listener
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from robosandbox.driver import BareSenses
+from robosandbox.sim.opening import open_mujoco
+from robosandbox.tasks.layouts import Layouts
+from robosandbox.tasks.loader import find_task, with_robot
+from robosandbox.types import PictureWindow, RgbdFrame, Truth
+
+Address = str | tuple[str, int]
+
+
+class PlantSim:
+    """The simulation of a task's world, with quick ways to its numbers; its arm's servos do not know how heavy it is."""
+
+    def __init__(self, world: Any) -> None:
+        self.world, self.model, self.data = world, world.model, world._live
+        self.dofs = world.robot.dof_indices
+        self.model.body_gravcomp[list(world.robot.bodies)] = 0.0
+
+    @classmethod
+    def of(cls, task: str, robot: str | None, seed: int, tick: float) -> Self:
+        """Lay out a task's world, a tick of commands after the other."""
+        found = find_task(task)
+        if robot is not None:
+            found = found.model_copy(update={"scene": with_robot(found.scene, Path(robot))})
+        return Layouts(found).lay_out(
+            seed, lambda scene, q: cls(open_mujoco(scene, control_timestep=tick, felt=found.felt, start_q=q))
+        )
+
+    def q(self, qpos: int) -> float:
+        return float(self.data.qpos[qpos])
+
+    def force(self, actuator: int) -> float:
+        return float(self.data.actuator_force[actuator])
+
+    def hold(self, joints: dict[int, float]) -> None:
+        self.data.qpos[[*joints]] = [*joints.values()]
+        self.data.qvel[self.dofs] = 0.0
+
+    def speed(self) -> float:
+        return float(np.abs(self.data.qvel[self.dofs]).max())
+
+
+class PlantServer:
+    """The plant's end of the socket.
+
+    Args:
+        sim: The world.
+        address: Of the socket: a path, or host and port.
+    """
+
+    def __init__(self, sim: PlantSim, address: Address) -> None:
+        self.sim, self.blind = sim, False
+        with contextlib.suppress(Exception):
+            # The first picture takes a second.
+            self.do_capture(next(iter(self.do_cameras())), None)
+        self.speeds: deque[tuple[float, float]] = deque(maxlen=20000)
+        self.listener = Listener(address)
+        self.clients: list[Any] = []
+
+    def ready(self, seconds: float, *others: Any) -> list[Any]:
+        """Wait until somebody asks, or one of `others` can be read; return who."""
+        watched = [self.listener._listener._socket, *self.clients, *others]
+        return select.select(watched, [], [], seconds)[0]
+
+    def answer(self, items: Sequence[Any]) -> None:
+        """Answer those who ask."""
+        for item in items:
+            if item is self.listener._listener._socket:
+                self.clients.append(self.listener.accept())
+            else:
+                try:
+                    name, arguments = item.recv()
+                    item.send(getattr(self, f"do_{name}")(*arguments))
+                except (EOFError, OSError):
+                    self.clients.remove(item)
+
+    def watch(self) -> None:
+        """Note how fast the arm is, after a tick."""
+        self.speeds.append((time.monotonic(), self.sim.speed()))
+
+    def do_truth(self) -> Truth:
+        return self.sim.world.truth()
+
+    def do_cameras(self) -> Mapping[str, Any]:
+        return self.sim.world.camera_specs()
+
+    def do_capture(self, camera: str, window: PictureWindow | None) -> RgbdFrame | Exception:
+        if self.blind:
+            return OSError(f"the camera {camera} is gone")
+        try:
+            return self.sim.world.capture(camera, window)
+        except Exception as error:
+            return error
+
+    def do_speeds(self, since: float) -> list[tuple[float, float]]:
+        """(seconds, largest speed of a joint) since a moment of the monotonic clock."""
+        late = itertools.takewhile(lambda each: each[0] >= since, reversed(self.speeds))
+        return [*late][::-1]
+
+
+class Plant:
+    """A test's end of the socket: truth, pictures and faults of a plant."""
+
+    def __init__(self, address: Address) -> None:
+        self.address = address
+        self._client = Client(address)
+
+    def __getattr__(self, name: str) -> Any:
+        def ask(*arguments: Any) -> Any:
+            self._client.send((name, arguments))
+            answer = self._client.recv()
+            if isinstance(answer, Exception):
+                raise answer
+            return answer
+
+        return ask
+
+
+class PlantCameras(BareSenses):
+    """Cameras of the plant; joints are those that the driver reads.
+
+    Args:
+        driver: Whose they are.
+        plant: Where they are.
+    """
+
+    def __init__(self, driver: Any, plant: Plant) -> None:
+        super().__init__(driver)
+        self._plant = plant
+        self.cameras = plant.cameras()
+
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
+        arms = self.driver.posture()
+        return replace(self._plant.capture(camera, window), time=self.driver.time, arms=arms)
+
+
+@contextlib.contextmanager
+def running(module: str, folder: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a plant, which makes the file `ready` in a folder when it is."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    command = [sys.executable, "-m", module, str(folder), *arguments]
+    with subprocess.Popen(command, env=environment) as process:
+        try:
+            while not (folder / "ready").exists():
+                if process.poll() is not None:
+                    raise RuntimeError(f"the plant ended with {process.returncode}")
+                time.sleep(0.05)
+            yield process
+        finally:
+            process.kill()

@@ -1,0 +1,55 @@
+"""Task runs on a hidden plant, which is the judge, and how long its arm takes to stand."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from typing import Any
+
+from support.hidden_plant import Plant
+
+from robosandbox.errors import RoboSandboxError
+from robosandbox.tasks.evaluate import evaluate
+from robosandbox.tasks.loader import find_task
+from robosandbox.workcell.session import EmbeddedWorkcell
+
+# Slower than this the arm stands, rad/s: what an encoder's single count makes of a joint that holds.
+STANDS = 0.05
+# Seconds for which it has to.
+STANDS_FOR = 0.3
+
+
+def run_tasks(
+    cell_of: Callable[[str, int], AbstractContextManager[tuple[Plant, EmbeddedWorkcell]]],
+    names: Sequence[str],
+    seeds: range,
+) -> list[dict[str, Any]]:
+    """Run tasks in cells that are opened by task and seed; print and return a row an episode."""
+    rows = []
+    for name in names:
+        for seed in seeds:
+            row: dict[str, Any] = {"task": name, "seed": seed, "claimed": False, "judged": False}
+            began = time.monotonic()
+            try:
+                with cell_of(name, seed) as (plant, cell):
+                    start = plant.truth()
+                    result = cell.run()
+                    row |= {"claimed": result.success, "said": result.final_detail[:200]}
+                    row["judged"] = evaluate(find_task(name).success, start, plant.truth, time.sleep).success
+                    row["fault"] = cell.driver.fault
+            except RoboSandboxError as error:
+                row["said"] = f"{type(error).__name__}: {error}"[:200]
+            row["seconds"] = round(time.monotonic() - began, 1)
+            rows.append(row)
+            print(json.dumps(row), flush=True)
+    return rows
+
+
+def stood_after(plant: Plant, since: float) -> float | None:
+    """Return the seconds from a moment until the arm stood; None where it does not stand."""
+    speeds = plant.speeds(since)
+    moving = [moment for moment, speed in speeds if speed >= STANDS]
+    last = moving[-1] if moving else since
+    return round(last - since, 2) if speeds and speeds[-1][0] - last >= STANDS_FOR else None
