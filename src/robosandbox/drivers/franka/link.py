@@ -194,7 +194,7 @@ class FrankaLink:
         for states in (self._arm_states, self._hand_states):
             if states is not None:
                 states.close(self._deadline)
-        # It takes another client when these are gone.
+        # The controller takes another client when these are gone.
         self._robot = self._gripper = None
         self._is_moving = False
 
@@ -319,17 +319,16 @@ class FrankaLink:
 
         That raises LinkError where it failed.
         """
-        return _outcome(self._hand_controller.move_async(width, speed))
+        hand = self._hand_controller
+        return _begun(lambda: hand.move(width, speed))
 
     def grasp(self, width: float, speed: float, force: float) -> Callable[[], bool]:
         """Close the fingers towards a width, metres, until they press with `force`, N; likewise.
 
         Whatever is between them counts as grasped, since what was to be there is for the caller to judge.
         """
-        reach = self.hand.max_width
-        return _outcome(
-            self._hand_controller.grasp_async(width, speed, force, epsilon_inner=reach, epsilon_outer=reach)
-        )
+        hand, reach = self._hand_controller, self.hand.max_width
+        return _begun(lambda: hand.grasp(width, speed, force, epsilon_inner=reach, epsilon_outer=reach))
 
     def _read_arm(self) -> tuple[float, Reading]:
         state = self._controller.state
@@ -365,12 +364,15 @@ class FrankaLink:
         return lower, upper, effort
 
 
-def _outcome(future: franky.BoolFuture) -> Callable[[], bool]:
+def _begun(command: Callable[[], bool]) -> Callable[[], bool]:
+    """Begin a command of the hand, which franky waits for; its thread keeps the connection until it is answered."""
+    future = in_background(command)
+
     def is_over() -> bool:
-        if not future.wait(0.0):
+        if not future.done():
             return False
         try:
-            future.get()
+            future.result()
         except _FAILURES as error:
             raise LinkError(str(error)) from None
         return True
