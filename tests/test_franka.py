@@ -263,7 +263,9 @@ def test_a_press_is_felt_and_stopped_at_its_limit(plant: Plant) -> None:
         # The fingers reach beyond the TCP: with it on the table they are in it.
         goal = kinematics.solve(np.array([*position[:2], TABLE_HEIGHT]), rotation, q).q
         ramp = np.linspace(0.0, 1.0, 500)[:, None]
-        with pytest.raises(LimitError, match=r"presses on something with up to [\d.]+ N, and limits.max_force_n allows 20"):
+        with pytest.raises(
+            LimitError, match=r"presses on something with up to [\d.]+ N, and limits.max_force_n allows 20"
+        ):
             driver.arms["arm"].follow(Trajectory(q=q + (3.0 - 2.0 * ramp) * ramp**2 * (goal - q), dt=0.01))
 
 

@@ -39,7 +39,7 @@ _CYCLE = 0.001
 # Cycles from one estimate of the force at the hand to the next.
 _ESTIMATE = 10
 # Where `cartesian_reflex` stands among the errors in a robot's state.
-_CARTESIAN_REFLEX = 6
+_CARTESIAN_REFLEX = 7
 # Of its joints, N m/rad.
 _STIFFNESS = (4500.0, 4500.0, 3500.0, 3500.0, 2000.0, 2000.0, 2000.0)
 # Port of the tests' socket, beside the controller's 1337 and the hand's 1338.
