@@ -39,7 +39,7 @@ _CYCLE = 0.001
 # Cycles from one estimate of the force at the hand to the next.
 _ESTIMATE = 10
 # Where `cartesian_reflex` stands among the errors in a robot's state.
-_CARTESIAN_REFLEX = 6
+_CARTESIAN_REFLEX = 7
 # Of its joints, N m/rad.
 _STIFFNESS = (4500.0, 4500.0, 3500.0, 3500.0, 2000.0, 2000.0, 2000.0)
 # Port of the tests' socket, beside the controller's 1337 and the hand's 1338.
@@ -65,7 +65,7 @@ class PlantRobot(franky_sim.BaseRobot):
         self.hand_goal, self.hand_speed = self._get_hand_width(), 0.0
         self.hand_jams = False
         self.torques = np.zeros(7)
-        # Every configuration that a client commanded, and when.
+        # When a client commanded what.
         self.commands: list[tuple[float, ...]] = []
 
     def _get_state(self) -> InnerRobotState:
@@ -77,7 +77,8 @@ class PlantRobot(franky_sim.BaseRobot):
         self.sim.data.qfrc_applied[self.dofs] = torques
 
     def joint_position_control(self, target_q: Sequence[float], has_new_command: bool = True) -> None:
-        if has_new_command:
+        # What holds it between motions is the controller's own.
+        if has_new_command and self.server is not None and self.server.current_motion_id:
             self.commands.append((time.monotonic(), *map(float, target_q)))
         super().joint_position_control(target_q, has_new_command)
 

@@ -98,7 +98,7 @@ class _Reader(Generic[T]):
             try:
                 told, state = self._read()
             except (*_FAILURES, LinkError) as error:
-                self.error = str(error)
+                self.error = _said(error)
                 return
             # In a motion franky returns the state that it had last.
             if told != self._last:
@@ -119,6 +119,11 @@ def in_background(function: Callable[[], T]) -> Future[T]:
     return future
 
 
+def _said(error: Exception) -> str:
+    """Return what libfranka says; figures of the connection follow in lines of their own."""
+    return str(error).partition("\n")[0]
+
+
 def _within(seconds: float, what: str, function: Callable[[], T]) -> T:
     """Return what a function of libfranka's returns; raises LinkError where that fails or takes longer."""
     try:
@@ -126,7 +131,7 @@ def _within(seconds: float, what: str, function: Callable[[], T]) -> T:
     except TimeoutError:
         raise LinkError(f"{what}: no answer within {seconds:g} s") from None
     except _FAILURES as error:
-        raise LinkError(f"{what}: {error}") from None
+        raise LinkError(f"{what}: {_said(error)}") from None
 
 
 class FrankaLink:
@@ -194,7 +199,7 @@ class FrankaLink:
         for states in (self._arm_states, self._hand_states):
             if states is not None:
                 states.close(self._deadline)
-        # It takes another client when these are gone.
+        # The controller takes another client when these are gone.
         self._robot = self._gripper = None
         self._is_moving = False
 
@@ -271,7 +276,7 @@ class FrankaLink:
             # What is planned here is smooth: a filter would only have the next waypoint planned for from a place behind.
             self._controller.move(franky.JointWaypointMotion(waypoints), asynchronous=True, cutoff_frequency=_NO_FILTER)
         except _FAILURES as error:
-            raise LinkError(str(error)) from None
+            raise LinkError(_said(error)) from None
 
     def has_arrived(self) -> bool:
         """Tell whether what was begun last has ended as it was to.
@@ -286,7 +291,7 @@ class FrankaLink:
             ended: bool = self._controller.poll_motion()
         except _FAILURES as error:
             self._is_moving = False
-            raise LinkError(str(error)) from None
+            raise LinkError(_said(error)) from None
         self._is_moving = not ended
         return ended
 
@@ -319,17 +324,16 @@ class FrankaLink:
 
         That raises LinkError where it failed.
         """
-        return _outcome(self._hand_controller.move_async(width, speed))
+        hand = self._hand_controller
+        return _begun(lambda: hand.move(width, speed))
 
     def grasp(self, width: float, speed: float, force: float) -> Callable[[], bool]:
         """Close the fingers towards a width, metres, until they press with `force`, N; likewise.
 
         Whatever is between them counts as grasped, since what was to be there is for the caller to judge.
         """
-        reach = self.hand.max_width
-        return _outcome(
-            self._hand_controller.grasp_async(width, speed, force, epsilon_inner=reach, epsilon_outer=reach)
-        )
+        hand, reach = self._hand_controller, self.hand.max_width
+        return _begun(lambda: hand.grasp(width, speed, force, epsilon_inner=reach, epsilon_outer=reach))
 
     def _read_arm(self) -> tuple[float, Reading]:
         state = self._controller.state
@@ -365,14 +369,17 @@ class FrankaLink:
         return lower, upper, effort
 
 
-def _outcome(future: franky.BoolFuture) -> Callable[[], bool]:
+def _begun(command: Callable[[], bool]) -> Callable[[], bool]:
+    """Begin a command of the hand, which franky waits for; its thread keeps the connection until it is answered."""
+    future = in_background(command)
+
     def is_over() -> bool:
-        if not future.wait(0.0):
+        if not future.done():
             return False
         try:
-            future.get()
+            future.result()
         except _FAILURES as error:
-            raise LinkError(str(error)) from None
+            raise LinkError(_said(error)) from None
         return True
 
     return is_over
