@@ -35,6 +35,8 @@ def fuzz(driver: SafeDriver, commands: int, seed: int) -> int:
                     driver.hands["hand"].set_gripper(float(random.choice([-1.0, 0.0, 0.5, 1.0, 2.0, np.nan])))
         except FaultError:
             refused += 1
+            # Nobody ends a fault while the arm comes to stand.
+            driver.wait(driver.safety.stop_deadline)
             driver.recover()
         except (LimitError, ValueError):
             refused += 1

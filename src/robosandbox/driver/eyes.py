@@ -10,8 +10,7 @@ from robosandbox.driver.protocols import Senses
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.driver.capabilities import CameraSpec
-    from robosandbox.driver.protocols import Driver
+    from robosandbox.driver.capabilities import CameraSpec, Declares
 
 
 class Eyes(Senses, Protocol):
@@ -23,7 +22,7 @@ class Eyes(Senses, Protocol):
         ...
 
 
-def open_eyes(named: str, driver: Driver) -> Eyes:
+def open_eyes(named: str, driver: Declares) -> Eyes:
     """Return the senses that `module:function` makes of a driver.
 
     Raises:

@@ -469,7 +469,7 @@ class _FrankaHand(BareHand):
             if self._is_over is not None and self._is_over():
                 self._is_over = None
             if self._is_over is not None and cell.link.hand.time > self._deadline:
-                self._is_over = None
+                self._is_over = self._closed = None
                 cell.fail(
                     f"the hand does not say that it has done what it was told, {cell.answer:g} s after it should have: look "
                     "what is between its fingers, then recover()"
@@ -478,12 +478,12 @@ class _FrankaHand(BareHand):
                 self._send(*self._wanted)
                 self._wanted = None
         except LinkError as error:
-            self._is_over = None
+            self._is_over = self._closed = None
             cell.fail(f"the hand did not do what it was told ({error}): home it in Desk, then recover()")
 
     def forget(self) -> None:
-        """Begin anew, after a fault: nobody knows what it was doing."""
-        self._closed, self._wanted, self._is_over = None, None, None
+        """Begin anew, after a fault; a hand that did what it was told goes on holding what it holds."""
+        self._wanted, self._is_over = None, None
 
     def _send(self, closed: float, force: float | None) -> None:
         geometry, link = self.spec.geometry, self._cell.link
