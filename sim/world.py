@@ -225,10 +225,6 @@ def _own_room(scene: Scene, robots: Iterable[RobotModel]) -> mujoco.MjSpec:
 def _room_of(file: SceneFile, scene: Scene) -> mujoco.MjSpec:
     """Return somebody's scene as it is, less what is left out, and with cameras that see its table."""
     spec = file.spec(keep=[item.id for item in scene.objects if item.body is not None])
-    if spec.option.integrator == mujoco.mjtIntegrator.mjINT_EULER:
-        # Euler's method treats the damping of joints alone implicitly: the arm's own file may count on more, and stiff servos
-        # oscillate without. What has no motor moves as before.
-        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     # Pictures need room; none of this is physics.
     spec.visual.global_.offwidth = max(int(spec.visual.global_.offwidth), 1280)
     spec.visual.global_.offheight = max(int(spec.visual.global_.offheight), 960)
