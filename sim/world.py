@@ -17,6 +17,7 @@ from robosandbox.robots.loader import WRIST_CAMERA, RobotModel, robots_of
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.calibration_board import CalibrationBoard
+from robosandbox.sim.integration import use_stable_integrator
 from robosandbox.sim.keyframes import put_keyframes
 from robosandbox.sim.objects import PREFIX, add_objects, body_names
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
@@ -150,6 +151,7 @@ def build_world(
         put_keyframes(spec, file.keyframes, model, homes)
         model = _compiled(spec, models.values())
     bound = {name: robot_model.bind(model, _prefix(name)) for name, robot_model in models.items()}
+    use_stable_integrator(model, bound.values())
     cameras = {
         **_cameras(model, tuple(map(_prefix, models))),
         **{"wrist" if name == ARM else f"{name}_wrist": _prefix(name) + WRIST_CAMERA for name in models},

@@ -593,6 +593,16 @@ GLIDING = """
 """
 
 
+@pytest.mark.parametrize(("timestep", "method"), [(0.002, "EULER"), (0.005, "IMPLICITFAST")])
+def test_a_file_of_eulers_method_is_stepped_implicitly_where_servos_would_oscillate(
+    tmp_path: Path, timestep: float, method: str
+) -> None:
+    path = tmp_path / "room.xml"
+    path.write_text(GLIDING.replace("<worldbody>", f'<option timestep="{timestep}"/><worldbody>'))
+    driver = open_mujoco(Scene(world=path, robot_base=(0.0, 0.0, 0.4, 0.0)))
+    assert driver.world.model.opt.integrator == getattr(mujoco.mjtIntegrator, f"mjINT_{method}")
+
+
 def test_what_glides_on_two_slides_is_a_thing_that_is_pushed_to_a_point(tmp_path: Path) -> None:
     path = tmp_path / "room.xml"
     path.write_text(GLIDING)

@@ -284,20 +284,16 @@ def _command(values: dict[str, Any], text: str) -> Any:
             )
             for level, ref in values["order"]
         )
-    named = values.pop("namely", ())
-    if named:
-        # "put two of the cans in the box: the tall one and the red one"
-        whole = values.get("objects", ())
-        if len(whole) != 1 or whole[0].number != len(named) or any(ref.plural for ref in named):
-            raise Misfit
-        kind = replace(whole[0], determiner="a", number=None, total=None, plural=False)
-        values["objects"] = tuple(replace(_of_kind(ref, kind), told_to_be=(kind,)) for ref in named)
     part = values.pop("part", ())
     if part:
-        # "put the cans in the box, but only the tall one"
-        if len(values.get("objects", ())) != 1 or not _is_several(values["objects"][0]) or part[0].plural:
+        # "put the cans in the box, but only the tall one", "put two of the cans in the box: the tall one and the red one"
+        whole = values["objects"][0] if len(values.get("objects", ())) == 1 else None
+        if whole is None or not _is_several(whole) or any(ref.plural for ref in part):
             raise Misfit
-        values["objects"] = tuple(_of_kind(ref, values["objects"][0]) for ref in part)
+        if len(part) > 1 and whole.number != len(part):
+            raise Misfit
+        kind = replace(whole, determiner="a", number=None, total=None, plural=False)
+        values["objects"] = tuple(replace(_of_kind(ref, kind), told_to_be=(kind,)) for ref in part)
     chosen = values.pop("whichever", ())
     if chosen:
         if len(values.get("objects", ())) != 1 or not values["objects"][0].options:

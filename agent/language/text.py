@@ -237,8 +237,9 @@ def _without_courtesies(told: Sequence[Token], words: SceneWords, vocabulary: Vo
     while i < len(told):
         token = told[i]
         hits = list(vocabulary.at(told, i))
+        verbs = [(name, hit.end) for name, hit in hits if name.startswith("V_")]
         own = max(
-            (after.end for name, hit in hits for what, after in vocabulary.at(told, hit.end) if what == f"WITH_{name}"),
+            (hit.end for verb, end in verbs for name, hit in vocabulary.at(told, end) if name == f"WITH_{verb}"),
             default=i,
         )
         if own > i:

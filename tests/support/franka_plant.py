@@ -232,7 +232,7 @@ class FrankaPlant(hidden_plant.PlantServer):
         return np.array(self.robot.commands).reshape(-1, 8)
 
     def do_q(self) -> tuple[float, ...]:
-        """Where the arm is, rad."""
+        """Joint positions of the arm, rad, shape (7,)."""
         return self.robot.inner_state.q
 
 

@@ -19,6 +19,7 @@ from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand, P
 from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode, Senses, Simulated
 from robosandbox.driver.safe import SafeDriver, made_safe
 from robosandbox.driver.safety import Safety
+from robosandbox.driver.wall_clock import WallClockDriver
 from robosandbox.types.robot import ARM, HAND
 
 __all__ = [
@@ -49,6 +50,7 @@ __all__ = [
     "Safety",
     "Senses",
     "Simulated",
+    "WallClockDriver",
     "braking_rows",
     "come_to_rest",
     "driver_factory",

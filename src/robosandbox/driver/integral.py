@@ -14,7 +14,7 @@ _SHARE, _PER_SECONDS, LARGEST_SHIFT = 0.08, 0.01, 0.3
 
 
 class IntegralAction:
-    """How far past where it is to be each joint is sent, against what its controller gives way to.
+    """Shift of joint commands beyond the goal, against what a controller gives way to.
 
     Args:
         joints: The number of joints, n.

@@ -15,12 +15,12 @@ import numpy as np
 from robosandbox.driver import (
     ARM,
     BareArm,
-    BareDriver,
     BareHand,
     CameraSpec,
     Capabilities,
     Guard,
     IntegralAction,
+    WallClockDriver,
     open_eyes,
     per_tick,
     refusal,
@@ -68,7 +68,7 @@ _COOLER = 5
 _HELD_BACK = 0.016
 
 
-class SerialServos(BareDriver):
+class SerialServos(WallClockDriver):
     """An arm whose joints, and gripper, are servos on one serial bus.
 
     Args:
@@ -105,7 +105,7 @@ class SerialServos(BareDriver):
         release: bool = False,
         cameras: str | None = None,
     ) -> None:
-        super().__init__()
+        super().__init__(tick)
         for name, share in (("speed", speed), ("grip", grip)):
             if not 0.0 < share <= 1.0:
                 raise InputError(f"{name} is {share:g}; give a share above 0, to 1")
@@ -121,12 +121,10 @@ class SerialServos(BareDriver):
         servos = None if calibration is None else read_calibration(calibration)
         self.joints = servo_joints(servos, names, limits, self.family.counts)
         self._ids = [joint.id for joint in self.joints]
-        self.control_timestep, self.port = tick, port
-        self.speed = speed
+        self.port, self.speed = port, speed
         self._baud, self._grip, self._release = baud, grip, release
         self._link_timeout = link_timeout
         self._calibrated = servos is not None
-        self._began = self._due = time.monotonic()
         self._past: dict[int, deque[Reading]] = {}
         self._silent_since: dict[int, float] = {}
         self._goals: dict[int, int] = {}
@@ -161,11 +159,6 @@ class SerialServos(BareDriver):
         """Encoders, and cameras where there are some."""
         return Capabilities(cameras=self._cameras, clock="wall", link_timeout=self._link_timeout)
 
-    @property
-    def time(self) -> float:
-        """Seconds since it was opened."""
-        return time.monotonic() - self._began
-
     def close(self) -> None:
         """Let go of the port; the servos hold where they are, unless they are to be released."""
         self._loop.close()
@@ -175,11 +168,6 @@ class SerialServos(BareDriver):
         except BusError as error:
             _log.warning("the torque is still on: %s", error)
         self._bus.close()
-
-    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
-        """Let time pass with the last commands held."""
-        for _ in range(max(1, round(seconds / self.control_timestep))):
-            self.tick(guards)
 
     def recover(self) -> None:
         """Open the port again, have every servo hold where it is, and end a fault.
@@ -225,16 +213,13 @@ class SerialServos(BareDriver):
         try:
             self._bus.write_all(self.family.goal, goals)
         except BusError as error:
-            self._fail(f"{error}; the servos hold where they were sent last")
+            self.fail(f"{error}; the servos hold where they were sent last")
         else:
             self._goals |= goals
 
-    def tick(self, guards: Sequence[Guard]) -> None:
-        """Let one control tick pass, and ask the guards; a tick that comes late does not hurry the next one."""
-        self._due = max(self._due + self.control_timestep, time.monotonic())
-        time.sleep(max(0.0, self._due - time.monotonic()))
+    def look(self) -> None:
+        """Read every servo once."""
         self.poll()
-        self._ticked(guards)
 
     def posture(self) -> dict[str, Posture]:
         """Return how the arm stands, as a frame of a camera tells it."""
@@ -248,7 +233,7 @@ class SerialServos(BareDriver):
         try:
             replies = self._bus.read_all(self._ids, self.family.state)
         except BusError as error:
-            self._fail(f"{error}; the servos hold where they were sent last")
+            self.fail(f"{error}; the servos hold where they were sent last")
             return False
         now = self.time
         for joint in self.joints:
@@ -263,19 +248,19 @@ class SerialServos(BareDriver):
                 while now - past[0].time > _STUCK_SECONDS:
                     past.popleft()
             elif (silent := now - self._silent_since.setdefault(joint.id, asked)) > self._link_timeout:
-                self._fail(f"{joint.said} has not answered for {silent:.2f} s: look after its cable and its power")
+                self.fail(f"{joint.said} has not answered for {silent:.2f} s: look after its cable and its power")
         return len(replies) == len(self.joints)
 
     def _check_reading(self, joint: ServoJoint, reading: Reading, before: Reading | None, now: float) -> None:
         hottest = self._limits_celsius[joint.id] - _COOLER
         if reading.celsius >= hottest:
-            self._fail(
+            self.fail(
                 f"{joint.said} is at {reading.celsius} C, and {hottest} are allowed: let it cool, with less load on it"
             )
         if before is not None:
             gone, gap = abs(reading.counts - before.counts), now - before.time
             if gone > self._quickest[joint.id] * (gap + _HELD_BACK):
-                self._fail(
+                self.fail(
                     f"{joint.said} read {before.counts}, and {gap:.3f} s later {reading.counts} counts: farther than it can go; "
                     "look whether its horn slips or its encoder fails, and calibrate it again"
                 )
@@ -286,7 +271,7 @@ class SerialServos(BareDriver):
         except BusError:
             errors = ["reports an error, and does not say which"]
         for said in errors:
-            self._fail(
+            self.fail(
                 f"{joint.said} {said}: {reading.celsius} C, {reading.volts:.1f} V, {100 * abs(reading.load):.0f} % load"
             )
 
@@ -298,16 +283,10 @@ class SerialServos(BareDriver):
             return
         gone = abs(past[-1].counts - past[0].counts) * abs(joint.radians)
         if abs(sent) > _STUCK_RADIANS and gone < _STUCK_SHARE * abs(sent):
-            self._fail(
+            self.fail(
                 f"{joint.said} was sent on by {abs(sent):.2f} rad in {_STUCK_SECONDS:g} s and went {gone:.2f}: something is in its "
                 f"way, or it is stuck ({100 * abs(past[-1].load):.0f} % load)"
             )
-
-    def _fail(self, why: str) -> None:
-        """Take note of a fault; the first one is kept."""
-        if not self.fault:
-            self.fault = why
-            _log.error(why)
 
     def _check_servos(self) -> None:
         """See whether the servos are those of the calibration; raises InputError or BusError."""

@@ -13,7 +13,6 @@ from robosandbox.driver import (
     ARM,
     TOLERANCES,
     BareArm,
-    BareDriver,
     BareHand,
     BareSenses,
     CameraSpec,
@@ -21,6 +20,7 @@ from robosandbox.driver import (
     Eyes,
     Guard,
     IntegralAction,
+    WallClockDriver,
     braking_rows,
     open_eyes,
     refusal,
@@ -65,7 +65,7 @@ _MODES: Mapping[str, str] = {
 }
 
 
-class Franka(BareDriver):
+class Franka(WallClockDriver):
     """A Franka arm with seven joints, and its hand, behind the controller's FCI.
 
     Args:
@@ -102,7 +102,7 @@ class Franka(BareDriver):
         link_timeout: float = 0.1,
         answer: float = 1.0,
     ) -> None:
-        super().__init__()
+        super().__init__(tick)
         if not 0.0 < speed <= 1.0:
             raise InputError(f"speed is {speed:g}; give a share above 0, to 1")
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
@@ -110,10 +110,9 @@ class Franka(BareDriver):
         spec = planning.robot.spec
         if spec.n != 7:
             raise InputError(f"--driver franka: {spec.name} has {spec.n} joints; a Franka has 7")
-        self.control_timestep, self.host, self.speed, self.answer = tick, host, speed, answer
+        self.host, self.speed, self.answer = host, speed, answer
         self._realtime, self._wrench, self._link_timeout = realtime, wrench, link_timeout
         self._planned_gripper = planning.robot.gripper
-        self._began = self._due = time.monotonic()
         try:
             self.link = self._connect(spec)
         except LinkError as error:
@@ -134,7 +133,7 @@ class Franka(BareDriver):
         self._cameras = {} if eyes is None else eyes.cameras
         (robot,) = robots_of(populated(scene)).values()
         self.senses = _FrankaSenses(self, eyes, robot.base_pose.rotation)
-        self._look()
+        self.look()
         if realtime == "ignore":
             _log.warning(
                 "realtime: this computer may be late with a command at any time, which ends a motion with "
@@ -152,11 +151,6 @@ class Franka(BareDriver):
             link_timeout=self._link_timeout,
         )
 
-    @property
-    def time(self) -> float:
-        """Seconds since it was opened."""
-        return time.monotonic() - self._began
-
     def close(self) -> None:
         """Brake what moves, and let go of the controller, which holds the arm."""
         self._loop.close()
@@ -165,11 +159,6 @@ class Franka(BareDriver):
         while self.link.is_stopping and time.monotonic() < end:
             time.sleep(self.control_timestep)
         self.link.close()
-
-    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
-        """Let time pass with the last commands held."""
-        for _ in range(max(1, round(seconds / self.control_timestep))):
-            self.tick(guards)
 
     def recover(self) -> None:
         """Connect again where the link is lost, have the controller end its errors, and end a fault.
@@ -190,7 +179,7 @@ class Franka(BareDriver):
         if self._hand is not None:
             self._hand.forget()
         if not self.fault:
-            self._look()
+            self.look()
         if self.fault:
             raise FaultError(f"{self.fault}; it is not over", phase=Phase.CHECK)
 
@@ -199,20 +188,7 @@ class Franka(BareDriver):
     @property
     def heard(self) -> float:
         """When the arm was last heard of, by this driver's clock."""
-        return self.link.heard - self._began
-
-    def tick(self, guards: Sequence[Guard]) -> None:
-        """Let one control tick pass, and ask the guards; a tick that comes late does not hurry the next one."""
-        self._due = max(self._due + self.control_timestep, time.monotonic())
-        time.sleep(max(0.0, self._due - time.monotonic()))
-        self._look()
-        self._ticked(guards)
-
-    def fail(self, why: str) -> None:
-        """Take note of a fault; the first one is kept."""
-        if not self.fault:
-            self.fault = why
-            _log.error(why)
+        return self.since(self.link.heard)
 
     def posture(self) -> dict[str, Posture]:
         """Return how the arm stands, as a frame of a camera tells it."""
@@ -243,7 +219,7 @@ class Franka(BareDriver):
         while self.link.arm.mode in (*_MODES, "AutomaticErrorRecovery") and time.monotonic() < end:
             time.sleep(self.control_timestep)
 
-    def _look(self) -> None:
+    def look(self) -> None:
         """See what is the matter with the link, the controller and the hand."""
         if self.link.error:
             self.fail(

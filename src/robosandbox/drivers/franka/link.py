@@ -184,12 +184,12 @@ class FrankaLink:
 
     @property
     def arm(self) -> Reading:
-        """What the arm told last."""
+        """The arm's last reading."""
         return self._arm_states.latest
 
     @property
     def hand(self) -> HandReading:
-        """What the hand told last."""
+        """The hand's last reading; raises LinkError where there is none."""
         if self._hand_states is None:
             raise LinkError("there is no hand on this link")
         return self._hand_states.latest

@@ -11,7 +11,7 @@ from robosandbox.types import Array
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Waypoints:
-    """Where a motion passes, one waypoint after the other.
+    """Configurations that a motion passes, one after the other.
 
     Attributes:
         q: Configurations, rad, shape (k, n).

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections import deque
 from collections.abc import Sequence
@@ -13,11 +12,11 @@ import numpy as np
 from robosandbox.driver import (
     ARM,
     BareArm,
-    BareDriver,
     BareHand,
     Capabilities,
     Guard,
     IntegralAction,
+    WallClockDriver,
     braking_rows,
     refusal,
 )
@@ -51,13 +50,11 @@ except ImportError as error:
         "shell, with a Python that it was built for, and have its package ros-jazzy-control-msgs; docs/ros2.md"
     ) from None
 
-_log = logging.getLogger(__name__)
-
 # Seconds over which a speed is taken where the joint states tell none.
 _SPEED_SECONDS = 0.1
 
 
-class Ros2(BareDriver):
+class Ros2(WallClockDriver):
     """An arm, and its gripper, behind controllers of ros2_control or others that serve the same actions.
 
     Args:
@@ -109,14 +106,13 @@ class Ros2(BareDriver):
         answer: float = 1.0,
         discovery: float = 10.0,
     ) -> None:
-        super().__init__()
+        super().__init__(tick)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
         planning = PlanningScenes(scene).of(nothing)
         spec = planning.robot.spec
-        self.control_timestep, self.answer = tick, answer
+        self.answer = answer
         self._planned_gripper = planning.robot.gripper
         self._link_timeout, self._joints = link_timeout, [prefix + joint for joint in spec.joints]
-        self._began = self._due = time.monotonic()
         self._wrench = wrench
         topics = [topic for topic in cameras.split("+") if topic]
         hand = None
@@ -160,11 +156,6 @@ class Ros2(BareDriver):
             link_timeout=self._link_timeout,
         )
 
-    @property
-    def time(self) -> float:
-        """Seconds since it was opened."""
-        return time.monotonic() - self._began
-
     def close(self) -> None:
         """End what it had sent, and leave the graph; the controller holds."""
         self._loop.close()
@@ -172,11 +163,6 @@ class Ros2(BareDriver):
             self._arm.stop()
             time.sleep(self.control_timestep)
         self.link.close()
-
-    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
-        """Let time pass with the last commands held."""
-        for _ in range(max(1, round(seconds / self.control_timestep))):
-            self.tick(guards)
 
     def recover(self) -> None:
         """Look for controllers and joint states again, and end a fault.
@@ -197,24 +183,15 @@ class Ros2(BareDriver):
     # Between the parts of this driver and the graph.
 
     def tick(self, guards: Sequence[Guard]) -> None:
-        """Let one control tick pass, and ask the guards; a tick that comes late does not hurry the next one."""
-        self._due = max(self._due + self.control_timestep, time.monotonic())
-        time.sleep(max(0.0, self._due - time.monotonic()))
-        self._arm.look()
-        self._ticked(guards)
+        """Let one control tick pass, and ask the guards."""
+        super().tick(guards)
         if self.fault:
             # `SafeDriver` has raised it already.
             raise FaultError(self.fault, phase=Phase.CHECK)
 
-    def since(self, monotonic: float) -> float:
-        """Return a moment of the monotonic clock by this driver's."""
-        return monotonic - self._began
-
-    def fail(self, why: str) -> None:
-        """Take note of a fault; the first one is kept."""
-        if not self.fault:
-            self.fault = why
-            _log.error(why)
+    def look(self) -> None:
+        """See what has become of what was sent."""
+        self._arm.look()
 
     def posture(self) -> dict[str, Posture]:
         """Return how the arm stands, as a frame of a camera tells it."""
