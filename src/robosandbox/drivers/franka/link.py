@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-import franky
+import franky  # pyright: ignore[reportMissingImports]
 import numpy as np
 
 from robosandbox.drivers.franka.waypoints import Waypoints
