@@ -51,6 +51,22 @@ opened_by : slot
 opened_width : product
   = ("auf" | "um") of+:length
 """
+_SPANISH_OPEN = """
+order : Command
+  = verb=worded skill=open_gripper act(OPEN_VERB opened_hand)
+opened_hand
+  = DETERMINER? ARM slots+:opened_by?
+opened_by : slot
+  = width:opened_width
+opened_width : product
+  = ("a" | "hasta")? of+:length
+"""
+_SPANISH_CLOSE = """
+order : Command
+  = verb=worded skill=close_gripper act(SHUT_VERB closed_hand)
+closed_hand
+  = DETERMINER? ARM
+"""
 _GERMAN_CLOSE = """
 order : Command
   = verb=worded skill=close_gripper simple(SHUT_VERB closed_hand)
@@ -81,7 +97,7 @@ class OpenGripper(Skill):
         ),
     )
 
-    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_OPEN}
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_OPEN, "spanish": _SPANISH_OPEN}
 
     def run(
         self,
@@ -137,7 +153,7 @@ class CloseGripper(Skill):
         ),
     )
 
-    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_CLOSE}
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_CLOSE, "spanish": _SPANISH_CLOSE}
 
     def contract(self, *, held: str | None = None, **others: Any) -> Contract:
         """Return that what is to be squeezed is held, and stays so."""

@@ -36,6 +36,13 @@ handed
   = TO_ME objects
   = objects TO_ME
 """
+_SPANISH = """
+GIVE
+  give = da, dar, dé, pasa, pase, pasar, alcanza, alcance, alcanzar, entrega, entregue, entregar
+join GIVE CLITIC
+order : Command
+  = verb=worded skill=hand_over GIVE ME objects
+"""
 _TO_ME = ("hand", "give", "pass", "bring")
 
 
@@ -57,7 +64,7 @@ class HandOver(Skill):
         hand="holding",
     )
 
-    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN, "spanish": _SPANISH}
 
     def contract(self, *, object: str, **others: Any) -> Contract:
         """Return that the object is held before."""

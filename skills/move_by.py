@@ -121,6 +121,42 @@ along_z : product
   = "um"? of+:length of+:ALONG_Z
   = of+:ALONG_Z "um"? of+:length
 """
+_SPANISH = """
+RAISE
+  1.0 = sube, suba, subir, subas, eleva, eleve, elevar
+  -1.0 = baja, baje, bajar, bajes, desciende, descienda, descender
+ALONG_X
+  1.0 = hacia adelante, hacia delante, adelante, a el frente
+  -1.0 = hacia atrás, atrás
+ALONG_Y
+  1.0 = a la izquierda, hacia la izquierda
+  -1.0 = a la derecha, hacia la derecha
+ALONG_Z
+  1.0 = hacia arriba, arriba, más arriba
+  -1.0 = hacia abajo, abajo, más abajo
+order : Command
+  = verb=worded skill=move_by act(MOVE gone)
+  = verb=worded skill=move_by slots+:raised
+gone
+  = (DETERMINER? ARM)? slots+:going ("y" slots+:going)?
+raised : slot
+  = dz:raised_by
+raised_by : product
+  = of+:RAISE (DETERMINER? ARM)? of+:length
+going : slot
+  = dx:along_x
+  = dy:along_y
+  = dz:along_z
+along_x : product
+  = of+:length of+:ALONG_X
+  = of+:ALONG_X of+:length
+along_y : product
+  = of+:length of+:ALONG_Y
+  = of+:ALONG_Y of+:length
+along_z : product
+  = of+:length of+:ALONG_Z
+  = of+:ALONG_Z of+:length
+"""
 
 
 class MoveBy(HandMove):
@@ -142,7 +178,7 @@ class MoveBy(HandMove):
         ),
         Words(verbs=_of_the_hand("lower"), slots=(_far("dz", -1.0), _UNTIL_TOUCH), required=("dz",)),
     )
-    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN, "spanish": _SPANISH}
 
     def run(
         self,

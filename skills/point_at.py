@@ -29,6 +29,14 @@ order : Command
 pointed_at
   = "auf" objects
 """
+_SPANISH = """
+POINT
+  point = ar señal, apunta(imp), apunte(imp), apuntar(inf), mira(imp), mire(imp), mirar(inf)
+order : Command
+  = verb=worded skill=point_at act(POINT pointed_at)
+pointed_at
+  = ("a" | "hacia")? objects
+"""
 
 
 class PointAt(HandMove):
@@ -51,7 +59,7 @@ class PointAt(HandMove):
         hand="any",
     )
 
-    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN, "spanish": _SPANISH}
 
     def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
         """Bring the hand before a thing and point it there; nothing is touched, and what is held stays held.

@@ -55,6 +55,29 @@ turned_angle : product
   = "um"? of+:count of+:ANGLE of+:SENSE?
   = of+:SENSE "um"? of+:count of+:ANGLE
 """
+_SPANISH = """
+TURN
+  turn = ar gir, ar rot, gira(imp), gire(imp)
+join TURN CLITIC
+ANGLE
+  0.017453292519943295 = grado, grados, °
+  6.283185307179586 = vuelta, vueltas
+SENSE
+  -1 = a la derecha, hacia la derecha, en sentido horario, en el sentido de las agujas de el reloj
+  1 = a la izquierda, hacia la izquierda, en sentido antihorario, en sentido contrario a las agujas de el reloj
+order : Command
+  = verb=worded skill=turn act(TURN turned)
+gap : Command
+  = objects slots+:turning
+turned
+  = objects slots+:turning
+  = objects
+turning : slot
+  = angle:turned_angle
+turned_angle : product
+  = of+:count of+:ANGLE of+:SENSE?
+  = of+:SENSE of+:count of+:ANGLE
+"""
 _ENGLISH = """
 VTURN verb
   turn, rotate, verbd spin, swivel, twist, align, line up, square
@@ -118,7 +141,7 @@ class Turn(Skill):
         required=("angle", "align_with"),
     )
 
-    translations: ClassVar[Mapping[str, str]] = {"english": _ENGLISH, "german": _GERMAN}
+    translations: ClassVar[Mapping[str, str]] = {"english": _ENGLISH, "german": _GERMAN, "spanish": _SPANISH}
 
     def check(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return the arguments by keyword, converted to their types.

@@ -30,6 +30,21 @@ waiting : slot
 waited : product
   = "für"? of+:count of+:SECONDS
 """
+_SPANISH = """
+WAITING
+  wait = ar esper, ar aguard
+SECONDS
+  1.0 = segundo, segundos
+  60.0 = minuto, minutos
+order : Command
+  = verb=worded skill=wait act(WAITING for_some_time)
+for_some_time
+  = slots+:waiting
+waiting : slot
+  = seconds:waited
+waited : product
+  = ("por" | "durante")? of+:count of+:SECONDS
+"""
 
 
 class Wait(HandMove):
@@ -60,7 +75,7 @@ class Wait(HandMove):
             hand="holding",
         ),
     )
-    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN}
+    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN, "spanish": _SPANISH}
 
     def contract(self, *, held: str | None = None, **others: Any) -> Contract:
         """Return that what is to be held meanwhile is held, and stays so."""

@@ -58,7 +58,7 @@ class Relation(NamedTuple):
     """A position relative to things: a modifier of a noun or the place where something goes.
 
     Attributes:
-        kind: on, in, left, right, front, back, opposite, beside, between, under, from, to, towards, away, against, held (in the gripper), open or
+        kind: on, in, at (in what holds things, else on), left, right, front, back, opposite, beside, between, under, from, to, towards, away, against, held (in the gripper), open or
             closed (of drawers), stacked or loose (on or below others or not), empty or full (of containers), holds or lacks (something inside), than ("taller than the can"), alike or unlike (of the same colour, or of another), discard (where waste goes).
         refs: The things; none is the table.
         distance: Metres.

@@ -134,6 +134,8 @@ class Placing(Hands):
                     )
                 # "over to the bin" is in it, "over to the mug" may be beside it.
                 over_to_a_mug = place.order == "over" and match.is_cup(world.objects[target])
+                if kind == "at":
+                    kind = "in" if match.holds_things(world.objects[target]) else "on"
                 if (
                     kind == "in"
                     or (kind == "to" and match.holds_things(world.objects[target]) and not over_to_a_mug)
