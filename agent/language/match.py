@@ -370,6 +370,12 @@ def holds_things(item: DetectedObject) -> bool:
     return item.kind in CONTAINERS or item.shape.holds_things
 
 
+def is_shallow(item: DetectedObject) -> bool:
+    """Say whether nothing stands on it, and it is an open container wider than deep, such as a bowl."""
+    room = item.shape.room(item.size) if item.shape.is_open_container and not item.shape.flat_top else None
+    return room is not None and 2.0 * float(min(room.half)) > room.rim - room.floor
+
+
 def has_straight_walls(item: DetectedObject) -> bool:
     """Say whether it is a bin or a drawer: a container that stays put and is put neither into nor onto another."""
     room = item.shape.room(item.size)

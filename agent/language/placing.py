@@ -132,6 +132,9 @@ class Placing(Hands):
                     holder = place.order != "top" and any(
                         "shelf" in noun for ref in place.refs for noun in (*ref.nouns, *ref.names)
                     )
+                elif place.order != "top" and match.is_shallow(world.objects[target]):
+                    # "on the bowl" is in it, as on a plate is; on top of it would be on its rim.
+                    holder = True
                 # "over to the bin" is in it, "over to the mug" may be beside it.
                 over_to_a_mug = place.order == "over" and match.is_cup(world.objects[target])
                 if kind == "at":

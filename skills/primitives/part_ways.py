@@ -67,7 +67,7 @@ _MOST_GRIPS = 96
 # Where on a face it is pushed, shares of its half-extents; how squarely a face looks against the way, as a cosine; leans of the hand
 # from along the way to downwards, radians; and faces that are tried.
 _ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
-_PUSH_LEANS = tuple(np.radians([0.0, 35.0, 70.0, 90.0]))
+_PUSH_LEANS = tuple(np.radians([0.0, 35.0, 52.5, 70.0, 90.0]))
 _MOST_FACES = 60
 # Metres before a face that is pushed at which nothing of the hand touches the part yet.
 _BEFORE = 0.003
