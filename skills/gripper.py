@@ -34,11 +34,21 @@ _SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLL
 
 def _of_fingers(verb: str) -> tuple[str, ...]:
     return tuple(
-        f"{verb} {whose} {what}" for whose in ("the", "your") for what in ("gripper", "hand", "fingers", "claw")
+        f"{verb} {whose} {what}"
+        for whose in ("the", "your")
+        for what in ("gripper", "hand", "fingers", "claw", "jaws", "jaw", "pincers", "grip", "grippers")
     )
 
 
 _OPENING = (*_of_fingers("open"), *_of_fingers("spread"))
+# "set the gripper to 4 cm", and "gripper to 50 percent" in notes.
+_GAPS = tuple(
+    f"{verb} the {what}{of}"
+    for verb in ("set", "adjust", "make")
+    for what in ("gap", "opening", "width", "jaw gap", "finger gap", "gripper opening", "gripper width")
+    for of in ("", " of the gripper", " between the fingers", " between your fingers")
+)
+_SET = (*_of_fingers("set"), *_of_fingers("adjust"), "gripper", "fingers", "jaws", "set gripper")
 _CLOSING = (*_of_fingers("close"), *_of_fingers("shut"))
 
 _GERMAN_OPEN = """
@@ -80,19 +90,20 @@ class OpenGripper(Skill):
 
     name = "open_gripper"
     words = Words(
-        verbs=(*_OPENING, *(f"{verb} wide" for verb in _OPENING)),
+        verbs=(*_OPENING, *(f"{verb} wide" for verb in _OPENING), "open wide", "open up wide", *_GAPS, *_SET),
         slots=(
             Slot(
                 argument="width",
                 kind="length",
-                prepositions=("to", "up to", "by", "as wide as", ""),
-                endings=(("wide", 1.0), ("apart", 1.0)),
+                prepositions=("to", "up to", "by", "as wide as", "to a gap of", "to a width of", "at", ""),
+                endings=(("wide", 1.0), ("apart", 1.0), ("open", 1.0)),
             ),
             Slot(
                 argument="share",
                 kind="share",
-                prepositions=("", "to", "by"),
+                prepositions=("", "to", "by", "at"),
                 phrases=_SHARES,
+                endings=(("open", 1.0),),
             ),
         ),
     )

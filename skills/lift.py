@@ -26,6 +26,17 @@ _BY = Slot(
     phrases=tuple((f"{up}{some}", _LITTLE) for up in ("", "up ") for some in ("a little", "a bit", "slightly")),
     endings=tuple((said, 1.0) for said in _UP),
 )
+# Metres that a thing is lifted which is to be held up. Chosen.
+_HIGH = 0.2
+_UP_HIGH = (
+    "{} up high",
+    "up high {}",
+    "{} high up",
+    "{} high in the air",
+    "{} up in the air",
+    "{} in the air",
+    "{} high",
+)
 _DOWN_BY = Slot(argument="height", kind="length", beginnings=(("", -1.0), ("by", -1.0)), bare=False)
 
 
@@ -42,7 +53,17 @@ class Lift(Skill):
             hand="any",
         ),
         Words(
-            verbs=("lower", "lower {} down"), object="object", slots=(_DOWN_BY,), required=("height",), hand="holding"
+            verbs=("lower", "lower {} down", "lower {} again"),
+            object="object",
+            slots=(_DOWN_BY,),
+            required=("height",),
+            hand="holding",
+        ),
+        Words(
+            verbs=tuple(f"{verb} {up}" for verb in ("hold", "lift", "raise") for up in _UP_HIGH),
+            object="object",
+            hand="any",
+            means=(("height", _HIGH),),
         ),
     )
 

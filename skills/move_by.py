@@ -81,16 +81,22 @@ def _of_the_hand(*verbs: str) -> tuple[str, ...]:
 _TOUCHES = (
     "contact",
     "touch",
+    "you make contact",
+    "you are in contact",
     *(
         f"{who} {does}{what}"
-        for who, does in (("it", "touches"), ("you", "touch"), ("you", "feel"))
-        for what in ("", " it", " something", " the table")
+        for who, does in (("it", "touches"), ("you", "touch"), ("you", "feel"), ("you", "hit"), ("you", "meet"))
+        for what in ("", " it", " something", " anything", " the table", " the tabletop", " the surface", " resistance")
     ),
 )
 _UNTIL_TOUCH = Slot(
     argument="until_force",
     kind="phrase",
-    phrases=tuple((f"until {what}", _LIGHT) for what in _TOUCHES),
+    phrases=tuple(
+        (f"until {what}{then}", _LIGHT)
+        for what in _TOUCHES
+        for then in ("", " and stop there", " and stop", " then stop")
+    ),
 )
 
 _GERMAN = """
@@ -171,7 +177,7 @@ class MoveBy(HandMove):
         ),
         Words(verbs=_of_the_hand("raise", "lift"), slots=(_far("dz", 1.0), _UNTIL_TOUCH), required=("dz",)),
         Words(
-            verbs=(*(f"{goes} down" for goes in HAND_GOES), *_of_the_hand("lower")),
+            verbs=(*(f"{goes}{how} down" for goes in HAND_GOES for how in ("", " straight")), *_of_the_hand("lower")),
             slots=(_UNTIL_TOUCH,),
             required=("until_force",),
             means=(("dz", -_FAR),),

@@ -51,8 +51,9 @@ class Pick(Skill):
 
     name = "pick"
 
-    def contract(self, *, object: str, to: str = "") -> Contract:
+    def contract(self, *, object: str, to: str = "", on: bool = False) -> Contract:
         """Return what lifting an object needs and brings about."""
+        del on
         fitting = () if not to else (fact("gripped_for", object, to),)
         return Contract(
             needs=(
@@ -68,12 +69,13 @@ class Pick(Skill):
             gives=(fact("holding", object), *fitting),
         )
 
-    def run(self, ctx: SkillContext, *, object: str, to: str = "") -> SkillResult:
+    def run(self, ctx: SkillContext, *, object: str, to: str = "", on: bool = False) -> SkillResult:
         """Grasp an object and lift it clear of what it stands on.
 
         Args:
             object: Id of the object.
             to: Id of what it is to go on or into next: it is taken so that the hand has room there.
+            on: Whether it is to go on what has room within as well, as on top of a cupboard.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -87,7 +89,7 @@ class Pick(Skill):
         target = arm.find(object)
         if arm.start.held == object:
             return _lift_held(arm, target)
-        met = obstruction_there(ctx, target, arm.find(to), arm.start) if to else None
+        met = obstruction_there(ctx, target, arm.find(to), arm.start, on=on) if to else None
         tries = _Tries(arm, object, met=met)
         looks, nudges, scene = 0, 0, arm.start
         while True:

@@ -32,12 +32,26 @@ class SavePose(HandMove):
                 "save the pose",
                 "remember this pose",
                 "remember this position",
+                "remember this",
+                "remember this spot",
+                *(
+                    f"{verb} {what}"
+                    for verb in ("save", "store", "memorise", "memorize", "record", "remember", "note", "keep")
+                    for what in (
+                        "the current pose",
+                        "the current position",
+                        "your pose",
+                        "your position",
+                        "where you are",
+                        "where you stand",
+                    )
+                ),
             ),
             slots=(Slot(argument="pose", kind="name", prepositions=("as", "under")),),
             required=("pose",),
         ),
         Words(
-            verbs=("call this pose", "call this position", "name this pose"),
+            verbs=("call this pose", "call this position", "name this pose", "call this", "call this spot"),
             slots=(Slot(argument="pose", kind="name"),),
             required=("pose",),
         ),
@@ -67,12 +81,23 @@ class MoveToPose(HandMove):
     name = "move_to_pose"
     words = (
         Words(
-            verbs=HAND_GOES,
+            verbs=(*HAND_GOES, "return", "travel"),
             slots=(
                 Slot(
                     argument="pose",
                     kind="name",
-                    prepositions=("to pose", "to the pose", "back to pose", "to position", "to the pose called"),
+                    prepositions=(
+                        "to pose",
+                        "to the pose",
+                        "back to pose",
+                        "to position",
+                        *(
+                            f"{to} the {what} {called}"
+                            for to in ("to", "back to")
+                            for what in ("pose", "position", "spot")
+                            for called in ("called", "named")
+                        ),
+                    ),
                 ),
             ),
             required=("pose",),

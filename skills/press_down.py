@@ -35,13 +35,24 @@ class PressDown(HandMove):
         Words(
             verbs=("press down", "push down", "press", *(f"press {hand} down" for hand in HANDS)),
             slots=(*_SAID, Slot(argument="object", kind="object", prepositions=("on", "onto", "on top of"))),
-            required=("force",),
+            required=("force", "seconds"),
         ),
         Words(
-            verbs=("press down on", "push down on", "press on", "press", "press {} down"),
+            verbs=(
+                "press down on",
+                "push down on",
+                "press on",
+                "press",
+                "press {} down",
+                "press the top of",
+                "press on the top of",
+                "press on top of",
+                "press down on the top of",
+                "push on the top of",
+            ),
             object="object",
             slots=_SAID,
-            required=("force",),
+            required=("force", "seconds"),
             hand="any",
         ),
     )

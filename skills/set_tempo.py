@@ -9,39 +9,86 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Words
 from robosandbox.types import SkillResult, find_tempo
 
+_GOES = (
+    "go",
+    "move",
+    "work",
+    "travel",
+    "run",
+    "drive",
+    "do everything",
+    "do it all",
+    "continue",
+    "carry on",
+    "keep going",
+)
+_SPEEDS: dict[str, tuple[str, ...]] = {
+    "careful": (
+        "slower",
+        *(
+            f"{share} {whose}{usual}{pace}"
+            for share in ("at a quarter of", "at a third of")
+            for whose in ("the ", "your ")
+            for usual in ("", "usual ", "normal ")
+            for pace in ("speed", "pace")
+        ),
+        "at quarter speed",
+        "at low speed",
+        "at a slow speed",
+        "at a slow pace",
+        "slowly",
+        "more slowly",
+        "carefully",
+        "more carefully",
+        "gently",
+    ),
+    "brisk": (
+        *(
+            f"at half {whose}{usual}{pace}"
+            for whose in ("", "the ", "your ")
+            for usual in ("", "usual ", "normal ")
+            for pace in ("speed", "pace")
+        ),
+        "at 50 % speed",
+    ),
+    "fast": (
+        *(
+            f"at {usual} {pace}"
+            for usual in ("full", "normal", "your normal", "your usual", "the usual", "top")
+            for pace in ("speed", "pace")
+        ),
+        "as fast as you can",
+        "as fast as is safe",
+        "normally again",
+        "fast",
+        "faster",
+    ),
+}
+_BACK = ("back to", "return to", "go back to", "switch to", "use", "set")
+
+
+def _verbs(tempo: str, also: tuple[str, ...]) -> tuple[str, ...]:
+    """Return verbs that choose a tempo, as "work at half speed" and "back to normal speed"."""
+    ways = _SPEEDS[tempo]
+    named = tuple(each.removeprefix("at ") for each in ways if each.endswith((" speed", " pace")))
+    return (
+        *also,
+        *(f"{go} {how}" for go in _GOES for how in ways),
+        *(f"{back} {speed}" for back in _BACK for speed in named),
+        *named,
+    )
+
 
 class SetTempo(Skill):
     """Choose how fast the arm goes from now on."""
 
     name = "set_tempo"
     words = tuple(
-        Words(verbs=verbs, means=(("tempo", tempo),))
-        for tempo, verbs in (
-            (
-                "careful",
-                (
-                    "go slower",
-                    "slow down",
-                    "move slower",
-                    "go slowly",
-                    "be careful",
-                    "be gentle",
-                    "slower",
-                ),
-            ),
+        Words(verbs=_verbs(tempo, also), means=(("tempo", tempo),))
+        for tempo, also in (
+            ("careful", ("slow down", "be careful", "be gentle", "slower")),
             ("brisk", ("go half as fast", "move half as fast")),
-            (
-                "fast",
-                (
-                    "go faster",
-                    "move faster",
-                    "speed up",
-                    "hurry up",
-                    "faster",
-                    "go at normal speed",
-                    "move at normal speed",
-                ),
-            ),
+            ("fast", ("speed up", "hurry up", "faster")),
         )
     )
 

@@ -20,7 +20,26 @@ _TIMES = Slot(
     kind="number",
     endings=(("times", 1.0),),
     bare=False,
-    phrases=(("once", 1.0), ("twice", 2.0)),
+    phrases=(
+        ("once", 1.0),
+        ("twice", 2.0),
+        ("a couple of times", 2.0),
+        ("a few times", 3.0),
+        ("a bit", 3.0),
+        ("a little", 3.0),
+    ),
+)
+_WAVED_AT = (
+    "us",
+    "them",
+    "him",
+    "her",
+    "everyone",
+    "everybody",
+    *(
+        f"the {who}"
+        for who in ("visitors", "people", "camera", "audience", "children", "kids", "guests", "crowd", "class")
+    ),
 )
 
 _WIDTH = Slot(argument="width", kind="length", prepositions=("", "by"))
@@ -50,6 +69,7 @@ class Shake(HandMove):
                 "wave to me",
                 "wave at me",
                 "wave goodbye",
+                *(f"wave {to} {who}" for to in ("to", "at") for who in _WAVED_AT),
                 "wave your hand",
                 "wave the hand",
                 *_to_and_fro(_SIDEWAYS),

@@ -16,7 +16,26 @@ ShapeName = Literal["circle", "square", "triangle"]
 # Corners of each; a circle's chords are off it by a 500th of its radius.
 _CORNERS: dict[str, int] = {"circle": 50, "square": 4, "triangle": 3}
 _SHAPES = tuple(
-    (f"{before} {name}".strip(), name) for name in _CORNERS for before in ("a", "in a", "along a", "around in a")
+    (f"{before} {name}{there}".strip(), name)
+    for name in _CORNERS
+    for before in ("a", "in a", "along a", "around in a", "a level", "a flat", "in a level", "in a flat")
+    for there in ("", " in the air", " in the air in front of you", " in front of you")
+)
+
+
+_ACROSS = tuple(
+    (said, 1.0)
+    for said in (
+        "across",
+        "wide",
+        "in diameter",
+        "diameter",
+        "sides",
+        "on each side",
+        "on a side",
+        "a side",
+        "each side",
+    )
 )
 
 
@@ -25,10 +44,15 @@ class Trace(HandMove):
 
     name = "trace"
     words = Words(
-        verbs=("draw", "trace", *HAND_GOES),
+        verbs=("draw", "trace", "describe", "make", *HAND_GOES),
         slots=(
             Slot(argument="shape", kind="phrase", phrases=_SHAPES),
-            Slot(argument="size", kind="length", prepositions=("of", "with a diameter of", "with sides of")),
+            Slot(
+                argument="size",
+                kind="length",
+                prepositions=("of", "with a diameter of", "with sides of", "with", ""),
+                endings=_ACROSS,
+            ),
             Slot(argument="times", kind="number", endings=(("times", 1.0),), bare=False, phrases=(("twice", 2.0),)),
         ),
         required=("shape",),

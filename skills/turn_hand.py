@@ -29,13 +29,20 @@ class TurnHand(HandMove):
     name = "turn_hand"
     words = (
         Words(
-            verbs=tuple(f"{verb} {what}" for verb in ("turn", "rotate", "twist", "spin") for what in _WRISTS),
+            verbs=tuple(
+                f"{verb} {what}" for verb in ("turn", "rotate", "twist", "spin", "roll", "swivel") for what in _WRISTS
+            ),
             slots=(
                 Slot(
                     argument="angle",
                     kind="angle",
                     prepositions=("", "by"),
-                    phrases=(("a quarter turn", math.pi / 2.0), ("half a turn", math.pi)),
+                    phrases=(
+                        ("a quarter turn", math.pi / 2.0),
+                        ("a quarter of a turn", math.pi / 2.0),
+                        ("half a turn", math.pi),
+                        ("a half turn", math.pi),
+                    ),
                     beginnings=SENSES,
                     endings=SENSES,
                 ),

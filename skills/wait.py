@@ -15,6 +15,20 @@ from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
+# What is done after some time.
+_ENGLISH = """
+some_time : Command
+  = verb=worded skill=wait slots+:that_long
+that_long : slot
+  = seconds:duration
+told_on : Steps
+  = ("in" | "after") first+:some_time ","? last+:order
+  = first+:order ","? "and"? last+:some_time "later"
+later_on : Steps
+  = then+:order (","? "and" | ",") then+:some_time ("later" | "after" "that" | "afterwards") ","? then+:order
+plain : any
+  = is:later_on
+"""
 _GERMAN = """
 WAITING
   wait = verb wart
@@ -47,6 +61,17 @@ waited : product
 """
 
 
+# Seconds that somebody means who names none. Chosen.
+_MOMENT = 2.0
+_WHILES = tuple(
+    (f"{before}{some}", seconds)
+    for before in ("", "for ")
+    for some, seconds in (("a moment", _MOMENT), ("a bit", _MOMENT), ("a little", _MOMENT), ("a sec", 1.0))
+)
+_FOR_A_WHILE = tuple((said, seconds) for said, seconds in _WHILES if said.startswith("for "))
+_HELD_UP = ("up", "up high", "there", "still", "in the air", "up in the air", "in your hand", "like that", "steady")
+
+
 class Wait(HandMove):
     """Let time pass."""
 
@@ -63,19 +88,54 @@ class Wait(HandMove):
                 "stay there",
                 "stay where you are",
                 "hold it there",
+                "hang on",
+                "hold on",
+                "sit tight",
+                "take a break",
+                "rest",
+                "freeze",
+                "dwell",
+                "stay put",
+                "keep still",
+                "remain still",
+                "remain there",
+                "wait there",
+                "pause there",
+                "wait here",
+                "hold position",
+                "hold your position",
+                "hold that position",
+                "stay like that",
+                "stay like this",
+                "give me",
+                "give it",
+                "give us",
             ),
-            slots=(Slot(argument="seconds", kind="duration", prepositions=("", "for", "another", "for another")),),
+            slots=(
+                Slot(
+                    argument="seconds",
+                    kind="duration",
+                    prepositions=("", "for", "another", "for another", "about", "for about", "for a full"),
+                    phrases=_WHILES,
+                ),
+            ),
             required=("seconds",),
         ),
         Words(
-            verbs=("hold", "keep", "keep holding", "hold on to", "hold {} up"),
+            verbs=(
+                "hold",
+                "keep",
+                "keep holding",
+                "hold on to",
+                *(f"{verb} {{}} {how}" for verb in ("hold", "keep") for how in _HELD_UP),
+            ),
             object="held",
-            slots=(Slot(argument="seconds", kind="duration", prepositions=("for",)),),
+            slots=(Slot(argument="seconds", kind="duration", prepositions=("for", "for about"), phrases=_FOR_A_WHILE),),
             required=("seconds",),
             hand="holding",
         ),
     )
-    translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN, "spanish": _SPANISH}
+    translations: ClassVar[Mapping[str, str]] = {"english": _ENGLISH, "german": _GERMAN, "spanish": _SPANISH}
 
     def contract(self, *, held: str | None = None, **others: Any) -> Contract:
         """Return that what is to be held meanwhile is held, and stays so."""

@@ -54,7 +54,7 @@ class Words:
     means: tuple[tuple[str, float | str], ...] = ()
 
 
-SENSES = (
+_SENSES = (
     ("clockwise", -1.0),
     ("counterclockwise", 1.0),
     ("counter clockwise", 1.0),
@@ -63,5 +63,12 @@ SENSES = (
     ("left", 1.0),
     ("to the right", -1.0),
     ("right", -1.0),
+)
+SENSES = tuple(
+    (f"{said}{seen}", sign)
+    for said, sign in _SENSES
+    for seen in (
+        ("", " seen from above", " as seen from above", " viewed from above") if "clockwise" in said else ("",)
+    )
 )
 """Senses of a turn seen from above, with the sign of its angle: `beginnings` and `endings` of a slot."""

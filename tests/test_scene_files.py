@@ -22,7 +22,7 @@ from robosandbox.sim.scene_file import read_scene_file
 from robosandbox.sim.scene_report import to_yaml
 from robosandbox.sim.scene_sidecar import sidecar_path
 from robosandbox.tasks.loader import load_task
-from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.types import Plan, Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
@@ -513,6 +513,15 @@ scene: {{world: {KITCHEN}}}
         assert episode.success, episode.final_detail
         verdict = cell.judge()
         assert verdict.success, verdict.detail
+
+
+def test_a_thing_is_taken_for_the_place_that_was_said_of_what_has_two() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        within, above = (cell.plan(f"put the red mug {where} the cupboard") for where in ("in", "on top of"))
+    assert isinstance(within, Plan)
+    assert isinstance(above, Plan)
+    assert within.steps[1].arguments == {"object": "red_mug", "to": "cupboard"}
+    assert above.steps[0].arguments == {"object": "red_mug", "to": "cupboard", "on": True}
 
 
 def _pressed_on(cell: EmbeddedWorkcell, prompt: str, name: str) -> tuple[Episode, list[float]]:

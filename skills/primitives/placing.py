@@ -206,7 +206,7 @@ def _leave(arm: Manipulator, held: str) -> None:
 
 
 def obstruction_there(
-    ctx: SkillContext, item: DetectedObject, base: DetectedObject, scene: ObservedScene
+    ctx: SkillContext, item: DetectedObject, base: DetectedObject, scene: ObservedScene, *, on: bool
 ) -> Callable[[Grasp, bool], Obstruction | None]:
     """Return what tells of a grasp what the hand meets with it where it puts an object on or into another; None for nothing.
 
@@ -217,10 +217,11 @@ def obstruction_there(
         item: What is to be taken, as it stands now.
         base: What it is to go on or into.
         scene: What is seen.
+        on: Whether it goes on what has room within as well.
     """
     above = taken(scene, item.id)
     held = above.find(item.id) or item
-    if base.shape.holds_things:
+    if base.shape.holds_things and not on:
         spots, within = spots_within(scene, item, base)
         allowed = touched_within(base, within)
     elif around := placements_around(item, base, scene):

@@ -28,13 +28,12 @@ def _with_grip(
         return call
     using = next((one for one in later if any(_is_held(need) for need in one.contract.needs)), None)
     goals = () if using is None else using.contract.gives
-    target = next(
-        (str(g.arguments[1]) for g in goals if g.relation in ("on", "inside", "around") and g.arguments[0] == HELD), ""
-    )
-    item = scene.find(target)
-    if item is None or not item.is_fixed:
+    goal = next((g for g in goals if g.relation in ("on", "inside", "around") and g.arguments[0] == HELD), None)
+    item = None if goal is None else scene.find(str(goal.arguments[1]))
+    if goal is None or item is None or not item.is_fixed:
         return call
-    return bind(SkillCall(skill=call.name, arguments={**said, "to": target}), skills)
+    top = {"on": True} if goal.relation == "on" and item.shape.holds_things else {}
+    return bind(SkillCall(skill=call.name, arguments={**said, "to": item.id, **top}), skills)
 
 
 def _is_held(need: Fact) -> bool:
