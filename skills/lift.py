@@ -51,6 +51,7 @@ class Lift(Skill):
             slots=(_BY,),
             required=("height",),
             hand="any",
+            holds=True,
         ),
         Words(
             verbs=("lower", "lower {} down", "lower {} again"),
@@ -63,6 +64,7 @@ class Lift(Skill):
             verbs=tuple(f"{verb} {up}" for verb in ("hold", "lift", "raise") for up in _UP_HIGH),
             object="object",
             hand="any",
+            holds=True,
             means=(("height", _HIGH),),
         ),
     )

@@ -29,7 +29,11 @@ class MoveTowards(HandMove):
             verbs=HAND_GOES,
             slots=(
                 Slot(argument="distance", kind="length", prepositions=("", "by")),
-                Slot(argument="object", kind="object", prepositions=("towards", "toward")),
+                Slot(
+                    argument="object",
+                    kind="object",
+                    prepositions=("towards", "toward", "closer to", "nearer to", "nearer", "up to"),
+                ),
             ),
             required=("object",),
         ),

@@ -44,7 +44,7 @@ class Trace(HandMove):
 
     name = "trace"
     words = Words(
-        verbs=("draw", "trace", "describe", "make", *HAND_GOES),
+        verbs=("draw", "trace", *HAND_GOES),
         slots=(
             Slot(argument="shape", kind="phrase", phrases=_SHAPES),
             Slot(

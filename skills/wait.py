@@ -69,7 +69,7 @@ _WHILES = tuple(
     for some, seconds in (("a moment", _MOMENT), ("a bit", _MOMENT), ("a little", _MOMENT), ("a sec", 1.0))
 )
 _FOR_A_WHILE = tuple((said, seconds) for said, seconds in _WHILES if said.startswith("for "))
-_HELD_UP = ("up", "up high", "there", "still", "in the air", "up in the air", "in your hand", "like that", "steady")
+_HELD_UP = ("up", "up high", "still", "in the air", "up in the air", "in your hand", "like that", "steady")
 
 
 class Wait(HandMove):

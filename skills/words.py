@@ -43,6 +43,7 @@ class Words:
         slots: What may follow, each at most once, in any order.
         required: Arguments of which at least one has to be said; none asks for nothing.
         hand: What the hand is before the call: empty, holding the object, which is picked up first where it is not held, or any.
+        holds: Whether the object is in the hand afterwards, whatever it was before.
         means: Arguments with the values that the verb itself stands for, as ("tempo", "careful"), unless others are said.
     """
 
@@ -51,6 +52,7 @@ class Words:
     slots: tuple[Slot, ...] = ()
     required: tuple[str, ...] = ()
     hand: Literal["empty", "holding", "any"] = "empty"
+    holds: bool = False
     means: tuple[tuple[str, float | str], ...] = ()
 
 
@@ -64,11 +66,10 @@ _SENSES = (
     ("to the right", -1.0),
     ("right", -1.0),
 )
+# "from above" goes without saying, and is passed over.
 SENSES = tuple(
     (f"{said}{seen}", sign)
     for said, sign in _SENSES
-    for seen in (
-        ("", " seen from above", " as seen from above", " viewed from above") if "clockwise" in said else ("",)
-    )
+    for seen in (("", " seen", " as seen", " viewed", " when seen") if "clockwise" in said else ("",))
 )
 """Senses of a turn seen from above, with the sign of its angle: `beginnings` and `endings` of a slot."""

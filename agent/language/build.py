@@ -415,6 +415,9 @@ class _Builder(Deciding):
             if words.hand == "empty":
                 self._note_moved(name)
             self._add(command.skill, **{words.object: name, **others})
+            if words.holds and self.world.held is None:
+                self._note_moved(name)
+                self.world.take(name)
 
     def _home(self, command: Command) -> None:
         if not self.steps or self.steps[-1].call.skill != "home":

@@ -20,6 +20,11 @@ _OFTEN = "|".join(
 )
 _TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over)?\b", re.IGNORECASE)
 _EVERY = re.compile(r"\bevery (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
+_BETWEEN = re.compile(
+    r"[ ,]*\bwith (?:an? )?(?P<pause>\S+[ -](?:seconds?|minutes?|s))[ -](?:stop|pause|break|wait|rest)s?"
+    r"(?: in)? (?:after|between|in between)(?: each| every)?(?: one| time| move| of them)?\b",
+    re.IGNORECASE,
+)
 # What only says that something is said over.
 _LEADS = re.compile(r"^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b", re.IGNORECASE)
 # What says behind an order that it is done over.
@@ -46,10 +51,10 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
         return None
     order, pause = prompt[: often.start()] + prompt[often.end() :], Draft(())
     times = TIMES.get(often["often"].lower()) or int(often["often"].split()[0])
-    every = _EVERY.search(order)
+    every = _EVERY.search(order) or _BETWEEN.search(order)
     if every is not None:
         order = order[: every.start()] + order[every.end() :]
-        waits = read(f"wait {every['pause']}")
+        waits = read(f"wait {every['pause'].replace('-', ' ')}")
         if isinstance(waits, Refusal):
             return None
         pause = waits
