@@ -40,7 +40,7 @@ def _of_fingers(verb: str) -> tuple[str, ...]:
     )
 
 
-_OPENING = (*_of_fingers("open"), *_of_fingers("spread"))
+_OPENING = (*_of_fingers("open"), *_of_fingers("open up"), *_of_fingers("spread"))
 # "set the gripper to 4 cm", and "gripper to 50 percent" in notes.
 _GAPS = tuple(
     f"{verb} the {what}{of}"
@@ -89,21 +89,42 @@ class OpenGripper(Skill):
     """Open the gripper."""
 
     name = "open_gripper"
-    words = Words(
-        verbs=(*_OPENING, *(f"{verb} wide" for verb in _OPENING), "open wide", "open up wide", *_GAPS, *_SET),
-        slots=(
-            Slot(
-                argument="width",
-                kind="length",
-                prepositions=("to", "up to", "by", "as wide as", "to a gap of", "to a width of", "at", ""),
-                endings=(("wide", 1.0), ("apart", 1.0), ("open", 1.0)),
+    words = (
+        Words(
+            verbs=_CLOSING,
+            slots=(
+                Slot(
+                    argument="width",
+                    kind="length",
+                    prepositions=(
+                        "to",
+                        "down to",
+                        "to a gap of",
+                        "but leave",
+                        "but leave a gap of",
+                        "leaving",
+                        "leaving a gap of",
+                    ),
+                ),
             ),
-            Slot(
-                argument="share",
-                kind="share",
-                prepositions=("", "to", "by", "at"),
-                phrases=_SHARES,
-                endings=(("open", 1.0),),
+            required=("width",),
+        ),
+        Words(
+            verbs=(*_OPENING, *(f"{verb} wide" for verb in _OPENING), "open wide", "open up wide", *_GAPS, *_SET),
+            slots=(
+                Slot(
+                    argument="width",
+                    kind="length",
+                    prepositions=("to", "up to", "by", "as wide as", "to a gap of", "to a width of", "at", ""),
+                    endings=(("wide", 1.0), ("apart", 1.0), ("open", 1.0)),
+                ),
+                Slot(
+                    argument="share",
+                    kind="share",
+                    prepositions=("", "to", "by", "at"),
+                    phrases=_SHARES,
+                    endings=(("open", 1.0),),
+                ),
             ),
         ),
     )

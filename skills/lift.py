@@ -37,6 +37,14 @@ _UP_HIGH = (
     "{} in the air",
     "{} high",
 )
+_UP_BY = Slot(
+    argument="height",
+    kind="length",
+    prepositions=("", "by"),
+    beginnings=(("up", 1.0), ("up by", 1.0), ("upwards", 1.0)),
+    endings=(*((said, 1.0) for said in _UP), ("upwards", 1.0), ("upward", 1.0)),
+    bare=False,
+)
 _DOWN_BY = Slot(argument="height", kind="length", beginnings=(("", -1.0), ("by", -1.0)), bare=False)
 
 
@@ -49,6 +57,14 @@ class Lift(Skill):
             verbs=("lift", "raise", "lift up", "lift {} up", "raise {} up"),
             object="object",
             slots=(_BY,),
+            required=("height",),
+            hand="any",
+            holds=True,
+        ),
+        Words(
+            verbs=("move", "bring", "pull"),
+            object="object",
+            slots=(_UP_BY,),
             required=("height",),
             hand="any",
             holds=True,

@@ -20,6 +20,9 @@ _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
 # Words for the way along an axis, with its sign.
 _FORWARD = {
     "forward": 1.0,
+    "straight ahead": 1.0,
+    "straight forward": 1.0,
+    "straight back": -1.0,
     "forwards": 1.0,
     "ahead": 1.0,
     "away": 1.0,
@@ -30,6 +33,8 @@ _FORWARD = {
 _LEFT = {"left": 1.0, "to the left": 1.0, "right": -1.0, "to the right": -1.0}
 _UP = {
     "up": 1.0,
+    "straight up": 1.0,
+    "straight down": -1.0,
     "upward": 1.0,
     "upwards": 1.0,
     "higher": 1.0,
@@ -171,7 +176,7 @@ class MoveBy(HandMove):
     name = "move_by"
     words = (
         Words(
-            verbs=(*HAND_GOES, "slide over", "reach"),
+            verbs=(*HAND_GOES, "slide over", "reach", "back off", "back away", "retreat", "withdraw", "rise", "step"),
             slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
             required=("dx", "dy", "dz"),
         ),

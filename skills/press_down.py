@@ -21,6 +21,9 @@ _DEEPEST = 0.5
 # Metres beyond what is met that the hand may be sent: a soft arm presses with 20 N where it is sent so far into what is hard.
 _INTO = 0.02
 
+# Seconds of a tap. Chosen.
+_SHORT = 0.2
+_TOUCHES = ("tap", "tap on", "touch", "knock on", "press", "press on", "press down on", "poke")
 _SAID = (
     Slot(argument="force", kind="force", prepositions=("with", "by", "")),
     Slot(argument="seconds", kind="duration", prepositions=("for",)),
@@ -36,6 +39,11 @@ class PressDown(HandMove):
             verbs=("press down", "push down", "press", *(f"press {hand} down" for hand in HANDS)),
             slots=(*_SAID, Slot(argument="object", kind="object", prepositions=("on", "onto", "on top of"))),
             required=("force", "seconds"),
+        ),
+        Words(
+            verbs=tuple(f"{verb} the {table}" for verb in _TOUCHES for table in ("table", "tabletop", "table top")),
+            slots=_SAID,
+            means=(("seconds", _SHORT),),
         ),
         Words(
             verbs=(

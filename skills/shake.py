@@ -61,7 +61,15 @@ class Shake(HandMove):
 
     name = "shake"
     words = (
-        Words(verbs=("shake",), object="object", slots=(_TIMES,), hand="holding"),
+        Words(
+            verbs=(
+                "shake",
+                *(f"give {{}} a {some}shake" for some in ("", "little ", "good ", "gentle ", "quick ", "short ")),
+            ),
+            object="object",
+            slots=(_TIMES,),
+            hand="holding",
+        ),
         Words(
             verbs=(
                 "wave",

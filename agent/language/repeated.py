@@ -18,7 +18,7 @@ _MOST = 20
 _OFTEN = "|".join(
     sorted((*(words for words, times in TIMES.items() if times > 1), r"\d+ times"), key=len, reverse=True)
 )
-_TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over)?\b", re.IGNORECASE)
+_TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?\b", re.IGNORECASE)
 _EVERY = re.compile(r"\bevery (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
 _BETWEEN = re.compile(
     r"[ ,]*\bwith (?:an? )?(?P<pause>\S+[ -](?:seconds?|minutes?|s))[ -](?:stop|pause|break|wait|rest)s?"

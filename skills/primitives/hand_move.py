@@ -27,7 +27,7 @@ HAND_GOES = (
     "go",
     "come",
     "shift",
-    *(f"{verb} {hand}" for verb in ("move", "bring", "drive") for hand in HANDS),
+    *(f"{verb} {hand}" for verb in ("move", "bring", "drive", "shift", "slide", "take") for hand in HANDS),
 )
 # m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
 # twice that at twice the speed.
