@@ -155,6 +155,9 @@ class Arranging(Stacking):
                     RefusalCode.IMPOSSIBLE, f"The gripper has put down {listed(carried)} already.", carried
                 )
             return
+        if not held and self.left_standing:
+            # "pick up the cube, turn it and put it down"
+            return
         if not held:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "The gripper holds nothing that I could put down.")
         try:

@@ -408,6 +408,7 @@ class _Builder(Deciding):
             if words.hand == "holding":
                 self._take(name)
             elif words.hand == "empty":
+                self._leave_standing(name)
                 self._need_empty(f"{command.skill.replace('_', ' ')} {name}")
             if is_of_parts:
                 self._add(command.skill, **{words.object: self._part_of(name) or name, **others})

@@ -22,6 +22,8 @@ _DESCRIBING = frozenset(
     {"NOUN", "NAME", "ID", "SUFFIX", "COLOUR", "HUE", "SHADE", "SIZE", "SUPER", "ORDINAL", "POS", "SHAPE"}
 )
 _A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
+# What says that somebody else is able to do something.
+_CAN = frozenset({"can", "could"})
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _IT = frozenset({"it", "them"})
@@ -133,6 +135,10 @@ def _add_until(
     remark = remark and not (first in ("this", "that") and "was" in told)
     if opens and not clause.named and not adjoined and (person or remark) and not clause.nouns and clause.end > i + 1:
         add("REMARK")
+    # "so the back row can see it": what others can do then.
+    enabling = any(word in _CAN and "you" not in told[:k] for k, word in enumerate(told[:_A_THING]) if k)
+    if i and clause.end > i + 1 and not clause.named and enabling:
+        add("PURPOSE")
     if (
         i
         and clause.end > i + 1

@@ -47,6 +47,8 @@ class Hands:
         self.forbidden: list[tuple[Command, tuple[str, ...], tuple[str, ...]]] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}
         self.moved: set[str] = set()
+        # What a skill has picked up and put down itself, though it was to be picked up before.
+        self.left_standing: set[str] = set()
         self.came_from = dict(discourse.origins)
 
     def _add(self, skill: str, others: Sequence[dict[str, Any]] = (), **arguments: Any) -> None:
@@ -105,6 +107,14 @@ class Hands:
         self._add("pick", object=name)
         self._note_moved(name)
         self.world.take(name)
+
+    def _leave_standing(self, name: str) -> None:
+        """Take back that a thing was just picked up, for a skill that picks it up and puts it down itself."""
+        last = self.steps[-1].call if self.steps else None
+        if self.world.held == name and last is not None and last.skill == "pick":
+            self.steps.pop()
+            self.world.put(name, self.world.at[name], self.discourse.origins[name][1])
+            self.left_standing.add(name)
 
     def _note_moved(self, name: str) -> None:
         """Remember where a thing comes from, before it is moved."""

@@ -189,6 +189,8 @@ class Placing(Hands):
                 if name not in origins:
                     raise RefusedError(RefusalCode.AMBIGUOUS, f"Where is back? I have not moved {name} yet.", (name,))
                 xy, parent = origins[name]
+                if name in self.left_standing and world.held != name and xy == world.at[name]:
+                    return
                 if parent and parent[0] == "in":
                     self._put_in(name, parent[1])
                 elif parent:
