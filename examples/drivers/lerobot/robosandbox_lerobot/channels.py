@@ -15,7 +15,7 @@ from robosandbox.drivers.feetech.calibration import ServoCalibration, ServoJoint
 from robosandbox.errors import InputError
 
 Units = Literal["degrees", "radians", "normalized"]
-_POSITION = ".pos"
+POSITION = ".pos"
 GRIPPER = "gripper"
 
 
@@ -76,7 +76,9 @@ class ServoChannel:
         servo = self.servo.calibration
         count = self.servo.count(value)
         # LeRobot cuts off what is behind the point: a count's middle comes out as that count, its edge may as the one below.
-        middle = min(count + 0.5, servo.range_max)
+        middle = count + 0.5
+        if self.mode is not MotorNormMode.DEGREES:
+            middle = min(middle, servo.range_max)
         return low + (middle - servo.range_min) / (servo.range_max - servo.range_min) * (high - low)
 
 
@@ -129,7 +131,7 @@ def channels(
         InputError: The robot has other joints, or nothing says in which units they are.
     """
     names = [*joints, *([GRIPPER] if gripper else [])]
-    said = [key.removesuffix(_POSITION) for key in robot.action_features if key.endswith(_POSITION)]
+    said = [key.removesuffix(POSITION) for key in robot.action_features if key.endswith(POSITION)]
     own = [name.removeprefix(prefix) for name in said if name.startswith(prefix)]
     if not {*names} <= {*own}:
         if len(own) != len(names):
@@ -143,39 +145,49 @@ def channels(
         called = {name: name for name in names}
     keys = [prefix + called[name] for name in names]
     ends = [*limits, *([(min(gripper), max(gripper))] if gripper else [])]
-    bus = getattr(robot, "bus", None)
-    if isinstance(bus, SerialMotorsBus) and not prefix:
-        return _of_servos(bus, keys, names, ends)
-    match units:
-        case None:
-            raise InputError(
-                f"nothing says in which units {type(robot).__name__} tells its joints: give units=degrees, radians or normalized "
-                "(-100 to 100 over the joint's limits)"
-            )
-        case "degrees" | "radians":
-            unit = math.radians(1.0) if units == "degrees" else 1.0
-            found = [
-                LinearChannel(key=key + _POSITION, lower=low, upper=high, unit=unit)
-                for key, (low, high) in zip(keys, ends, strict=True)
-            ]
-        case "normalized":
-            found = [
-                LinearChannel(
-                    key=key + _POSITION, lower=low, upper=high, unit=(high - low) / 200.0, zero=(low + high) / 2.0
-                )
-                for key, (low, high) in zip(keys, ends, strict=True)
-            ]
+    # A robot of two arms has each as a robot of its own, `left_arm`, without the prefix.
+    bus = getattr(getattr(robot, f"{prefix}arm", robot), "bus", None)
+    if isinstance(bus, SerialMotorsBus):
+        return _of_servos(bus, keys, [called[name] for name in names], names, ends)
+    if units is None:
+        raise InputError(
+            f"nothing says in which units {type(robot).__name__} tells its joints: give units=degrees, radians or normalized "
+            "(-100 to 100 over the joint's limits)"
+        )
+    return positions(keys, limits, gripper, units)
+
+
+def positions(
+    names: Sequence[str], limits: Sequence[tuple[float, float]], gripper: tuple[float, float] | None, units: Units
+) -> list[Channel]:
+    """Return joints in units of the model's, a gripper from 0 where it is closed to 100 where it is open.
+
+    Args:
+        names: In the dicts, the gripper's last.
+        limits: Of each joint of the arm, rad.
+        gripper: Joint value where open and where closed; None without a gripper.
+        units: Of the arm's joints.
+    """
+    found: list[Channel] = []
+    for name, (low, high) in zip(names, limits, strict=False):
+        unit, zero = math.radians(1.0) if units == "degrees" else 1.0, 0.0
+        if units == "normalized":
+            unit, zero = (high - low) / 200.0, (low + high) / 2.0
+        found.append(LinearChannel(key=name + POSITION, lower=low, upper=high, unit=unit, zero=zero))
     if gripper:
         opened, closed = gripper
-        # LeRobot's grippers are at 0 where they are closed and at 100 where they are open.
-        found[-1] = LinearChannel(
-            key=keys[-1] + _POSITION, lower=min(gripper), upper=max(gripper), unit=(opened - closed) / 100.0, zero=closed
-        )
-    return [*found]
+        unit = (opened - closed) / 100.0
+        key = names[-1] + POSITION
+        found.append(LinearChannel(key=key, lower=min(gripper), upper=max(gripper), unit=unit, zero=closed))
+    return found
 
 
 def _of_servos(
-    bus: SerialMotorsBus, motors: Sequence[str], names: Sequence[str], ends: Sequence[tuple[float, float]]
+    bus: SerialMotorsBus,
+    keys: Sequence[str],
+    motors: Sequence[str],
+    names: Sequence[str],
+    ends: Sequence[tuple[float, float]],
 ) -> list[Channel]:
     missing = [motor for motor in motors if motor not in bus.calibration]
     if missing:
@@ -188,10 +200,10 @@ def _of_servos(
     }
     return [
         ServoChannel(
-            key=motor + _POSITION,
+            key=key + POSITION,
             servo=joint,
             mode=bus.motors[motor].norm_mode,
             flips=bool(bus.apply_drive_mode and joint.calibration.drive_mode),
         )
-        for motor, joint in zip(motors, servo_joints(files, names, ends, counts.pop()), strict=True)
+        for key, motor, joint in zip(keys, motors, servo_joints(files, names, ends, counts.pop()), strict=True)
     ]

@@ -6,6 +6,7 @@ import logging
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,8 +15,6 @@ import numpy as np
 import yaml
 from lerobot.robots import Robot, RobotConfig, make_robot_from_config
 from lerobot.utils.import_utils import register_third_party_plugins
-from robosandbox_lerobot.channels import Channel, Units, channels
-from robosandbox_lerobot.senses import RobotSenses, read_places
 
 from robosandbox.driver import (
     ARM,
@@ -44,6 +43,8 @@ from robosandbox.types import (
     frozen_array,
 )
 from robosandbox.types.robot import GripperSpec, RobotSpec
+from robosandbox_lerobot.channels import POSITION, Channel, Units, channels
+from robosandbox_lerobot.senses import RobotSenses, read_places
 
 _log = logging.getLogger(__name__)
 # Seconds over which a speed is taken.
@@ -103,7 +104,7 @@ class LeRobot(WallClockDriver):
         self._channels = channels(self.robot, spec.joints, limits, ends, units, prefix)
         self._sent: dict[str, float] = {}
         self.observed: Mapping[str, Any] = {}
-        self.heard = 0.0
+        self.heard, self._last_error = 0.0, ""
         hand = None if spec.gripper is None else _LeRobotHand(self, spec.gripper, self._channels[-1])
         self._hand = hand
         self.hands = {} if hand is None else {hand.name: hand}
@@ -160,9 +161,12 @@ class LeRobot(WallClockDriver):
 
     def reading(self, channel: Channel) -> float:
         """Return the joint value that was read last."""
-        if self.time - self.heard > self.control_timestep:
-            self.look()
         return channel.value(float(self.observed[channel.key]))
+
+    def refresh(self) -> None:
+        """Read the robot where what was read last is older than a tick."""
+        if not self.fault and self.time - self.heard > self.control_timestep:
+            self.look()
 
     def goal(self, channel: Channel) -> float:
         """Return the joint value that was sent last."""
@@ -173,7 +177,7 @@ class LeRobot(WallClockDriver):
         numbers = {joint.key: joint.number(float(value)) for joint, value in zip(joints, values, strict=True)}
         try:
             done = self.robot.send_action(self._sent | numbers)
-        except Exception as error:  # noqa: BLE001  Anybody's robot raises whatever it likes; what it says becomes the fault.
+        except Exception as error:
             self.fail(f"{self.robot.name} does not take commands: {error}; it holds where it was sent last")
         else:
             # A robot may keep a command from going too far, and says what it made of it.
@@ -196,7 +200,7 @@ class LeRobot(WallClockDriver):
         asked = self.time
         try:
             observed = self.robot.get_observation()
-        except Exception as error:  # noqa: BLE001  As in `send`.
+        except Exception as error:
             self._last_error = str(error)
             return False
         if not all(np.isfinite(observed.get(channel.key, np.nan)) for channel in self._channels):
@@ -212,6 +216,7 @@ class LeRobot(WallClockDriver):
             # Not asked on the terminal: see below.
             self.robot.connect(calibrate=False)
         except Exception as error:
+            self._disconnect()
             raise InputError(f"--driver lerobot: {self.robot.name}: {error}") from None
         if not self.robot.is_calibrated:
             self._disconnect()
@@ -225,7 +230,7 @@ class LeRobot(WallClockDriver):
         try:
             if self.robot.is_connected:
                 self.robot.disconnect()
-        except Exception as error:  # noqa: BLE001  As in `send`.
+        except Exception as error:
             _log.warning("%s: %s", self.robot.name, error)
 
     def _hold(self) -> None:
@@ -233,7 +238,10 @@ class LeRobot(WallClockDriver):
         if not self._read():
             self.fail(f"{self.robot.name} tells nothing: {self._last_error}")
             return
-        self._sent = {key: float(self.observed[key]) for key in self.robot.action_features}
+        # What is no position is a speed, as of a base.
+        self._sent = {
+            key: float(self.observed[key]) if key.endswith(POSITION) else 0.0 for key in self.robot.action_features
+        }
         self.send(self._channels, np.array([self.reading(channel) for channel in self._channels]))
         end = self.time + _SETTLE_SECONDS
         while self.time < end and not self.fault:
@@ -248,9 +256,11 @@ def _robot(file: Path, *, release: bool) -> Robot:
     register_third_party_plugins()
     try:
         config = draccus.decode(RobotConfig, yaml.safe_load(file.read_text(encoding="utf-8")))
-        if hasattr(config, "disable_torque_on_disconnect"):
-            config.disable_torque_on_disconnect = release
-        elif not release:
+        # That of two arms has a configuration of each.
+        holding = [each for each in (config, *vars(config).values()) if hasattr(each, "disable_torque_on_disconnect")]
+        for each in holding:
+            each.disable_torque_on_disconnect = release
+        if not holding and not release:
             raise InputError(
                 f"{file}: {config.type} may let go of the arm when it is disconnected, and has no option against it: hold the arm "
                 "at the end, and say release=true"
@@ -292,7 +302,7 @@ class _LeRobotArm(BareArm):
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory, commands interpolated to the control ticks."""
         cell = self._cell
-        slowed = Trajectory(q=trajectory.q, dt=trajectory.dt / cell.speed)
+        slowed = replace(trajectory, dt=trajectory.dt / cell.speed)
         try:
             for row in per_tick(slowed, cell.control_timestep):
                 cell.send(self._joints, row + self._integral.shift)
@@ -323,6 +333,7 @@ class _LeRobotArm(BareArm):
 
     def measured_q(self) -> Array:
         """Return what the robot told, shape (n,)."""
+        self._cell.refresh()
         return frozen_array(np.array([self._cell.reading(joint) for joint in self._joints]))
 
     def note(self) -> None:
@@ -354,6 +365,7 @@ class _LeRobotHand(BareHand):
 
     def state(self) -> GripperState:
         """Return what the robot told last; what is held keeps it from where it was sent."""
+        self._cell.refresh()
         geometry = self.spec.geometry
         joint = self._cell.reading(self._joint)
         closed = geometry.closed_fraction(joint)

@@ -18,9 +18,8 @@ from robosandbox.values import frozen
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from robosandbox_lerobot.driver import LeRobot
-
     from robosandbox.types import PictureWindow
+    from robosandbox_lerobot.driver import LeRobot
 
 # LeRobot's depth is in whole millimetres.
 _METRES = 1e-3
@@ -79,7 +78,9 @@ class RobotSenses(BareSenses):
         for name, place in places.items():
             size, wanted = features.get(name), (place.lens.height, place.lens.width, 3)
             if size != wanted:
-                raise InputError(f"places: {name}: the robot's pictures are {size or 'not there'}, and the lens is of {wanted}")
+                raise InputError(
+                    f"places: {name}: the robot's pictures are {size or 'not there'}, and the lens is of {wanted}"
+                )
         self.cameras = {
             name: CameraSpec(intrinsics=place.lens, pose=place.pose, arm=ARM if place.on_hand else None)
             for name, place in places.items()
