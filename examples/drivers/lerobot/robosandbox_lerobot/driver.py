@@ -98,7 +98,8 @@ class LeRobot(WallClockDriver):
         planning = PlanningScenes(scene).of(nothing)
         spec, gripper = planning.robot.spec, planning.robot.gripper
         self._gripper, self._link_timeout, self.speed = gripper, link_timeout, speed
-        self.robot = _robot(robot, release=release)
+        self._file, self._config = robot, _configuration(robot, release=release)
+        self.robot = _made(self._config, robot)
         ends = None if gripper is None else (gripper.geometry.open_joint, gripper.geometry.closed_joint)
         limits = [*zip(spec.lower.tolist(), spec.upper.tolist(), strict=True)]
         self._channels = channels(self.robot, spec.joints, limits, ends, units, prefix)
@@ -149,6 +150,8 @@ class LeRobot(WallClockDriver):
         if not self._read():
             try:
                 self._disconnect()
+                # What an error has left in the one before, as a port that is marked as in use, nobody clears.
+                self.robot = _made(self._config, self._file)
                 self._connect()
             except InputError as error:
                 self.fault = str(error)
@@ -178,7 +181,7 @@ class LeRobot(WallClockDriver):
         try:
             done = self.robot.send_action(self._sent | numbers)
         except Exception as error:
-            self.fail(f"{self.robot.name} does not take commands: {error}; it holds where it was sent last")
+            self.fail(f"{self.robot.name} does not take commands: {_line(error)}; it holds where it was sent last")
         else:
             # A robot may keep a command from going too far, and says what it made of it.
             self._sent |= {key: float(done[key]) for key in self._sent if key in done}
@@ -201,7 +204,7 @@ class LeRobot(WallClockDriver):
         try:
             observed = self.robot.get_observation()
         except Exception as error:
-            self._last_error = str(error)
+            self._last_error = _line(error)
             return False
         if not all(np.isfinite(observed.get(channel.key, np.nan)) for channel in self._channels):
             self._last_error = "not all joints are numbers"
@@ -217,7 +220,7 @@ class LeRobot(WallClockDriver):
             self.robot.connect(calibrate=False)
         except Exception as error:
             self._disconnect()
-            raise InputError(f"--driver lerobot: {self.robot.name}: {error}") from None
+            raise InputError(f"--driver lerobot: {self.robot.name}: {_line(error)}") from None
         if not self.robot.is_calibrated:
             self._disconnect()
             raise InputError(
@@ -251,25 +254,40 @@ class LeRobot(WallClockDriver):
             self._arm.settle()
 
 
-def _robot(file: Path, *, release: bool) -> Robot:
-    """Return the robot of a configuration, not connected; raises InputError."""
+def _configuration(file: Path, *, release: bool) -> RobotConfig:
+    """Return the configuration in a file, so that its robot holds at the end unless it is to be released; raises InputError."""
     register_third_party_plugins()
     try:
-        config = draccus.decode(RobotConfig, yaml.safe_load(file.read_text(encoding="utf-8")))
-        # That of two arms has a configuration of each.
-        holding = [each for each in (config, *vars(config).values()) if hasattr(each, "disable_torque_on_disconnect")]
-        for each in holding:
-            each.disable_torque_on_disconnect = release
-        if not holding and not release:
-            raise InputError(
-                f"{file}: {config.type} may let go of the arm when it is disconnected, and has no option against it: hold the arm "
-                "at the end, and say release=true"
-            )
-        return make_robot_from_config(config)
+        config: RobotConfig = draccus.decode(RobotConfig, yaml.safe_load(file.read_text(encoding="utf-8")))
     except OSError as error:
         raise InputError(f"robot: {file}: {error.strerror}") from None
-    except (draccus.utils.DecodingError, yaml.YAMLError, ValueError, TypeError, AttributeError, ImportError) as error:
-        raise InputError(f"robot: {file}: {error}; it is to be a configuration of LeRobot's, with its `type`") from None
+    except (draccus.utils.DecodingError, yaml.YAMLError, ValueError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"robot: {file}: {_line(error)}; it is to be a configuration of LeRobot's, with its `type`"
+        ) from None
+    # That of two arms has a configuration of each.
+    holding = [each for each in (config, *vars(config).values()) if hasattr(each, "disable_torque_on_disconnect")]
+    for each in holding:
+        each.disable_torque_on_disconnect = release
+    if not holding and not release:
+        raise InputError(
+            f"{file}: {config.type} may let go of the arm when it is disconnected, and has no option against it: hold the arm at "
+            "the end, and say release=true"
+        )
+    return config
+
+
+def _made(config: RobotConfig, file: Path) -> Robot:
+    """Return the robot of a configuration, not connected; raises InputError."""
+    try:
+        return make_robot_from_config(config)
+    except Exception as error:
+        raise InputError(f"robot: {file}: {_line(error)}") from None
+
+
+def _line(error: Exception) -> str:
+    """Return an error's words in one line."""
+    return " ".join(str(error).split())
 
 
 class _LeRobotArm(BareArm):
