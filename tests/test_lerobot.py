@@ -21,6 +21,7 @@ CLAIMS = (
     "what_lets_go_at_its_end_is_to_be_said",
     "a_cable_that_is_pulled_stops_the_arm_until_a_person_recovers",
     "a_robot_without_servos_is_driven_by_its_units",
+    "its_own_cameras_see_once_it_is_said_where_they_stand",
     "no_command_of_a_fuzzer_leaves_the_limits",
     "the_red_cube_is_picked_up",
     "an_episode_is_recorded_with_the_skills_as_its_teleoperator",

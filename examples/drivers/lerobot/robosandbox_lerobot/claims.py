@@ -18,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -273,6 +274,31 @@ def a_robot_without_servos_is_driven_by_its_units() -> str:
             went = driver.state().q - before
             assert abs(went[0] - 0.3) < 0.02 and np.abs(went[1:]).max() < 0.02, went
             return f"went {went[0]:.3f} of 0.3 rad"
+
+
+@claim
+def its_own_cameras_see_once_it_is_said_where_they_stand() -> str:
+    scene, size = find_task(TASK).scene, (120, 160)
+    world = open_mujoco(scene, render_size=size)
+    spec, expected = world.camera_specs()["scene"], world.capture("scene").rgb
+    world.close()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        place = {"lens": asdict(spec.intrinsics), "pose": {"xyz": spec.pose.xyz, "quat_xyzw": spec.pose.quat_xyzw}}
+        (folder / "places.yaml").write_text(json.dumps({"scene": place}))
+        (folder / "robot.yaml").write_text(yaml.safe_dump({"type": "robosandbox", "task": TASK}))
+        options = {
+            "robot": folder / "robot.yaml",
+            "units": "degrees",
+            "release": True,
+            "places": folder / "places.yaml",
+        }
+        with load_driver("lerobot", scene, options) as driver:
+            frame = driver.senses.capture("scene")
+            assert frame.rgb.shape == (*size, 3) and not frame.depth.any()
+            off = float(np.abs(frame.rgb.astype(float) - expected).mean())
+            assert off < 3.0 and frame.pose_camera_in_world == spec.pose, off
+            return f"the picture is {off:.2f} of 255 off the camera's own, at the same place"
 
 
 @claim
