@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from typing import Any, ClassVar
+from weakref import WeakValueDictionary
 
 from lerobot.lerobot_types import RobotAction, RobotObservation
 from lerobot.robots import Robot
@@ -21,7 +22,7 @@ class Robosandbox(Robot):
     config_class = RobosandboxConfig
     name = "robosandbox"
     # Those of this process by their ids: a teleoperator acts in the world of one.
-    known: ClassVar[dict[str | None, Robosandbox]] = {}
+    known: ClassVar[WeakValueDictionary[str | None, Robosandbox]] = WeakValueDictionary()
 
     def __init__(self, config: RobosandboxConfig) -> None:
         super().__init__(config)

@@ -20,13 +20,12 @@ GRIPPER = "gripper"
 
 
 class Channel(Protocol):
-    """A number of a robot's actions and observations, and the joint value that it means.
+    """A number of a robot's actions and observations, and the joint value that it means."""
 
-    Attributes:
-        key: In LeRobot's dicts, as `shoulder_pan.pos`.
-    """
-
-    key: str
+    @property
+    def key(self) -> str:
+        """In LeRobot's dicts, as `shoulder_pan.pos`."""
+        ...
 
     def value(self, number: float) -> float:
         """Return the joint value of a number, rad or m."""
