@@ -18,7 +18,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -280,11 +279,15 @@ def a_robot_without_servos_is_driven_by_its_units() -> str:
 def its_own_cameras_see_once_it_is_said_where_they_stand() -> str:
     scene, size = find_task(TASK).scene, (120, 160)
     world = open_mujoco(scene, render_size=size)
-    spec, expected = world.camera_specs()["scene"], world.capture("scene").rgb
+    spec, expected = world.camera_specs()["scene"], world.state(("scene",)).images["scene"]
     world.close()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        place = {"lens": asdict(spec.intrinsics), "pose": {"xyz": spec.pose.xyz, "quat_xyzw": spec.pose.quat_xyzw}}
+        full = spec.intrinsics
+        share = size[0] / full.height
+        lens = {"height": size[0], "width": size[1], "fx": share * full.fx, "fy": share * full.fy}
+        lens |= {"cx": share * (full.cx + 0.5) - 0.5, "cy": share * (full.cy + 0.5) - 0.5}
+        place = {"lens": lens, "pose": {"xyz": spec.pose.xyz, "quat_xyzw": spec.pose.quat_xyzw}}
         (folder / "places.yaml").write_text(json.dumps({"scene": place}))
         (folder / "robot.yaml").write_text(yaml.safe_dump({"type": "robosandbox", "task": TASK}))
         options = {
