@@ -113,9 +113,11 @@ class Cell(gymnasium.Wrapper[Any, Any, Any, Any]):
         """Prompt of the task."""
         return self.inner.task_description
 
-    def reset(self, **given: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Start over, as `ManipulationEnv` does."""
-        seen, info = self.inner.reset(**given)
+        seen, info = self.inner.reset(seed=seed, options=options)
         return self._said(seen), info
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
