@@ -1,0 +1,1 @@
+"""Any robot of LeRobot's as a driver."""
