@@ -25,7 +25,11 @@ _CORRECTIONS = 8
 # Metres between fingers that have closed on nothing.
 _SHUT = 0.001
 
-_FORCE = Slot(argument="force", kind="force", prepositions=("with", "to", "at", ""))
+_FORCE = Slot(
+    argument="force",
+    kind="force",
+    prepositions=("with", "to", "at", "with no more than", "with at most", "with up to", "no harder than", ""),
+)
 
 _HARD = ("as hard as you can", "hard", "tightly", "firmly", "tight")
 _WHOLLY = ("all the way", "fully", "completely", "as far as you can", "as far as they go")
@@ -181,6 +185,13 @@ class CloseGripper(Skill):
             verbs=("squeeze", *(f"squeeze {{}} {hard}" for hard in _HARD)),
             object="held",
             slots=(_FORCE,),
+            hand="holding",
+        ),
+        Words(
+            verbs=("grip", "clamp", "hold", "grasp", "pinch"),
+            object="held",
+            slots=(_FORCE,),
+            required=("force",),
             hand="holding",
         ),
     )

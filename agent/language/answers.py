@@ -391,6 +391,10 @@ class _Answers(Seen):
         told = f"I cannot see how heavy {listed(names)} {be(names)}; I can feel it: say “weigh {asked.things[0].text}”."
         raise RefusedError(RefusalCode.UNSUPPORTED, told, names)
 
+    def _say_load(self, asked: Question) -> Answer:
+        told = "How much I can carry is in none of my files; what I hold I can feel: say “weigh” and a thing."
+        raise RefusedError(RefusalCode.UNSUPPORTED, told)
+
     def _say_abilities(self, asked: Question) -> Answer:
         own = ", ".join(name.replace("_", " ") for name in self._skills)
         return Answer(f"My skills are {own}. I also say where things are, how many, how big and how far apart.")

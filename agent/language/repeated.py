@@ -19,7 +19,7 @@ _OFTEN = "|".join(
     sorted((*(words for words, times in TIMES.items() if times > 1), r"\d+ times"), key=len, reverse=True)
 )
 _TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?\b", re.IGNORECASE)
-_EVERY = re.compile(r"\bevery (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
+_EVERY = re.compile(r"\b(?:once )?every (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
 _BETWEEN = re.compile(
     r"[ ,]*\bwith (?:an? )?(?P<pause>\S+[ -](?:seconds?|minutes?|s))[ -](?:stop|pause|break|wait|rest)s?"
     r"(?: in)? (?:after|between|in between)(?: each| every)?(?: one| time| move| of them)?\b",
