@@ -99,8 +99,12 @@ class PointCloudFrame:
         return pixels + self.matrix[:2, 2], depth
 
 
-def check_frame(rgbd: RgbdFrame) -> str | None:
+def check_frame(rgbd: RgbdFrame, *, depth: bool = True) -> str | None:
     """Return why a sound frame shows nothing (too dark, over-exposed, without depth), or None.
+
+    Args:
+        rgbd: The frame.
+        depth: Whether it has to have depth.
 
     Raises:
         SensorError: The frame's arrays do not fit one another or its intrinsics.
@@ -123,9 +127,9 @@ def check_frame(rgbd: RgbdFrame) -> str | None:
         return f"{rgbd.camera}: too dark to see anything; give it light or a longer exposure"
     if np.mean(np.minimum.reduce(channels) >= _BRIGHT) > 0.8:
         return f"{rgbd.camera}: over-exposed; give it less light or a shorter exposure"
-    depth = rgbd.depth[::8, ::8]
-    usable = np.isfinite(depth) & (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
-    if np.mean(usable) < 0.05:
+    some = rgbd.depth[::8, ::8]
+    usable = np.isfinite(some) & (some > LEAST_DEPTH) & (some < MOST_DEPTH)
+    if depth and np.mean(usable) < 0.05:
         return f"{rgbd.camera}: the depth picture is empty; something covers the camera, or it has failed"
     return None
 
@@ -140,6 +144,24 @@ def as_picture(array: ArrayLike) -> NDArray[np.uint8]:
     return np.asarray(array, dtype=np.uint8)
 
 
+def straightened(rgbd: RgbdFrame) -> RgbdFrame:
+    """Return the frame as a pinhole with the same matrix would deliver it."""
+    lens = rgbd.intrinsics
+    if not any(lens.distortion):
+        return rgbd
+    places, shares, nearest = _straightening(lens)
+    # Four channels are straightened in little more than half of the time that three take.
+    padded = cv2.cvtColor(rgbd.rgb, cv2.COLOR_RGB2RGBA)
+    padded = cv2.remap(padded, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    nothing: Any = None
+    return replace(
+        rgbd,
+        rgb=as_picture(cv2.cvtColor(padded, cv2.COLOR_RGBA2RGB)),
+        depth=as_image(cv2.remap(rgbd.depth, nearest, nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)),
+        intrinsics=replace(lens, distortion=(0.0, 0.0, 0.0, 0.0, 0.0)),
+    )
+
+
 def make_frame(rgbd: RgbdFrame, table: TablePrior, robot: Mask) -> PointCloudFrame:
     """Return the frame with its points in the world.
 
@@ -149,15 +171,8 @@ def make_frame(rgbd: RgbdFrame, table: TablePrior, robot: Mask) -> PointCloudFra
         robot: Where the robot is in the straightened picture.
     """
     lens = rgbd.intrinsics
-    rgb, depth = rgbd.rgb, rgbd.depth
-    if any(lens.distortion):
-        places, shares, nearest = _straightening(lens)
-        # Four channels are straightened in little more than half of the time that three take.
-        padded = cv2.cvtColor(rgb, cv2.COLOR_RGB2RGBA)
-        padded = cv2.remap(padded, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        rgb = as_picture(cv2.cvtColor(padded, cv2.COLOR_RGBA2RGB))
-        nothing: Any = None
-        depth = as_image(cv2.remap(depth, nearest, nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT))
+    straight = straightened(rgbd)
+    rgb, depth = straight.rgb, straight.depth
     finite = np.isfinite(depth)
     if not finite.all():
         depth = np.where(finite, depth, np.float32(0.0))
@@ -185,6 +200,39 @@ def make_frame(rgbd: RgbdFrame, table: TablePrior, robot: Mask) -> PointCloudFra
         noise=noise,
         xyz=_world(depth, *_rays(lens), rotation, position),
     )
+
+
+def plane_frame(rgbd: RgbdFrame, table: TablePrior) -> PointCloudFrame:
+    """Return a straightened frame as if nothing but the plane of the table's top were seen, whatever depth it has.
+
+    Args:
+        rgbd: Straight, as `straightened` returns it.
+        table: Where the plane is.
+    """
+    lens, pose = rgbd.intrinsics, rgbd.pose_camera_in_world
+    x, y = _rays(lens)
+    rotation, position = pose.rotation, pose.position
+    slope = (rotation[2, 0] * x)[None, :] + (rotation[2, 1] * y + rotation[2, 2])[:, None]
+    depth = as_image((table.height - position[2]) / np.where(slope == 0.0, -1e-9, slope))
+    depth = np.where((depth > LEAST_DEPTH) & (depth < MOST_DEPTH), depth, np.float32(0.0))
+    return PointCloudFrame(
+        camera=rgbd.camera,
+        rgb=rgbd.rgb,
+        depth=depth,
+        xyz=_world(depth, x, y, rotation, position),
+        valid=depth > 0.0,
+        matrix=np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]]),
+        rotation=rotation,
+        position=position,
+        noise=0.0,
+        rgbd=rgbd,
+    )
+
+
+def with_depth(frame: PointCloudFrame, depth: Image) -> PointCloudFrame:
+    """Return the frame with other depths, (height, width), metres."""
+    xyz = _world(depth, *_rays(frame.rgbd.intrinsics), frame.rotation, frame.position)
+    return replace(frame, depth=depth, xyz=xyz, valid=depth > 0.0)
 
 
 def _world(depth: Image, x: Image, y: Image, rotation: Array, position: Array) -> Image:

@@ -42,6 +42,7 @@ class Sensor:
 
     Attributes:
         name: Of the preset.
+        depth: Whether it measures depth; else its frames have 0 everywhere.
         depth_noise: Standard deviation at one metre, metres; grows with the square of the distance.
         depth_step: Quantization at one metre, metres; grows likewise.
         edge_dropout: Pixels around depth edges that get no depth.
@@ -57,6 +58,7 @@ class Sensor:
     """
 
     name: str
+    depth: bool = True
     depth_noise: float = 0.0
     depth_step: float = 0.0
     edge_dropout: int = 0
@@ -109,7 +111,7 @@ class Sensor:
             rgb, depth = _distorted(rgb, depth, _undistorted(lens, self.distortion), self.needs(lens, window), padded)
         gain = 1.0 + float(rng.uniform(-1.0, 1.0)) * self.exposure
         rgb = noise.coloured(rgb, gain, self.colour_noise, size, padded, rng)
-        depth = self._depths(depth, noise, size, padded, rng)
+        depth = self._depths(depth, noise, size, padded, rng) if self.depth else np.zeros_like(depth)
         delivered = _pasted(frame, rgb, depth, padded, window)
         return replace(
             delivered,
@@ -192,6 +194,18 @@ SENSORS: Mapping[str, Sensor] = {
             calibration_position=0.003,
             calibration_rotation=0.004,
             latency=0.1,
+        ),
+        # A lens and noise as of cheap USB cameras; the pose as a board that was read once and a camera that was touched since leave it.
+        Sensor(
+            name="webcam",
+            depth=False,
+            colour_noise=4.0,
+            exposure=0.1,
+            distortion=(-0.05, 0.01, 0.0, 0.0, 0.0),
+            calibration_distortion=0.001,
+            calibration_position=0.005,
+            calibration_rotation=float(np.radians(1.0)),
+            latency=0.05,
         ),
     )
 }
