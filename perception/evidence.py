@@ -74,13 +74,17 @@ class SurfacePoints:
         )
 
 
+NO_SURFACE = SurfacePoints(np.zeros((0, 3)), np.zeros(3), np.zeros(0))
+"""What a camera without depth measures of a surface."""
+
+
 @dataclass(frozen=True, eq=False)
 class ShapeEvidence:
     """All that was measured of one thing.
 
     Attributes:
         rows: Tangent planes of all views.
-        surface: Surface points of all views.
+        surface: Surface points of all views; none where nothing measures depth.
     """
 
     rows: Rows
@@ -122,6 +126,10 @@ class ShapeEvidence:
             resting: Height of what it stands on, metres; None for something in the air.
         """
         if (rough, resting) not in self._ended:
+            if not len(self.surface.points):
+                foot = [] if resting is None else [Rows(-_UP[None], np.array([-resting]), np.array([1.0 / _STANDS]))]
+                self._ended[rough, resting] = Rows.stack([self.rows, *foot])
+                return self._ended[rough, resting]
             # A covered top shows no surface, but the sides end there.
             rows, top, sigma = (self.rough, self.tops[0], 0.004) if rough else (self.rows, self.tops[1], 0.005)
             self._ended[rough, resting] = Rows.stack([rows, _levels(top, sigma, resting)])

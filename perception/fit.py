@@ -171,7 +171,7 @@ def best_fit(shapes: Sequence[Form], seen: ShapeEvidence, resting: float | None,
     """
     starts = [start for shape in shapes if (start := _start(shape, seen, resting, None)) is not None]
     best = _best_from(sorted(starts, key=lambda each: each.cost), seen, resting, charge, None)
-    if starts and "box" in shapes and (best is None or best.cost > _POOR):
+    if starts and "box" in shapes and len(seen.surface.points) and (best is None or best.cost > _POOR):
         # Half hidden, a box shows tangents of a part; where its visible faces lie tells more.
         best = _best_from(_box_starts(seen, resting), seen, resting, charge, best)
     return best

@@ -79,7 +79,13 @@ class SegmentedFrame:
 
 def segment_frame(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_near: Image) -> SegmentedFrame:
     """Return a frame cut into the segments that stand out of the table."""
-    segments = tuple(find_segments(frame, table, robot, robot_near))
+    return segmented_by(frame, table, robot, robot_near, tuple(find_segments(frame, table, robot, robot_near)))
+
+
+def segmented_by(
+    frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_near: Image, segments: tuple[Segment, ...]
+) -> SegmentedFrame:
+    """Return a frame with these segments; arguments as for `segment_frame`."""
     pieces = np.zeros(frame.depth.shape, dtype=np.int16)
     for number, segment in enumerate(segments, start=1):
         pieces[segment.crop][segment.mask] = number

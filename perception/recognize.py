@@ -10,7 +10,7 @@ import numpy as np
 from robosandbox.perception.albedo import albedo_of
 from robosandbox.perception.containers import Hull, families, find_containers, kind_by_proportions, outer
 from robosandbox.perception.drawers import SeenDrawer, find_drawers
-from robosandbox.perception.evidence import ShapeEvidence, SurfacePoints
+from robosandbox.perception.evidence import NO_SURFACE, ShapeEvidence, SurfacePoints
 from robosandbox.perception.fit import Fit, best_fit, fit_leaning
 from robosandbox.perception.frame import Mask
 from robosandbox.perception.frames import FrameSet
@@ -31,12 +31,12 @@ _CORRELATED = 9.0
 _AIR = 0.015  # Metres over its support from which a thing may be in the air. Chosen above the errors of both heights.
 # Cost by which a thing in the air must explain what is seen better, because most things stand (units: mean squared residual
 # over standard deviation). Chosen.
-_AIR_GAIN = 0.15
+AIR_GAIN = 0.15
 _UNDER = 0.008  # Metres by which a thing's lowest seen point may lie under the top of what it stands on. Chosen.
 _MOST_POINTS = (4.0, 96.0)  # Percentiles between which most points lie, percent: what is outside may be stray. Chosen.
 # Cost of each number that a shape is described by, so that a ball is no cylinder where both fit (units: mean squared residual
 # over standard deviation). Chosen.
-_COMPLEXITY = 0.012
+COMPLEXITY = 0.012
 # Cost by which a leaning shape must be better, because it has two more numbers (units: mean squared residual over standard
 # deviation). Chosen.
 _LEAN_GAIN = 0.2
@@ -46,7 +46,7 @@ _POOR_COST = 0.35
 _ENOUGH_TANGENTS = 14.0
 _USUAL_SIGMA = 2.0 * TOLERANCES.position  # Standard deviation of a position, metres, up to which confidence is full.
 # Half-extent, metres, below which a fit is none. Chosen: thinner things are lost in the table's noise.
-_LEAST_EXTENT = 0.004
+LEAST_EXTENT = 0.004
 # Cost from which the pieces may be several things, one on another (units: mean squared residual over standard deviation).
 # Chosen: residuals as large as expected.
 _SEVERAL = 1.0
@@ -59,7 +59,7 @@ _TOLERABLY = 2.0 * TOLERANCES.cost
 # Cost by which one shape for both may be worse than the better one of two (units: mean squared residual over standard
 # deviation). Chosen.
 _WORSE = 0.3
-_SHAPES: tuple[Form, ...] = get_args(Form)
+SHAPES: tuple[Form, ...] = get_args(Form)
 
 
 def recognize(
@@ -81,7 +81,7 @@ def recognize(
     drawers, groups = find_drawers(families(groups), frames)
     containers, rest, frames = find_containers(groups, frames, hulls)
     things = [
-        _thing(
+        as_thing(
             kind_by_proportions(kind, hull, kinds),
             hull,
             members,
@@ -177,21 +177,21 @@ def _as_thing(drawer: SeenDrawer, frames: FrameSet) -> Thing:
     )
 
 
-def measurements(members: Group, frames: FrameSet, *, wary: bool = False) -> ShapeEvidence:
-    """Return the tangent planes and the surface points of a group; wary as for `tangents`."""
+def measurements(members: Group, frames: FrameSet, *, wary: bool = False, depth: bool = True) -> ShapeEvidence:
+    """Return the tangent planes of a group, and where depth is measured its surface points; wary as for `tangents`."""
     rows, surfaces = [], []
     for camera, segmented in frames.by_camera.items():
         own = [segment for segment in members.segments if segment.frame.camera == camera]
         if not own:
             continue
         rows.append(tangents(own, segmented, wary=wary))
-        for segment in own:
+        for segment in own if depth else ():
             # Neighbouring pixels err together, so that many points say less than their number.
             sigma = max(segmented.frame.noise, TOLERANCES.least_depth)
             pixels = float(segment.mask.sum())
             share = min(1.0, pixels / _CORRELATED / len(segment.points))
             surfaces.append(SurfacePoints(segment.points, segmented.frame.position, np.sqrt(share) / sigma))
-    return ShapeEvidence(Rows.stack(rows), SurfacePoints.stack(surfaces))
+    return ShapeEvidence(Rows.stack(rows), SurfacePoints.stack(surfaces) if surfaces else NO_SURFACE)
 
 
 def _solid(members: Group, things: Sequence[Thing], frames: FrameSet, known: Sequence[KnownShape]) -> Thing | None:
@@ -203,9 +203,9 @@ def _solid(members: Group, things: Sequence[Thing], frames: FrameSet, known: Seq
     found, resting = _as_any(members, seen, under)
     if familiar is not None and (found is None or familiar.fit.cost < found.cost + GAIN):
         return familiar
-    if found is None or found.sizes.min() < _LEAST_EXTENT:
+    if found is None or found.sizes.min() < LEAST_EXTENT:
         return None
-    return _thing(kind_of_form(found.shape), found, members, seen, resting, frames)
+    return as_thing(kind_of_form(found.shape), found, members, seen, resting, frames)
 
 
 def _as_known(members: Group, under: float, frames: FrameSet, known: Sequence[KnownShape]) -> Thing | None:
@@ -216,16 +216,16 @@ def _as_known(members: Group, under: float, frames: FrameSet, known: Sequence[Kn
         return None
     seen = measurements(members, frames, wary=True)
     found = best_known(near or astray, seen, under, WORST if near else TOLERANCES.cost)
-    return None if found is None else _thing(kind_of_form(found.shape), found, members, seen, under, frames)
+    return None if found is None else as_thing(kind_of_form(found.shape), found, members, seen, under, frames)
 
 
 def _as_any(members: Group, seen: ShapeEvidence, under: float) -> tuple[Fit | None, float | None]:
     """Return the shape that explains a group best, and what height it stands at, None in the air."""
     resting: float | None = under
-    found = best_fit(_SHAPES, seen, under, _COMPLEXITY)
+    found = best_fit(SHAPES, seen, under, COMPLEXITY)
     if float(members.bounds[0][2]) - under > _AIR:
-        floating = best_fit(_SHAPES, seen, None, _COMPLEXITY)
-        if floating and (found is None or floating.cost < found.cost - _AIR_GAIN) and floating.bottom > under + _AIR:
+        floating = best_fit(SHAPES, seen, None, COMPLEXITY)
+        if floating and (found is None or floating.cost < found.cost - AIR_GAIN) and floating.bottom > under + _AIR:
             found, resting = floating, None
     if found is None or found.cost > TOLERANCES.cost:
         leaning = fit_leaning(seen)
@@ -239,7 +239,7 @@ def kind_of_form(shape: Form) -> ObjectKind:
     return "cylinder" if shape == "lying" else shape
 
 
-def _thing(
+def as_thing(
     kind: ObjectKind,
     found: Fit,
     members: Group,
@@ -247,6 +247,16 @@ def _thing(
     resting: float | None,
     frames: FrameSet,
 ) -> Thing:
+    """Return a fitted shape as a thing: its colour is read, its confidence and spread follow from the fit.
+
+    Args:
+        kind: Which.
+        found: Its hull, as fitted.
+        members: Its pieces.
+        seen: What it was fitted to.
+        resting: Height of what it stands on, metres; None in the air.
+        frames: Where the pieces are seen.
+    """
     size, pose = size_and_pose(kind, found)
     return Thing(
         kind=kind,
@@ -268,7 +278,7 @@ def _support(members: Group, things: Sequence[Thing], frames: FrameSet) -> float
     middle = _foot(members)
     height = frames.table.height
     for thing in things:
-        top = _stands_on(thing, middle)
+        top = stands_on(thing, middle)
         if top is not None and height < top < float(low[2]) + _UNDER:
             height = top
     return height
@@ -286,7 +296,7 @@ def _foot(members: Group) -> Array:
     return np.asarray(axes @ ((low + high) / 2.0) + hidden / 2.0 * ahead)
 
 
-def _stands_on(thing: Thing, place: Array) -> float | None:
+def stands_on(thing: Thing, place: Array) -> float | None:
     """Return the height at which something stands on or in a thing at a place (2,) of the plan; None beside it."""
     local = thing.fit.axes.T @ (np.array([*place, thing.fit.centre[2]]) - thing.fit.centre)
     half = thing.fit.sizes

@@ -42,7 +42,7 @@ _BLACK = 110.0  # Sum of the channels, of 765 levels, below which a pixel is too
 _BLACK_STEP = 3.2
 _CELL = 12  # Pixels a side of the cells in which parts of a frame are found. Chosen about as wide as the least thing.
 _STRAY = 3  # Number of pixels in a cell that may be noise. Chosen: 2 % of the cell.
-_LEAST_PIXELS = 14  # Number of raised pixels that a piece has at least. Chosen.
+LEAST_PIXELS = 14  # Number of raised pixels that a piece has at least. Chosen.
 # Number of pixels from which the mean height of a flat piece counts, because it is known better than one pixel's. Chosen.
 _WIDE = 120
 _BUMP = 60  # Number of pixels below which a raised piece may be noise in the table. Chosen.
@@ -125,7 +125,7 @@ def find_segments(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_
     segments = []
     for part in _parts(standing):
         inside = _within(crop, part)
-        if np.count_nonzero(standing[part]) < _WIDE and np.count_nonzero(raised[inside]) < _LEAST_PIXELS:
+        if np.count_nonzero(standing[part]) < _WIDE and np.count_nonzero(raised[inside]) < LEAST_PIXELS:
             continue
         segments += _cut(frame, standing[part], coloured[part], raised[inside], height[inside], inside)
     return segments
@@ -140,7 +140,7 @@ def _cut(
     )
     labels: Labels = found.astype(np.int32, copy=False)
     area = stats[:, cv2.CC_STAT_AREA]
-    small = np.bincount(labels[raised], minlength=count) < _LEAST_PIXELS
+    small = np.bincount(labels[raised], minlength=count) < LEAST_PIXELS
     # A floor of a few millimetres is lost in the noise of a pixel, but not in that of hundreds.
     for number in np.flatnonzero(small & (area >= _WIDE)):
         small[number] = float(height[labels == number].mean(dtype=np.float64)) < _LEAST_FLOOR
@@ -229,13 +229,13 @@ def _grown(labels: Labels, standing: Mask, coloured: Mask, frame: PointCloudFram
     other = ~(near | (reach & (standing | coloured)))
     band = ~other & ~sure
     pixels = np.flatnonzero(band)
-    source = _nearest(sure, pixels)
+    source = nearest_set(sure, pixels)
     piece = labels.reshape(-1)[source]
     if other.any():
         channels = cv2.split(frame.rgb[crop])
         here, nearest, away = (
             np.array([channel.take(chosen) for channel in channels], dtype=np.float32)
-            for chosen in (pixels, source, _nearest(other, pixels))
+            for chosen in (pixels, source, nearest_set(other, pixels))
         )
         mine = _apart(here, nearest) < _apart(here, away)
         # Where colours say nothing, depth does.
@@ -262,7 +262,7 @@ def _chroma(rgb: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(rgb[:2] / np.maximum(rgb.sum(axis=0), 1.0))
 
 
-def _nearest(mask: Mask, pixels: NDArray[np.int64]) -> NDArray[np.int64]:
+def nearest_set(mask: Mask, pixels: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the flat set pixel (n,) that is nearest to each of these flat pixels (n,)."""
     _, numbers = cv2.distanceTransformWithLabels((~mask).view(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL)
     labels: Labels = np.asarray(numbers, dtype=np.int32).reshape(-1)
@@ -301,7 +301,7 @@ def segment_of(frame: PointCloudFrame, mask: Mask, core: Mask, box: tuple[int, i
     picture = np.s_[box[1] : box[3], box[0] : box[2]]
     core = core & frame.valid[picture]
     points = frame.xyz[:, picture[0], picture[1]][:, core].T.astype(np.float64)
-    if len(points) < _LEAST_PIXELS:
+    if len(points) < LEAST_PIXELS:
         return None
     colours = frame.rgb[picture][core].astype(np.float64)
     rgb = median(colours)

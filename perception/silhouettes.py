@@ -1,0 +1,245 @@
+"""Recognition without depth: shapes fitted to outlines alone, standing on the table or on one another.
+
+A place and a size follow from the outlines of two views, or from those of one and the height of what a thing stands on; what
+the task says of sizes is a prior. Where several supports explain what is seen, all of their places make the spread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations, product
+from math import dist
+
+import numpy as np
+
+from robosandbox.perception.evidence import ShapeEvidence
+from robosandbox.perception.fit import Fit, Prior, best_fit, fit
+from robosandbox.perception.frames import FrameSet
+from robosandbox.perception.groups import Group, alike
+from robosandbox.perception.naming import Declared
+from robosandbox.perception.outlines import filled
+from robosandbox.perception.recognize import (
+    AIR_GAIN,
+    COMPLEXITY,
+    LEAST_EXTENT,
+    SHAPES,
+    as_thing,
+    kind_of_form,
+    measurements,
+    stands_on,
+)
+from robosandbox.perception.segments import Segment
+from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape
+from robosandbox.perception.support import Form
+from robosandbox.perception.table_edges import CorrectedPose
+from robosandbox.perception.thing import Thing
+from robosandbox.perception.tolerances import TOLERANCES
+from robosandbox.shapes import shape_of
+from robosandbox.shapes.hull import BoxHull, CylinderHull, Hull, SphereHull
+from robosandbox.types import Array, ObjectKind
+from robosandbox.values import frozen
+
+# Distance of shares of red and green up to which a piece may be of a described colour: as of known_meshes.py.
+_SAME_CHROMA = 0.12
+# Tangents of an outline that err alike: lens, pose and light move neighbours together.
+_CORRELATED = 4.0
+# Metres around a support that a thing's middle may seem to be beside it.
+_BESIDE = 2.0 * TOLERANCES.position
+
+
+@frozen(eq=False)
+class SizePrior:
+    """A shape whose size is known: described by the task, or clearly seen before.
+
+    Attributes:
+        kind: What it is.
+        form: How it would lie.
+        sizes: As in `Fit`, metres.
+        chroma: Shares of red and green of its colour, (2,).
+    """
+
+    kind: ObjectKind
+    form: Form
+    sizes: Array
+    chroma: Array
+
+    @staticmethod
+    def of_declared(declared: Iterable[Declared]) -> Iterator[SizePrior]:
+        """Yield the ways in which described things can lie; meshes have none."""
+        for item in declared:
+            shape = shape_of(item.kind)
+            if not item.size or shape.opens or shape.is_granular:
+                continue
+            rgb = np.array(item.rgb)
+            for form, sizes in _ways(shape.hull(item.size), tips=not shape.holds_things):
+                yield SizePrior(item.kind, form, sizes, rgb[:2] / max(float(rgb.sum()), 1e-6))
+
+    @staticmethod
+    def of_known(known: Iterable[KnownShape]) -> Iterator[SizePrior]:
+        """Yield the shapes that were clearly seen before."""
+        for item in known:
+            chroma = np.median([segment.chroma for segment in item.group.segments], axis=0)
+            yield SizePrior(kind_of_form(item.fit.shape), item.fit.shape, item.fit.sizes, chroma)
+
+
+def _ways(hull: Hull, *, tips: bool) -> Iterator[tuple[Form, Array]]:
+    """Yield the forms and sizes that a hull has lying on each of its sides."""
+    match hull:
+        case BoxHull(size=half):
+            for sizes in sorted(set(permutations(map(float, half)))):
+                if tips or sizes[2] == half[2]:
+                    yield "box", np.array(sizes)
+        case CylinderHull(size=half):
+            yield "cylinder", np.array(half)
+            if tips:
+                yield "lying", np.array(half)
+        case SphereHull(size=half):
+            yield "sphere", np.array(half)
+        case _:
+            return
+
+
+@dataclass(frozen=True, eq=False)
+class _Option:
+    """A way to explain a group: what it is, where, on what."""
+
+    kind: ObjectKind
+    fit: Fit
+    resting: float | None
+    seen: ShapeEvidence
+
+    @property
+    def charged(self) -> float:
+        """Its cost, with what floating costs."""
+        return self.fit.cost + (AIR_GAIN if self.resting is None else 0.0)
+
+
+def recognize_outlines(
+    frames: FrameSet, poses: Mapping[str, CorrectedPose], priors: Sequence[SizePrior]
+) -> tuple[list[Thing], FrameSet]:
+    """Return what the pieces of all views are, and the frames with its depth.
+
+    Args:
+        frames: As `outlined` cuts them.
+        poses: Of their cameras, with their errors.
+        priors: Sizes that are known.
+    """
+    groups = _matched(frames, priors)
+    things: dict[int, Thing] = {}
+    drawn = frames
+    # Once on the table alone, so that each has a depth and hides what is behind it; then on one another, from the lowest up.
+    for again in (False, True, True):
+        order = sorted(things, key=lambda number: things[number].fit.bottom) if again else range(len(groups))
+        for number in order:
+            members = _redrawn(groups[number], frames, drawn)
+            others = [thing for other, thing in things.items() if other != number] if again else []
+            thing = _recognized(members, drawn, others, priors, poses)
+            if thing is None:
+                things.pop(number, None)
+            else:
+                things[number] = replace(thing, group=groups[number])
+        drawn = FrameSet(
+            {name: filled(one, frames.table, [*things.values()]) for name, one in frames.by_camera.items()},
+            frames.table,
+        )
+    return [replace(thing, group=_redrawn(thing.group, frames, drawn)) for thing in things.values()], drawn
+
+
+def _redrawn(members: Group, before: FrameSet, now: FrameSet) -> Group:
+    """Return a group's pieces as they are in frames with other depths."""
+    pieces = []
+    for camera, one in before.by_camera.items():
+        for old, new in zip(one.segments, now.by_camera[camera].segments, strict=True):
+            if any(old is own for own in members.segments):
+                pieces.append(new)
+    return Group(tuple(pieces))
+
+
+def _matched(frames: FrameSet, priors: Sequence[SizePrior]) -> list[Group]:
+    """Return the pieces in groups, one of each view at most: those that one shape on the table, or in the air, explains best."""
+    left: list[tuple[Segment, ...]] = []
+    for one in frames.by_camera.values():
+        mine = list(one.segments)
+        costs = {}
+        for (k, members), segment in product(enumerate(left), mine):
+            if not all(alike(member, segment) for member in members):
+                continue
+            both = Group((*members, segment))
+            seen = measurements(both, frames, depth=False)
+            found = [
+                option.charged
+                for resting in (frames.table.height, None)
+                if (option := _best(both, seen, resting, priors)) is not None
+            ]
+            if found and min(found) < WORST:
+                costs[k, id(segment)] = min(found)
+        taken: set[int] = set()
+        for (k, own), _ in sorted(costs.items(), key=lambda each: each[1]):
+            if k in taken or own in taken:
+                continue
+            segment = next(each for each in mine if id(each) == own)
+            left[k] = (*left[k], segment)
+            taken |= {k, own}
+        left += [(segment,) for segment in mine if id(segment) not in taken]
+    return [Group(segments) for segments in left]
+
+
+def _recognized(
+    members: Group,
+    frames: FrameSet,
+    others: Sequence[Thing],
+    priors: Sequence[SizePrior],
+    poses: Mapping[str, CorrectedPose],
+) -> Thing | None:
+    seen = measurements(members, frames, depth=False)
+    options = []
+    table = _best(members, seen, frames.table.height, priors)
+    if table is not None:
+        options.append(table)
+    for other in others:
+        if not (other.shape.holds_things or other.shape.flat_top) or other.resting is None:
+            continue
+        height = stands_on(other, other.fit.centre[:2])
+        found = None if height is None else _best(members, seen, height, priors)
+        if found is not None and other.fit.outside(np.array([*found.fit.centre[:2], other.fit.centre[2]])) < _BESIDE:
+            options.append(found)
+    if len({segment.frame.camera for segment in members.segments}) > 1:
+        floating = _best(members, seen, None, priors)
+        if floating is not None:
+            options.append(floating)
+    if not options:
+        return None
+    best = min(options, key=lambda option: option.charged)
+    found = replace(best.fit, covariance=_spread(best, options, [poses[each.frame.camera] for each in members.segments]))
+    return as_thing(best.kind, found, members, best.seen, best.resting, frames)
+
+
+def _spread(best: _Option, options: Sequence[_Option], poses: Sequence[CorrectedPose]) -> Array:
+    """Return the covariance of a fit with what the cameras' poses, and other options that explain as much, add to it."""
+    covariance = best.fit.covariance.copy()
+    known = sum(np.linalg.inv(pose.error_at(best.fit.centre)) for pose in poses)
+    covariance[:3, :3] += np.linalg.inv(known)
+    count = len(best.seen.rows.values) / _CORRELATED
+    weights = np.exp([-0.5 * count * (option.charged - best.charged) for option in options])
+    for weight, option in zip(weights / weights.sum(), options, strict=True):
+        off = option.fit.centre - best.fit.centre
+        covariance[:3, :3] += weight * np.outer(off, off)
+    return covariance
+
+
+def _best(members: Group, seen: ShapeEvidence, resting: float | None, priors: Sequence[SizePrior]) -> _Option | None:
+    """Return what explains a group at a height best: a known size where one does about as well as any."""
+    found = best_fit(SHAPES, seen, resting, COMPLEXITY)
+    if found is not None and found.sizes.min() < LEAST_EXTENT:
+        found = None
+    chroma = np.mean([segment.chroma for segment in members.segments], axis=0)
+    best = None if found is None else _Option(kind_of_form(found.shape), found, resting, seen)
+    least = min(WORST, np.inf if found is None else found.cost + GAIN)
+    for prior in priors:
+        if dist(prior.chroma, chroma) > _SAME_CHROMA:
+            continue
+        familiar = fit(prior.form, seen, resting, Prior(prior.sizes, TOLERANCES.size))
+        if familiar is not None and familiar.cost < least:
+            best, least = _Option(prior.kind, familiar, resting, seen), familiar.cost
+    return best
