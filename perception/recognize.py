@@ -18,6 +18,7 @@ from robosandbox.perception.free_space import seen_through
 from robosandbox.perception.groups import Group, explains, may_be_one, same_colour
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape, best_known, candidates, is_gone, pairs
+from robosandbox.perception.segments import Segment
 from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
 from robosandbox.perception.support import Form
@@ -28,7 +29,7 @@ from robosandbox.types import Array, ObjectKind
 
 # Number of pixels whose depth errs alike, because stereo matches windows; sim/sensors.py shares noise in 3 x 3 pixels.
 _CORRELATED = 9.0
-_AIR = 0.015  # Metres over its support from which a thing may be in the air. Chosen above the errors of both heights.
+AIR = 0.015  # Metres over its support from which a thing may be in the air. Chosen above the errors of both heights.
 # Cost by which a thing in the air must explain what is seen better, because most things stand (units: mean squared residual
 # over standard deviation). Chosen.
 AIR_GAIN = 0.15
@@ -177,14 +178,16 @@ def _as_thing(drawer: SeenDrawer, frames: FrameSet) -> Thing:
     )
 
 
-def measurements(members: Group, frames: FrameSet, *, wary: bool = False, depth: bool = True) -> ShapeEvidence:
-    """Return the tangent planes of a group, and where depth is measured its surface points; wary as for `tangents`."""
+def measurements(
+    members: Group, frames: FrameSet, *, kin: Sequence[Segment] = (), wary: bool = False, depth: bool = True
+) -> ShapeEvidence:
+    """Return the tangent planes of a group, and where depth is measured its surface points; `kin`, `wary` as for `tangents`."""
     rows, surfaces = [], []
     for camera, segmented in frames.by_camera.items():
         own = [segment for segment in members.segments if segment.frame.camera == camera]
         if not own:
             continue
-        rows.append(tangents(own, segmented, wary=wary))
+        rows.append(tangents(own, segmented, kin, wary=wary))
         for segment in own if depth else ():
             # Neighbouring pixels err together, so that many points say less than their number.
             sigma = max(segmented.frame.noise, TOLERANCES.least_depth)
@@ -223,9 +226,9 @@ def _as_any(members: Group, seen: ShapeEvidence, under: float) -> tuple[Fit | No
     """Return the shape that explains a group best, and what height it stands at, None in the air."""
     resting: float | None = under
     found = best_fit(SHAPES, seen, under, COMPLEXITY)
-    if float(members.bounds[0][2]) - under > _AIR:
+    if float(members.bounds[0][2]) - under > AIR:
         floating = best_fit(SHAPES, seen, None, COMPLEXITY)
-        if floating and (found is None or floating.cost < found.cost - AIR_GAIN) and floating.bottom > under + _AIR:
+        if floating and (found is None or floating.cost < found.cost - AIR_GAIN) and floating.bottom > under + AIR:
             found, resting = floating, None
     if found is None or found.cost > TOLERANCES.cost:
         leaning = fit_leaning(seen)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations, product
+from itertools import combinations, permutations, product
 from math import dist
 
 import numpy as np
@@ -16,10 +16,11 @@ import numpy as np
 from robosandbox.perception.evidence import ShapeEvidence
 from robosandbox.perception.fit import Fit, Prior, best_fit, fit
 from robosandbox.perception.frames import FrameSet
-from robosandbox.perception.groups import Group, alike
+from robosandbox.perception.groups import Group, alike, same_colour
 from robosandbox.perception.naming import Declared
 from robosandbox.perception.outlines import filled
 from robosandbox.perception.recognize import (
+    AIR,
     AIR_GAIN,
     COMPLEXITY,
     LEAST_EXTENT,
@@ -125,16 +126,18 @@ def recognize_outlines(
         poses: Of their cameras, with their errors.
         priors: Sizes that are known.
     """
-    groups = _matched(frames, priors)
+    groups = dict(enumerate(_matched(frames, priors)))
     things: dict[int, Thing] = {}
     drawn = frames
     # Once on the table alone, so that each has a depth and hides what is behind it; then on one another, from the lowest up.
     for again in (False, True, True):
-        order = sorted(things, key=lambda number: things[number].fit.bottom) if again else range(len(groups))
-        for number in order:
+        if again:
+            groups = _merged(groups, things)
+            things = {number: thing for number, thing in things.items() if number in groups}
+        for number in sorted(groups, key=lambda number: things[number].fit.bottom if number in things else np.inf):
             members = _redrawn(groups[number], frames, drawn)
             others = [thing for other, thing in things.items() if other != number] if again else []
-            thing = _recognized(members, drawn, others, priors, poses)
+            thing = _recognized(members, frames, drawn, others, priors, poses)
             if thing is None:
                 things.pop(number, None)
             else:
@@ -144,6 +147,17 @@ def recognize_outlines(
             frames.table,
         )
     return [replace(thing, group=_redrawn(thing.group, frames, drawn)) for thing in things.values()], drawn
+
+
+def _merged(groups: Mapping[int, Group], things: Mapping[int, Thing]) -> dict[int, Group]:
+    """Return the groups, those as one whose shapes are in one place and of one colour: something before them parts them."""
+    merged = dict(groups)
+    for one, other in combinations(sorted(things, key=lambda number: -len(things[number].group.points)), 2):
+        if one not in merged or other not in merged or not same_colour(merged[one], merged[other]):
+            continue
+        if things[one].fit.outside(things[other].fit.centre) < 0.0:
+            merged[one] = Group((*merged[one].segments, *merged.pop(other).segments))
+    return merged
 
 
 def _redrawn(members: Group, before: FrameSet, now: FrameSet) -> Group:
@@ -187,32 +201,40 @@ def _matched(frames: FrameSet, priors: Sequence[SizePrior]) -> list[Group]:
 
 def _recognized(
     members: Group,
+    undrawn: FrameSet,
     frames: FrameSet,
     others: Sequence[Thing],
     priors: Sequence[SizePrior],
     poses: Mapping[str, CorrectedPose],
 ) -> Thing | None:
     seen = measurements(members, frames, depth=False)
-    options = []
-    table = _best(members, seen, frames.table.height, priors)
-    if table is not None:
-        options.append(table)
+    table = frames.table.height
+    options = [option for option in (_best(members, seen, table, priors),) if option and _is_free(option.fit, others)]
     for other in others:
-        if not (other.shape.holds_things or other.shape.flat_top) or other.resting is None:
+        height = stands_on(other, other.fit.centre[:2]) if other.resting is not None else None
+        if height is None or not (other.shape.holds_things or other.shape.flat_top):
             continue
-        height = stands_on(other, other.fit.centre[:2])
-        found = None if height is None else _best(members, seen, height, priors)
-        if found is not None and other.fit.outside(np.array([*found.fit.centre[:2], other.fit.centre[2]])) < _BESIDE:
+        # What stands on another is before it, and so is its outline; a container's wall may be before what lies in it.
+        kin = () if other.shape.holds_things else _redrawn(other.group, undrawn, frames).segments
+        found = _best(members, measurements(members, frames, kin=kin, depth=False), height, priors)
+        if found is None or not _is_free(found.fit, [each for each in others if each is not other]):
+            continue
+        if other.fit.outside(np.array([*found.fit.centre[:2], other.fit.centre[2]])) < _BESIDE:
             options.append(found)
     if len({segment.frame.camera for segment in members.segments}) > 1:
         floating = _best(members, seen, None, priors)
-        if floating is not None:
+        if floating is not None and floating.fit.bottom > table + AIR and _is_free(floating.fit, others):
             options.append(floating)
     if not options:
         return None
     best = min(options, key=lambda option: option.charged)
     found = replace(best.fit, covariance=_spread(best, options, [poses[each.frame.camera] for each in members.segments]))
     return as_thing(best.kind, found, members, best.seen, best.resting, frames)
+
+
+def _is_free(found: Fit, others: Sequence[Thing]) -> bool:
+    """Tell whether a shape's middle is in none of the other things."""
+    return all(other.fit.outside(found.centre) > 0.0 for other in others)
 
 
 def _spread(best: _Option, options: Sequence[_Option], poses: Sequence[CorrectedPose]) -> Array:
