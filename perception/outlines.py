@@ -72,6 +72,11 @@ def filled(segmented: SegmentedFrame, table: TablePrior, things: list[Thing]) ->
             missed = np.flatnonzero(pixels & ~hit)
             # Beside the shape's outline the nearest point of it is as good.
             depth.reshape(-1)[missed] = depth.reshape(-1)[nearest_set(hit, missed)]
+    return redrawn(segmented, table, depth)
+
+
+def redrawn(segmented: SegmentedFrame, table: TablePrior, depth: Image) -> SegmentedFrame:
+    """Return the frame with other depths, (height, width), metres; pieces keep their order."""
     masks = [segmented.pieces == number for number in range(1, len(segmented.segments) + 1)]
     return _cut(with_depth(segmented.frame, depth), table, segmented.robot, segmented.robot_near, masks)
 

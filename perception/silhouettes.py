@@ -14,11 +14,12 @@ from math import dist
 import numpy as np
 
 from robosandbox.perception.evidence import ShapeEvidence
-from robosandbox.perception.fit import Fit, Prior, best_fit, fit
+from robosandbox.perception.fit import Fit, Prior, best_fit, cost_of, fit
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group, alike, same_colour
 from robosandbox.perception.naming import Declared
-from robosandbox.perception.outlines import filled
+from robosandbox.perception.frame import LEAST_DEPTH
+from robosandbox.perception.outlines import filled, redrawn
 from robosandbox.perception.recognize import (
     AIR,
     AIR_GAIN,
@@ -31,7 +32,7 @@ from robosandbox.perception.recognize import (
     stands_on,
 )
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape
+from robosandbox.perception.shape_prior import GAIN, SPREAD, WORST, KnownShape
 from robosandbox.perception.support import Form
 from robosandbox.perception.table_edges import CorrectedPose
 from robosandbox.perception.thing import Thing
@@ -45,6 +46,7 @@ from robosandbox.values import frozen
 _SAME_CHROMA = 0.12
 # Tangents of an outline that err alike: lens, pose and light move neighbours together.
 _CORRELATED = 4.0
+_UNEXPLAINED = 3.0  # Cost of pieces that no shape explains: as of recognize.py.
 # Metres around a support that a thing's middle may seem to be beside it.
 _BESIDE = 2.0 * TOLERANCES.position
 
@@ -58,12 +60,14 @@ class SizePrior:
         form: How it would lie.
         sizes: As in `Fit`, metres.
         chroma: Shares of red and green of its colour, (2,).
+        place: Where it was last; None where that is not known.
     """
 
     kind: ObjectKind
     form: Form
     sizes: Array
     chroma: Array
+    place: Fit | None = None
 
     @staticmethod
     def of_declared(declared: Iterable[Declared]) -> Iterator[SizePrior]:
@@ -81,7 +85,8 @@ class SizePrior:
         """Yield the shapes that were clearly seen before."""
         for item in known:
             chroma = np.median([segment.chroma for segment in item.group.segments], axis=0)
-            yield SizePrior(kind_of_form(item.fit.shape), item.fit.shape, item.fit.sizes, chroma)
+            place = None if item.lost else item.fit
+            yield SizePrior(kind_of_form(item.fit.shape), item.fit.shape, item.fit.sizes, chroma, place)
 
 
 def _ways(hull: Hull, *, tips: bool) -> Iterator[tuple[Form, Array]]:
@@ -103,17 +108,32 @@ def _ways(hull: Hull, *, tips: bool) -> Iterator[tuple[Form, Array]]:
 
 @dataclass(frozen=True, eq=False)
 class _Option:
-    """A way to explain a group: what it is, where, on what."""
+    """A way to explain a group: what it is, where, on what.
+
+    Attributes:
+        kind: Its shape.
+        fit: As fitted.
+        resting: Height of what it stands on, metres; None in the air.
+        support: Number of the group that it stands on or in; None for the table, and in the air.
+        seen: What it was fitted to.
+        cost: That of the fit, with what it costs to float, and to have none of the sizes that its colour is known to have.
+    """
 
     kind: ObjectKind
     fit: Fit
     resting: float | None
+    support: int | None
     seen: ShapeEvidence
+    cost: float
 
-    @property
-    def charged(self) -> float:
-        """Its cost, with what floating costs."""
-        return self.fit.cost + (AIR_GAIN if self.resting is None else 0.0)
+
+@dataclass(frozen=True, eq=False)
+class _Rival:
+    """Another way to explain a group: where it would be, and how much worse that explains what is seen, by how many rows."""
+
+    centre: Array
+    worse: float
+    rows: int
 
 
 def recognize_outlines(
@@ -126,48 +146,199 @@ def recognize_outlines(
         poses: Of their cameras, with their errors.
         priors: Sizes that are known.
     """
-    groups = dict(enumerate(_matched(frames, priors)))
-    things: dict[int, Thing] = {}
-    drawn = frames
-    # Once on the table alone, so that each has a depth and hides what is behind it; then on one another, from the lowest up.
-    for again in (False, True, True):
-        if again:
-            groups = _merged(groups, things)
-            things = {number: thing for number, thing in things.items() if number in groups}
-        for number in sorted(groups, key=lambda number: things[number].fit.bottom if number in things else np.inf):
-            members = _redrawn(groups[number], frames, drawn)
-            others = [thing for other, thing in things.items() if other != number] if again else []
-            thing = _recognized(members, frames, drawn, others, priors, poses)
-            if thing is None:
-                things.pop(number, None)
-            else:
-                things[number] = replace(thing, group=groups[number])
-        drawn = FrameSet(
-            {name: filled(one, frames.table, [*things.values()]) for name, one in frames.by_camera.items()},
-            frames.table,
+    scene = _Outlines(frames, poses, priors)
+    scene.stand_on_the_table()
+    scene.merge()
+    # Now that each has a depth, it hides what is behind it.
+    scene.stand_on_the_table()
+    scene.stack()
+    return scene.things(), scene.drawn
+
+
+class _Outlines:
+    """The groups of a look, and what explains each so far.
+
+    Args:
+        frames: As for `recognize_outlines`.
+        poses: Likewise.
+        priors: Likewise.
+
+    Attributes:
+        drawn: The frames with the depth of what explains the groups.
+    """
+
+    def __init__(self, frames: FrameSet, poses: Mapping[str, CorrectedPose], priors: Sequence[SizePrior]) -> None:
+        self._frames, self._poses, self._priors = frames, poses, priors
+        self._groups = dict(enumerate(_matched(frames, priors)))
+        self._options: dict[int, _Option] = {}
+        self._rivals: dict[int, list[_Rival]] = {}
+        self.drawn = frames
+
+    def things(self) -> list[Thing]:
+        """Return what explains the groups."""
+        return [self._thing(number, option) for number, option in self._options.items()]
+
+    def stand_on_the_table(self) -> None:
+        """Explain each group by something on the table, or where two views show it, in the air."""
+        table = self._frames.table.height
+        found: dict[int, _Option] = {}
+        for number, members in self._members().items():
+            seen = measurements(members, self.drawn, depth=False)
+            options = [self._best(number, seen, table, None)]
+            if len({segment.frame.camera for segment in members.segments}) > 1:
+                floating = self._best(number, seen, None, None)
+                options.append(floating if floating and floating.fit.bottom > table + AIR else None)
+            best = min((option for option in options if option), key=lambda option: option.cost, default=None)
+            if best is not None:
+                found[number] = best
+                self._rivals[number] = [
+                    _Rival(option.fit.centre, option.cost - best.cost, len(seen.rows.values))
+                    for option in options
+                    if option
+                ]
+        self._options = found
+        self._draw()
+
+    def merge(self) -> None:
+        """Take groups of one colour in one place for one thing: something before it parts them."""
+        order = sorted(self._options, key=lambda number: -len(self._groups[number].points))
+        for one, other in combinations(order, 2):
+            if one not in self._groups or other not in self._groups:
+                continue
+            a, b = self._groups[one], self._groups[other]
+            if same_colour(a, b) and self._options[one].fit.outside(self._options[other].fit.centre) < 0.0:
+                self._groups[one] = Group((*a.segments, *b.segments))
+                del self._groups[other], self._options[other]
+
+    def stack(self) -> None:
+        """Put groups on or into one another where both are explained better so."""
+        for _ in range(len(self._groups)):
+            tried = [
+                (gain, number, option, below)
+                for number, support in permutations(self._groups, 2)
+                if support in self._options and (found := self._on(number, support)) is not None
+                for gain, option, below in (found,)
+            ]
+            if not tried or max(tried, key=lambda each: each[0])[0] <= 0.0:
+                return
+            gain, number, option, below = max(tried, key=lambda each: each[0])
+            assert option.support is not None, "a group is put on another"
+            # What the others leave unexplained is of both things.
+            rows = len(self._options[option.support].seen.rows.values)
+            self._rivals[number] = [
+                _Rival(option.fit.centre, 0.0, 0),
+                *(
+                    replace(rival, worse=rival.worse + gain, rows=rival.rows + rows)
+                    for rival in self._rivals.get(number, [])
+                ),
+                *(
+                    _Rival(instead.fit.centre, gain - other, len(instead.seen.rows.values) + rows)
+                    for other, another, instead, _ in tried
+                    if another == number and instead is not option
+                ),
+            ]
+            self._options[number], self._options[option.support] = option, below
+            self._draw()
+
+    def _on(self, number: int, support: int) -> tuple[float, _Option, _Option] | None:
+        """Return by how much less a group that stands on another costs with it, and what explains the two so; None where none does."""
+        under, now = self._options[support], self._options.get(number)
+        if (now is not None and now.support == support) or under.resting is None or self._stands_on(support, number):
+            return None
+        shape = shape_of(under.kind)
+        if not (shape.holds_things or shape.flat_top):
+            return None
+        below = under
+        frames = self.drawn
+        if not shape.holds_things:
+            # What stands on another is before it: its outline is its own, and cuts off the other's.
+            frames = self._before(number)
+            seen = measurements(self._member(support, frames), frames, kin=self._kin(under, frames), depth=False)
+            # Where too little of it is left, what explained it before stays; nothing speaks against it.
+            below = self._best(support, seen, under.resting, under.support) or replace(
+                under, cost=min(cost_of(under.fit, seen), TOLERANCES.cost)
+            )
+        base = self._thing(support, below)
+        height = stands_on(base, base.fit.centre[:2])
+        if height is None:
+            return None
+        kin = () if shape.holds_things else self._member(support, self.drawn).segments
+        seen = measurements(self._member(number, self.drawn), self.drawn, kin=kin, depth=False)
+        found = self._best(number, seen, height, support)
+        if found is None or base.fit.outside(np.array([*found.fit.centre[:2], base.fit.centre[2]])) > _BESIDE:
+            return None
+        before = (_UNEXPLAINED if now is None else now.cost) + under.cost
+        if now is not None and base.fit.outside(now.fit.centre) < 0.0:
+            # Two things are not in one place.
+            before += _UNEXPLAINED
+        return before - found.cost - below.cost, found, below
+
+    def _stands_on(self, number: int, support: int) -> bool:
+        """Tell whether a group stands on another, or on what stands on it."""
+        option = self._options[number]
+        while option.support is not None:
+            if option.support == support:
+                return True
+            option = self._options[option.support]
+        return False
+
+    def _kin(self, option: _Option, frames: FrameSet) -> tuple[Segment, ...]:
+        """Return the pieces of what a thing stands on, which are behind it."""
+        if option.support is None or shape_of(self._options[option.support].kind).holds_things:
+            return ()
+        return self._member(option.support, frames).segments
+
+    def _before(self, number: int) -> FrameSet:
+        """Return the frames with a group nearer than anything else."""
+        by_camera = {}
+        for camera, one in self.drawn.by_camera.items():
+            depth = one.frame.depth.copy()
+            for segment in self._member(number, self.drawn).segments:
+                if segment.frame.camera == camera:
+                    depth[segment.crop][segment.mask] = np.float32(LEAST_DEPTH)
+            by_camera[camera] = redrawn(one, self._frames.table, depth)
+        return FrameSet(by_camera, self._frames.table)
+
+    def _members(self) -> dict[int, Group]:
+        return {number: self._member(number, self.drawn) for number in self._groups}
+
+    def _member(self, number: int, frames: FrameSet) -> Group:
+        """Return a group's pieces as they are in frames with other depths."""
+        pieces = []
+        for camera, one in self._frames.by_camera.items():
+            for old, new in zip(one.segments, frames.by_camera[camera].segments, strict=True):
+                if any(old is own for own in self._groups[number].segments):
+                    pieces.append(new)
+        return Group(tuple(pieces))
+
+    def _draw(self) -> None:
+        """Give the frames the depth of what explains their groups."""
+        things = [replace(thing, group=self._groups[number]) for number, thing in self._numbered()]
+        self.drawn = FrameSet(
+            {name: filled(one, self._frames.table, things) for name, one in self._frames.by_camera.items()},
+            self._frames.table,
         )
-    return [replace(thing, group=_redrawn(thing.group, frames, drawn)) for thing in things.values()], drawn
 
+    def _numbered(self) -> list[tuple[int, Thing]]:
+        return [(number, self._thing(number, option)) for number, option in self._options.items()]
 
-def _merged(groups: Mapping[int, Group], things: Mapping[int, Thing]) -> dict[int, Group]:
-    """Return the groups, those as one whose shapes are in one place and of one colour: something before them parts them."""
-    merged = dict(groups)
-    for one, other in combinations(sorted(things, key=lambda number: -len(things[number].group.points)), 2):
-        if one not in merged or other not in merged or not same_colour(merged[one], merged[other]):
-            continue
-        if things[one].fit.outside(things[other].fit.centre) < 0.0:
-            merged[one] = Group((*merged[one].segments, *merged.pop(other).segments))
-    return merged
+    def _thing(self, number: int, option: _Option) -> Thing:
+        """Return a group as a thing, its spread that of the fit, of the cameras' poses and of all rivals together."""
+        members = self._member(number, self.drawn)
+        covariance = option.fit.covariance.copy()
+        cameras = {segment.frame.camera for segment in members.segments}
+        known = sum(np.linalg.inv(self._poses[camera].error_at(option.fit.centre)) for camera in cameras)
+        covariance[:3, :3] += np.linalg.inv(known)
+        rivals = self._rivals.get(number, [])
+        weights = np.exp([-0.5 * rival.rows / _CORRELATED * max(rival.worse, 0.0) for rival in rivals])
+        for weight, rival in zip(weights / max(weights.sum(), 1.0), rivals, strict=True):
+            off = rival.centre - option.fit.centre
+            covariance[:3, :3] += weight * np.outer(off, off)
+        found = replace(option.fit, covariance=covariance)
+        return as_thing(option.kind, found, members, option.seen, option.resting, self.drawn)
 
-
-def _redrawn(members: Group, before: FrameSet, now: FrameSet) -> Group:
-    """Return a group's pieces as they are in frames with other depths."""
-    pieces = []
-    for camera, one in before.by_camera.items():
-        for old, new in zip(one.segments, now.by_camera[camera].segments, strict=True):
-            if any(old is own for own in members.segments):
-                pieces.append(new)
-    return Group(tuple(pieces))
+    def _best(self, number: int, seen: ShapeEvidence, resting: float | None, support: int | None) -> _Option | None:
+        return _best(self._groups[number], seen, resting, support, self._priors)
 
 
 def _matched(frames: FrameSet, priors: Sequence[SizePrior]) -> list[Group]:
@@ -182,9 +353,9 @@ def _matched(frames: FrameSet, priors: Sequence[SizePrior]) -> list[Group]:
             both = Group((*members, segment))
             seen = measurements(both, frames, depth=False)
             found = [
-                option.charged
+                option.cost
                 for resting in (frames.table.height, None)
-                if (option := _best(both, seen, resting, priors)) is not None
+                if (option := _best(both, seen, resting, None, priors)) is not None
             ]
             if found and min(found) < WORST:
                 costs[k, id(segment)] = min(found)
@@ -199,69 +370,30 @@ def _matched(frames: FrameSet, priors: Sequence[SizePrior]) -> list[Group]:
     return [Group(segments) for segments in left]
 
 
-def _recognized(
-    members: Group,
-    undrawn: FrameSet,
-    frames: FrameSet,
-    others: Sequence[Thing],
-    priors: Sequence[SizePrior],
-    poses: Mapping[str, CorrectedPose],
-) -> Thing | None:
-    seen = measurements(members, frames, depth=False)
-    table = frames.table.height
-    options = [option for option in (_best(members, seen, table, priors),) if option and _is_free(option.fit, others)]
-    for other in others:
-        height = stands_on(other, other.fit.centre[:2]) if other.resting is not None else None
-        if height is None or not (other.shape.holds_things or other.shape.flat_top):
-            continue
-        # What stands on another is before it, and so is its outline; a container's wall may be before what lies in it.
-        kin = () if other.shape.holds_things else _redrawn(other.group, undrawn, frames).segments
-        found = _best(members, measurements(members, frames, kin=kin, depth=False), height, priors)
-        if found is None or not _is_free(found.fit, [each for each in others if each is not other]):
-            continue
-        if other.fit.outside(np.array([*found.fit.centre[:2], other.fit.centre[2]])) < _BESIDE:
-            options.append(found)
-    if len({segment.frame.camera for segment in members.segments}) > 1:
-        floating = _best(members, seen, None, priors)
-        if floating is not None and floating.fit.bottom > table + AIR and _is_free(floating.fit, others):
-            options.append(floating)
-    if not options:
-        return None
-    best = min(options, key=lambda option: option.charged)
-    found = replace(best.fit, covariance=_spread(best, options, [poses[each.frame.camera] for each in members.segments]))
-    return as_thing(best.kind, found, members, best.seen, best.resting, frames)
-
-
-def _is_free(found: Fit, others: Sequence[Thing]) -> bool:
-    """Tell whether a shape's middle is in none of the other things."""
-    return all(other.fit.outside(found.centre) > 0.0 for other in others)
-
-
-def _spread(best: _Option, options: Sequence[_Option], poses: Sequence[CorrectedPose]) -> Array:
-    """Return the covariance of a fit with what the cameras' poses, and other options that explain as much, add to it."""
-    covariance = best.fit.covariance.copy()
-    known = sum(np.linalg.inv(pose.error_at(best.fit.centre)) for pose in poses)
-    covariance[:3, :3] += np.linalg.inv(known)
-    count = len(best.seen.rows.values) / _CORRELATED
-    weights = np.exp([-0.5 * count * (option.charged - best.charged) for option in options])
-    for weight, option in zip(weights / weights.sum(), options, strict=True):
-        off = option.fit.centre - best.fit.centre
-        covariance[:3, :3] += weight * np.outer(off, off)
-    return covariance
-
-
-def _best(members: Group, seen: ShapeEvidence, resting: float | None, priors: Sequence[SizePrior]) -> _Option | None:
+def _best(
+    members: Group, seen: ShapeEvidence, resting: float | None, support: int | None, priors: Sequence[SizePrior]
+) -> _Option | None:
     """Return what explains a group at a height best: a known size where one does about as well as any."""
-    found = best_fit(SHAPES, seen, resting, COMPLEXITY)
-    if found is not None and found.sizes.min() < LEAST_EXTENT:
-        found = None
     chroma = np.mean([segment.chroma for segment in members.segments], axis=0)
-    best = None if found is None else _Option(kind_of_form(found.shape), found, resting, seen)
-    least = min(WORST, np.inf if found is None else found.cost + GAIN)
-    for prior in priors:
-        if dist(prior.chroma, chroma) > _SAME_CHROMA:
+    own = [prior for prior in priors if dist(prior.chroma, chroma) < _SAME_CHROMA]
+    floats = AIR_GAIN if resting is None else 0.0
+    found = best_fit(SHAPES, seen, resting, COMPLEXITY)
+    best = None
+    if found is not None and found.sizes.min() > LEAST_EXTENT:
+        cost = found.cost + floats + (GAIN if own else 0.0)
+        best = _Option(kind_of_form(found.shape), found, resting, support, seen, cost)
+    for prior in own:
+        familiar = _unmoved(prior, seen, resting) or fit(prior.form, seen, resting, Prior(prior.sizes, SPREAD))
+        if familiar is None or familiar.cost > WORST or (best is not None and familiar.cost + floats > best.cost):
             continue
-        familiar = fit(prior.form, seen, resting, Prior(prior.sizes, TOLERANCES.size))
-        if familiar is not None and familiar.cost < least:
-            best, least = _Option(prior.kind, familiar, resting, seen), familiar.cost
+        best = _Option(prior.kind, familiar, resting, support, seen, familiar.cost + floats)
     return best
+
+
+def _unmoved(prior: SizePrior, seen: ShapeEvidence, resting: float | None) -> Fit | None:
+    """Return a known thing where it was, if that explains what is seen; None else."""
+    place = prior.place
+    if place is None or resting is None or abs(place.bottom - resting) > _BESIDE or not len(seen.rows.values):
+        return None
+    cost = cost_of(place, seen)
+    return replace(place, cost=cost) if cost < TOLERANCES.cost else None
