@@ -6,7 +6,7 @@ the task says of sizes is a prior. Where several supports explain what is seen, 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
 from math import dist
@@ -18,7 +18,7 @@ from robosandbox.perception.fit import Fit, Prior, best_fit, cost_of, fit
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group, alike, same_colour
 from robosandbox.perception.naming import Declared
-from robosandbox.perception.frame import LEAST_DEPTH
+from robosandbox.perception.frame import LEAST_DEPTH, with_depth
 from robosandbox.perception.outlines import filled, redrawn
 from robosandbox.perception.recognize import (
     AIR,
@@ -152,7 +152,7 @@ def recognize_outlines(
     # Now that each has a depth, it hides what is behind it.
     scene.stand_on_the_table()
     scene.stack()
-    return scene.things(), scene.drawn
+    return scene.things(), scene.told()
 
 
 class _Outlines:
@@ -177,6 +177,18 @@ class _Outlines:
     def things(self) -> list[Thing]:
         """Return what explains the groups."""
         return [self._thing(number, option) for number, option in self._options.items()]
+
+    def told(self) -> FrameSet:
+        """Return the frames with the depth of what explains the groups, and none where nothing does."""
+        by_camera = {}
+        left = [each for number in self._groups if number not in self._options for each in self._groups[number].segments]
+        for camera, one in self.drawn.by_camera.items():
+            depth = one.frame.depth.copy()
+            for segment in left:
+                if segment.frame.camera == camera:
+                    depth[segment.crop][segment.mask] = 0.0
+            by_camera[camera] = replace(one, frame=with_depth(one.frame, depth))
+        return FrameSet(by_camera, self._frames.table)
 
     def stand_on_the_table(self) -> None:
         """Explain each group by something on the table, or where two views show it, in the air."""
@@ -249,11 +261,10 @@ class _Outlines:
         if not (shape.holds_things or shape.flat_top):
             return None
         below = under
-        frames = self.drawn
         if not shape.holds_things:
             # What stands on another is before it: its outline is its own, and cuts off the other's.
-            frames = self._before(number)
-            seen = measurements(self._member(support, frames), frames, kin=self._kin(under, frames), depth=False)
+            kept = {support} if under.support is None else {support, under.support}
+            seen = self._measured(support, kept, wary=True)
             # Where too little of it is left, what explained it before stays; nothing speaks against it.
             below = self._best(support, seen, under.resting, under.support) or replace(
                 under, cost=min(cost_of(under.fit, seen), TOLERANCES.cost)
@@ -262,8 +273,11 @@ class _Outlines:
         height = stands_on(base, base.fit.centre[:2])
         if height is None:
             return None
-        kin = () if shape.holds_things else self._member(support, self.drawn).segments
-        seen = measurements(self._member(number, self.drawn), self.drawn, kin=kin, depth=False)
+        seen = (
+            measurements(self._member(number, self.drawn), self.drawn, depth=False)
+            if shape.holds_things
+            else self._measured(number, {number, support})
+        )
         found = self._best(number, seen, height, support)
         if found is None or base.fit.outside(np.array([*found.fit.centre[:2], base.fit.centre[2]])) > _BESIDE:
             return None
@@ -282,22 +296,25 @@ class _Outlines:
             option = self._options[option.support]
         return False
 
-    def _kin(self, option: _Option, frames: FrameSet) -> tuple[Segment, ...]:
-        """Return the pieces of what a thing stands on, which are behind it."""
-        if option.support is None or shape_of(self._options[option.support].kind).holds_things:
-            return ()
-        return self._member(option.support, frames).segments
+    def _measured(self, number: int, kept: Set[int], *, wary: bool = False) -> ShapeEvidence:
+        """Return what is measured of a group as if all others were before it, but those that are kept, which are behind it.
 
-    def _before(self, number: int) -> FrameSet:
-        """Return the frames with a group nearer than anything else."""
+        Args:
+            number: Which.
+            kept: The others that are behind it, and itself.
+            wary: As for `tangents`.
+        """
         by_camera = {}
+        others = [segment for other in self._groups if other not in kept for segment in self._groups[other].segments]
         for camera, one in self.drawn.by_camera.items():
             depth = one.frame.depth.copy()
-            for segment in self._member(number, self.drawn).segments:
+            for segment in others:
                 if segment.frame.camera == camera:
                     depth[segment.crop][segment.mask] = np.float32(LEAST_DEPTH)
             by_camera[camera] = redrawn(one, self._frames.table, depth)
-        return FrameSet(by_camera, self._frames.table)
+        frames = FrameSet(by_camera, self._frames.table)
+        kin = [segment for other in kept - {number} for segment in self._member(other, frames).segments]
+        return measurements(self._member(number, frames), frames, kin=kin, wary=wary, depth=False)
 
     def _members(self) -> dict[int, Group]:
         return {number: self._member(number, self.drawn) for number in self._groups}
