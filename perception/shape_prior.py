@@ -18,7 +18,7 @@ GAIN = 0.7
 # Cost from which a known size does not explain what is seen (units: mean squared residual over standard deviation). Chosen.
 WORST = 1.5
 AS_MUCH = 0.9  # Share of the tangents that told a size from which a new look tells as much. Chosen.
-SPREAD = 0.00005  # Standard deviation of a known size, metres. Chosen so small that it stays.
+_SPREAD = 0.00005  # Standard deviation of a known size, metres. Chosen so small that it stays.
 _NEAR = 0.03  # Metres from its place within which a known thing may be what is seen. Chosen.
 
 
@@ -68,7 +68,7 @@ def best_known(options: Sequence[KnownShape], seen: ShapeEvidence, resting: floa
         worst: What its cost must be below.
     """
     fits = [
-        fit_near(each.fit, seen, resting, Prior(each.fit.sizes, SPREAD))
+        fit_near(each.fit, seen, resting, Prior(each.fit.sizes, _SPREAD))
         for each in options
         if len(seen.rows.values) < AS_MUCH * each.tangents
     ]

@@ -20,6 +20,7 @@ from robosandbox.perception.groups import Group, alike, same_colour
 from robosandbox.perception.naming import Declared
 from robosandbox.perception.frame import LEAST_DEPTH, with_depth
 from robosandbox.perception.outlines import filled, redrawn
+from robosandbox.perception.raycast import depths_of
 from robosandbox.perception.recognize import (
     AIR,
     AIR_GAIN,
@@ -32,11 +33,12 @@ from robosandbox.perception.recognize import (
     stands_on,
 )
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.shape_prior import GAIN, SPREAD, WORST, KnownShape
+from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape
 from robosandbox.perception.support import Form
 from robosandbox.perception.table_edges import CorrectedPose
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
+from robosandbox.perception.track import AS_WELL
 from robosandbox.shapes import shape_of
 from robosandbox.shapes.hull import BoxHull, CylinderHull, Hull, SphereHull
 from robosandbox.types import Array, ObjectKind
@@ -46,6 +48,7 @@ from robosandbox.values import frozen
 _SAME_CHROMA = 0.12
 # Tangents of an outline that err alike: lens, pose and light move neighbours together.
 _CORRELATED = 4.0
+_MOST_OF_IT = 0.6  # Share of pixels that are most of a group: as of groups.py.
 _UNEXPLAINED = 3.0  # Cost of pieces that no shape explains: as of recognize.py.
 # Metres around a support that a thing's middle may seem to be beside it.
 _BESIDE = 2.0 * TOLERANCES.position
@@ -212,15 +215,25 @@ class _Outlines:
         self._draw()
 
     def merge(self) -> None:
-        """Take groups of one colour in one place for one thing: something before it parts them."""
-        order = sorted(self._options, key=lambda number: -len(self._groups[number].points))
+        """Take groups of one colour for one thing where its shape would be seen in both: something before it parts them."""
+        order = sorted(self._groups, key=lambda number: -sum(each.mask.sum() for each in self._groups[number].segments))
         for one, other in combinations(order, 2):
-            if one not in self._groups or other not in self._groups:
+            if one not in self._options or other not in self._groups:
                 continue
             a, b = self._groups[one], self._groups[other]
-            if same_colour(a, b) and self._options[one].fit.outside(self._options[other].fit.centre) < 0.0:
+            if same_colour(a, b) and self._covers(one, other):
                 self._groups[one] = Group((*a.segments, *b.segments))
-                del self._groups[other], self._options[other]
+                del self._groups[other]
+                self._options.pop(other, None)
+
+    def _covers(self, number: int, other: int) -> bool:
+        """Tell whether what explains a group would be seen where the pieces of another are."""
+        thing = self._thing(number, self._options[number])
+        found = []
+        for segment in self._member(other, self.drawn).segments:
+            rows, columns = np.nonzero(segment.mask)
+            found.append(depths_of(thing, segment.frame, rows + segment.box[1], columns + segment.box[0]))
+        return float(np.isfinite(np.concatenate(found)).mean()) > _MOST_OF_IT
 
     def stack(self) -> None:
         """Put groups on or into one another where both are explained better so."""
@@ -232,6 +245,10 @@ class _Outlines:
                 for gain, option, below in (found,)
             ]
             if not tried or max(tried, key=lambda each: each[0])[0] <= 0.0:
+                for gain, number, option, _ in tried:
+                    assert option.support is not None, "a group is put on another"
+                    rows = len(option.seen.rows.values) + len(self._options[option.support].seen.rows.values)
+                    self._rivals.setdefault(number, []).append(_Rival(option.fit.centre, -gain, rows))
                 return
             gain, number, option, below = max(tried, key=lambda each: each[0])
             assert option.support is not None, "a group is put on another"
@@ -393,18 +410,29 @@ def _best(
     """Return what explains a group at a height best: a known size where one does about as well as any."""
     chroma = np.mean([segment.chroma for segment in members.segments], axis=0)
     own = [prior for prior in priors if dist(prior.chroma, chroma) < _SAME_CHROMA]
-    floats = AIR_GAIN if resting is None else 0.0
+    # What lies where it was needs to explain what is seen no better than what would be new.
+    moved = AS_WELL if any(prior.place is not None for prior in own) else 0.0
+    floats = moved + (AIR_GAIN if resting is None else 0.0)
     found = best_fit(SHAPES, seen, resting, COMPLEXITY)
     best = None
     if found is not None and found.sizes.min() > LEAST_EXTENT:
         cost = found.cost + floats + (GAIN if own else 0.0)
         best = _Option(kind_of_form(found.shape), found, resting, support, seen, cost)
     for prior in own:
-        familiar = _unmoved(prior, seen, resting) or fit(prior.form, seen, resting, Prior(prior.sizes, SPREAD))
-        if familiar is None or familiar.cost > WORST or (best is not None and familiar.cost + floats > best.cost):
-            continue
-        best = _Option(prior.kind, familiar, resting, support, seen, familiar.cost + floats)
+        there, anew = _unmoved(prior, seen, resting), _of_size(prior, seen, resting)
+        for familiar, charge in ((there, 0.0), (anew, floats)):
+            if familiar is not None and familiar.cost < WORST and (best is None or familiar.cost + charge < best.cost):
+                best = _Option(prior.kind, familiar, resting, support, seen, familiar.cost + charge)
     return best
+
+
+def _of_size(prior: SizePrior, seen: ShapeEvidence, resting: float | None) -> Fit | None:
+    """Return a shape of a known size; its cost has that of what its size is off, because outlines err all around alike."""
+    found = fit(prior.form, seen, resting, Prior(prior.sizes, TOLERANCES.size))
+    if found is None:
+        return None
+    off = float((((found.sizes - prior.sizes) / TOLERANCES.size) ** 2).sum())
+    return replace(found, cost=found.cost + _CORRELATED * off / len(seen.rows.values))
 
 
 def _unmoved(prior: SizePrior, seen: ShapeEvidence, resting: float | None) -> Fit | None:

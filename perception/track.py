@@ -19,7 +19,7 @@ _AS_CLEAR = 0.8  # Share of the confidence before with which a look is as clear.
 # Cost up to which what is known explains a look (units: mean squared residual over standard deviation). Chosen.
 _EXPLAINED = 0.7
 # Cost by which it may explain it worse than what is new (units: mean squared residual over standard deviation). Chosen.
-_AS_WELL = 0.25
+AS_WELL = 0.25
 # Cost by which a known size may explain a look worse than any other (units: mean squared residual over standard deviation).
 # Chosen.
 _WORSE = 0.5
@@ -121,11 +121,11 @@ def _look_anew(track: Track, thing: Thing) -> None:
     old = track.thing
     unmoved = cost_of(old.fit, thing.seen)
     found = thing
-    if unmoved > max(_EXPLAINED, thing.fit.cost + _AS_WELL) and (
+    if unmoved > max(_EXPLAINED, thing.fit.cost + AS_WELL) and (
         not _is_as_clear(old, thing) or _changed(track, thing)
     ):
         found = _with_known_size(thing, old)
-    if unmoved <= max(_EXPLAINED, found.fit.cost + _AS_WELL):
+    if unmoved <= max(_EXPLAINED, found.fit.cost + AS_WELL):
         # Half hidden it may look like something else; what was known explains it as well, where it was.
         track.confidence = max(track.confidence * FADING, thing.confidence)
         return
