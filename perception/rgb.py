@@ -17,7 +17,7 @@ from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.silhouettes import SizePrior, recognize_outlines
 from robosandbox.perception.table_edges import CorrectedPose, PoseError, corrected_pose
 from robosandbox.perception.thing import Thing
-from robosandbox.types import RgbdFrame
+from robosandbox.types import Pose, RgbdFrame
 
 
 class RgbPerception(RgbdPerception):
@@ -48,6 +48,7 @@ class RgbPerception(RgbdPerception):
     ) -> None:
         super().__init__(setup=setup, cameras=cameras, calibration=calibration)
         self._error = PoseError(position=position_error, rotation=rotation_error)
+        self._known: dict[str, tuple[Pose, CorrectedPose]] = {}
         self.poses: dict[str, CorrectedPose] = {}
 
     def look(self, captures: list[RgbdFrame]) -> list[Thing]:
@@ -82,7 +83,16 @@ class RgbPerception(RgbdPerception):
             calibrated = rgbd if self._calibration is None else self._calibration.apply(rgbd)
             straight = straightened(calibrated)
             robot.place(rgbd.arms)
-            found = self.poses[rgbd.camera] = corrected_pose(straight, table, robot, self._error)
+            # A camera that is told to be where it was has not been moved, unless what it shows says so.
+            given, known = self._known.get(rgbd.camera, (None, None))
+            known = known if given == straight.pose_camera_in_world else None
+            found = self.poses[rgbd.camera] = corrected_pose(straight, table, robot, self._error, known)
+            self._known[rgbd.camera] = straight.pose_camera_in_world, found
+            if not found.points:
+                notes.append(
+                    f"{rgbd.camera}: the table's edges are not seen where its calibration has them, so that places are known "
+                    "no better than that; let it see two edges, or calibrate it again"
+                )
             straight = replace(straight, pose_camera_in_world=found.pose)
             frame = plane_frame(straight, table)
             by_camera[rgbd.camera] = outlined(frame, table, *robot.masks(straight, carried))

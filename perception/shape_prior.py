@@ -19,7 +19,7 @@ GAIN = 0.7
 WORST = 1.5
 AS_MUCH = 0.9  # Share of the tangents that told a size from which a new look tells as much. Chosen.
 _SPREAD = 0.00005  # Standard deviation of a known size, metres. Chosen so small that it stays.
-_NEAR = 0.03  # Metres from its place within which a known thing may be what is seen. Chosen.
+NEAR = 0.03  # Metres from its place within which a known thing may be what is seen. Chosen.
 
 
 @frozen(eq=False)
@@ -45,8 +45,8 @@ def candidates(members: Group, known: Sequence[KnownShape]) -> list[KnownShape]:
     return [
         each
         for each in known
-        if (low - _NEAR < each.fit.centre).all()
-        and (each.fit.centre[:2] < high[:2] + _NEAR).all()
+        if (low - NEAR < each.fit.centre).all()
+        and (each.fit.centre[:2] < high[:2] + NEAR).all()
         and same_colour(each.group, members)
     ]
 

@@ -33,7 +33,7 @@ from robosandbox.perception.recognize import (
     stands_on,
 )
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape
+from robosandbox.perception.shape_prior import GAIN, NEAR, WORST, KnownShape
 from robosandbox.perception.support import Form
 from robosandbox.perception.table_edges import CorrectedPose
 from robosandbox.perception.thing import Thing
@@ -410,19 +410,25 @@ def _best(
     """Return what explains a group at a height best: a known size where one does about as well as any."""
     chroma = np.mean([segment.chroma for segment in members.segments], axis=0)
     own = [prior for prior in priors if dist(prior.chroma, chroma) < _SAME_CHROMA]
-    # What lies where it was needs to explain what is seen no better than what would be new.
-    moved = AS_WELL if any(prior.place is not None for prior in own) else 0.0
-    floats = moved + (AIR_GAIN if resting is None else 0.0)
+    places = [prior.place.centre for prior in own if prior.place is not None]
+
+    def charge(found: Fit) -> float:
+        # What lies about where it was needs to explain what is seen no better than what would be new.
+        moved = bool(places) and min(dist(found.centre, place) for place in places) > NEAR
+        return (AS_WELL if moved else 0.0) + (AIR_GAIN if resting is None else 0.0)
+
     found = best_fit(SHAPES, seen, resting, COMPLEXITY)
     best = None
     if found is not None and found.sizes.min() > LEAST_EXTENT:
-        cost = found.cost + floats + (GAIN if own else 0.0)
+        cost = found.cost + charge(found) + (GAIN if own else 0.0)
         best = _Option(kind_of_form(found.shape), found, resting, support, seen, cost)
     for prior in own:
-        there, anew = _unmoved(prior, seen, resting), _of_size(prior, seen, resting)
-        for familiar, charge in ((there, 0.0), (anew, floats)):
-            if familiar is not None and familiar.cost < WORST and (best is None or familiar.cost + charge < best.cost):
-                best = _Option(prior.kind, familiar, resting, support, seen, familiar.cost + charge)
+        for familiar in (_unmoved(prior, seen, resting), _of_size(prior, seen, resting)):
+            if familiar is None or familiar.cost > WORST:
+                continue
+            cost = familiar.cost + charge(familiar)
+            if best is None or cost < best.cost:
+                best = _Option(prior.kind, familiar, resting, support, seen, cost)
     return best
 
 

@@ -25,6 +25,7 @@ _SPACING = 0.01  # Metres along an edge between the points that are looked for.
 _STEP = 0.25  # Pixels between the places that are looked at across an edge.
 _CLEAR = 2.0  # Pixels that must be the table before an edge, and must be none after it: noise makes single ones.
 _PIXEL = 0.5  # Standard deviation of one point, pixels, at the least: a pixel is the table's or not.
+_LEAST_POINTS = 24  # Points that tell a pose: four times its six unknowns.
 # Points that err alike, because light and lens change slowly along an edge.
 _CORRELATED = 8.0
 
@@ -63,7 +64,9 @@ class CorrectedPose:
         return np.asarray(moved @ self.covariance @ moved.T)
 
 
-def corrected_pose(rgbd: RgbdFrame, table: TablePrior, robot: RobotMask, error: PoseError) -> CorrectedPose:
+def corrected_pose(
+    rgbd: RgbdFrame, table: TablePrior, robot: RobotMask, error: PoseError, known: CorrectedPose | None = None
+) -> CorrectedPose:
     """Return the pose of a straightened frame's camera such that the table's edges lie where they are seen.
 
     Args:
@@ -71,7 +74,14 @@ def corrected_pose(rgbd: RgbdFrame, table: TablePrior, robot: RobotMask, error: 
         table: Where its top is, how large it is.
         robot: Placed as it stood.
         error: Of the calibrated pose, to which the result is held.
+        known: What an earlier frame of the same camera said, if it has not been moved on purpose: it stays where it still
+            explains the edges, and where the robot hides them.
+
+    Returns:
+        The calibrated pose with `error`, and no points, where the edges are not seen or are seen nowhere near.
     """
+    if known is not None and known.points and _explains(known, rgbd, table, robot):
+        return known
     before = rgbd.pose_camera_in_world
     prior = np.diag([error.rotation**-2] * 3 + [error.position**-2] * 3)
     turn, shift, spread, found = np.zeros(3), np.zeros(3), np.linalg.inv(prior), 0
@@ -79,11 +89,11 @@ def corrected_pose(rgbd: RgbdFrame, table: TablePrior, robot: RobotMask, error: 
         pose = _moved(before, turn, shift)
         frame = plane_frame(replace(rgbd, pose_camera_in_world=pose), table)
         places, across, reach = _edge_points(frame, table, pose, spread)
-        off = _offsets(frame, table, robot.masks(frame.rgbd)[0], places, across, reach)
+        off, _ = _offsets(frame, table, robot.masks(frame.rgbd)[0], places, across, reach)
         seen = np.isfinite(off)
         found = int(seen.sum())
-        if not found:
-            break
+        if found < _LEAST_POINTS:
+            return CorrectedPose(pose=before, covariance=np.linalg.inv(prior), points=0)
         slopes = np.einsum("nij,ni->nj", _slopes(frame, pose, places[seen]), across[seen])
         sigma = max(_PIXEL, 1.4826 * float(median(np.abs(off[seen] - median(off[seen])))))
         step = np.zeros(6)
@@ -95,7 +105,21 @@ def corrected_pose(rgbd: RgbdFrame, table: TablePrior, robot: RobotMask, error: 
             normal = (slopes * weight[:, None]).T @ slopes + prior
             step = np.linalg.solve(normal, slopes.T @ (weight * off[seen]) - prior @ known)
         turn, shift, spread = turn + step[:3], shift + step[3:], np.asarray(np.linalg.inv(normal))
+    if sigma > _CLEAR:
+        # Something else than the table's edges was found.
+        return CorrectedPose(pose=before, covariance=np.linalg.inv(prior), points=0)
     return CorrectedPose(pose=_moved(before, turn, shift), covariance=spread, points=found)
+
+
+def _explains(known: CorrectedPose, rgbd: RgbdFrame, table: TablePrior, robot: RobotMask) -> bool:
+    """Tell whether the edges that a frame shows are where a pose has them; hidden ones say nothing."""
+    frame = plane_frame(replace(rgbd, pose_camera_in_world=known.pose), table)
+    places, across, reach = _edge_points(frame, table, known.pose, known.covariance)
+    off, usable = _offsets(frame, table, robot.masks(frame.rgbd)[0], places, across, reach)
+    if np.count_nonzero(usable) < _LEAST_POINTS:
+        return True
+    # NaN where an edge should be seen, and is not.
+    return bool(np.mean(np.abs(off[usable]) < _CLEAR) > 0.5)
 
 
 def _moved(pose: Pose, turn: Array, shift: Array) -> Pose:
@@ -145,8 +169,11 @@ def _project(frame: PointCloudFrame, places: Array) -> Array:
 
 def _offsets(
     frame: PointCloudFrame, table: TablePrior, robot: Mask, places: Array, across: Array, reach: Array
-) -> Array:
-    """Return how far outside of where it is expected each point of an edge is seen, (n,), pixels; NaN where it is not seen."""
+) -> tuple[Array, Mask]:
+    """Return how far outside of where it is expected each point of an edge is seen, (n,), pixels, and which may be seen.
+
+    The first is NaN where no edge is found; the second is False out of the picture and near the robot.
+    """
     height, width = frame.depth.shape
     # Surely the table, wherever the camera is; nothing of the robot, wherever it is.
     farthest = float(reach.max(initial=0.0))
@@ -156,7 +183,7 @@ def _offsets(
     sure = cv2.erode(bordered, room)[1:-1, 1:-1].view(np.bool_)
     near_robot = cv2.dilate(robot.view(np.uint8), room).view(np.bool_)
     if not (sure & ~near_robot).any():
-        return np.full(len(places), np.nan)
+        return np.full(len(places), np.nan), np.zeros(len(places), dtype=bool)
     other = painted(frame, sure & ~near_robot, np.s_[0:height, 0:width])
     pixels = frame.project(places)[0]
     steps = np.arange(-farthest, farthest + _STEP, _STEP)
@@ -177,4 +204,4 @@ def _offsets(
         edge = np.flatnonzero(before[:-clear] & after[clear:])
         if len(edge):
             ends[index] = steps[edge[0] + clear] - _STEP / 2.0
-    return ends
+    return ends, usable
