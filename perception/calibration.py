@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from robosandbox.errors import InputError
 from robosandbox.perception.frame import TablePrior, make_frame
 from robosandbox.sim.calibration_board import CalibrationBoard
-from robosandbox.types import Array, Pose, RgbdFrame, StrictModel
+from robosandbox.types import Array, Pose, RgbdFrame, StrictModel, matrix_from_rotation_vector
 from robosandbox.validation import load_yaml_model
 from robosandbox.values import frozen
 
@@ -103,7 +103,7 @@ def find_tags(picture: NDArray[np.uint8], board: CalibrationBoard) -> tuple[list
 
 
 def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -> CameraPoseEstimate:
-    """Return where the camera of a frame is, from the table and the board that it sees.
+    """Return where the camera of a frame is, from the table and the board that it sees; without depth from the board alone.
 
     A flat board alone tells tilt and distance badly. Those come from the depth of the table, height and two tilts; what is
     left, two shifts and a turn in the plane, from where rays through the tags' corners meet the board (Umeyama, 1991).
@@ -114,6 +114,8 @@ def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -
     flat, pixels = board.grid.matchImagePoints([corner[None] for corner in corners], numbers[:, None])
     known = board.in_world(flat.reshape(-1, 3).astype(np.float64), table_height)
     lens, taken = rgbd.intrinsics, rgbd.pose_camera_in_world
+    if not rgbd.depth.any():
+        return _by_board(rgbd, known, pixels.reshape(-1, 2).astype(np.float64), len(numbers))
     frame = make_frame(rgbd, TablePrior(table_height), np.zeros(rgbd.depth.shape, dtype=bool))
     straight = cv2.undistortPoints(pixels.reshape(-1, 1, 2), frame.matrix, np.array(lens.distortion)).reshape(-1, 2)
     rays = np.column_stack([straight, np.ones(len(straight))]) @ frame.rotation.T
@@ -126,11 +128,33 @@ def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -
     left = known[:, :2] - (met @ about_z.T + shift)[:, :2]
     spread = float(np.sqrt((left**2).sum(axis=1).mean()))
     pose = Pose.from_matrix(about_z @ frame.position + shift, about_z @ frame.rotation)
+    return _estimate(rgbd.camera, len(numbers), taken, pose, spread)
+
+
+def _by_board(rgbd: RgbdFrame, known: Array, pixels: Array, tags: int) -> CameraPoseEstimate:
+    """Return where the camera is from pixels (n, 2) of known places (n, 3) alone: the least error in the picture."""
+    lens = rgbd.intrinsics
+    matrix, bend = (
+        np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]]),
+        np.array(lens.distortion),
+    )
+    good, turn, shift = cv2.solvePnP(known, pixels, matrix, bend)
+    if not good:
+        return CameraPoseEstimate(camera=rgbd.camera, tags=tags)
+    rotation = matrix_from_rotation_vector(turn.reshape(3)).T
+    pose = Pose.from_matrix(-rotation @ shift.reshape(3), rotation)
+    seen, _ = cv2.projectPoints(known, turn, shift, matrix, bend)
+    off = np.linalg.norm(seen.reshape(-1, 2) - pixels, axis=1) / lens.fx
+    distance = np.linalg.norm(known - pose.position, axis=1)
+    return _estimate(rgbd.camera, tags, rgbd.pose_camera_in_world, pose, float(np.sqrt(((off * distance) ** 2).mean())))
+
+
+def _estimate(camera: str, tags: int, taken: Pose, pose: Pose, spread: float) -> CameraPoseEstimate:
     correction = taken.inverse() @ pose
     cosine = (float(np.trace(correction.rotation)) - 1.0) / 2.0
     return CameraPoseEstimate(
-        camera=frame.camera,
-        tags=len(numbers),
+        camera=camera,
+        tags=tags,
         pose=pose,
         error_mm=1e3 * spread,
         shift_mm=1e3 * float(np.linalg.norm(correction.position)),

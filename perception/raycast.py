@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.frame import Image, PointCloudFrame
@@ -14,7 +15,7 @@ from robosandbox.types import Array
 _TINY = 1e-9  # What a direction has along an axis at the least, so that it can be divided by.
 
 
-def depths_of(thing: Thing, frame: PointCloudFrame, rows: Array, columns: Array) -> Image:
+def depths_of(thing: Thing, frame: PointCloudFrame, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Image:
     """Return the depth (n,), metres, at which a frame's pixels show a thing; NaN where they miss it.
 
     Args:
@@ -56,11 +57,12 @@ def span(shape: Fit, origin: Array, rays: Array) -> tuple[Array, Array]:
     if shape.shape == "box":
         return _between(start, along, shape.sizes)
     across = slice(0, 3) if shape.shape == "sphere" else slice(0, 2)
-    a = (along[:, across] ** 2).sum(axis=1)
+    # A ray along the axis meets no side: as good as one that hardly leans.
+    a = np.maximum((along[:, across] ** 2).sum(axis=1), _TINY)
     b = along[:, across] @ start[across]
     inside = b * b - a * (start[across] @ start[across] - shape.sizes[0] ** 2)
     root = np.sqrt(np.maximum(inside, 0.0))
-    near, far = (-b - root) / np.maximum(a, _TINY), (-b + root) / np.maximum(a, _TINY)
+    near, far = (-b - root) / a, (-b + root) / a
     if shape.shape != "sphere":
         low, high = _between(start[2:], along[:, 2:], shape.sizes[1:])
         near, far = np.maximum(near, low), np.minimum(far, high)

@@ -17,8 +17,8 @@ from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.free_space import seen_through
 from robosandbox.perception.groups import Group, explains, may_be_one, same_colour
 from robosandbox.perception.quantiles import percentiles
-from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape, best_known, candidates, is_gone, pairs
 from robosandbox.perception.segments import Segment
+from robosandbox.perception.shape_prior import GAIN, WORST, KnownShape, best_known, candidates, is_gone, pairs
 from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
 from robosandbox.perception.support import Form

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from robosandbox.driver import Driver
+from robosandbox.driver import CameraSpec, Driver
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import TablePrior, check_frame, plane_frame, straightened
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
@@ -28,7 +28,7 @@ class RgbPerception(RgbdPerception):
 
     Args:
         setup: What is known before the first look.
-        cameras: Which to look through; all that the driver declares when left out.
+        cameras: Which to look through; all that stand still when left out, because the table's edges tell best where those are.
         calibration: A file that `robo-sandbox calibrate` wrote.
         position_error: Standard deviation of each coordinate of a camera's calibrated position, metres.
         rotation_error: The same of its rotation about each axis, radians.
@@ -64,6 +64,10 @@ class RgbPerception(RgbdPerception):
         ]
         self.things, self.frames = recognize_outlines(seen, self.poses, priors)
         return self.things
+
+    def _usual_cameras(self, specs: Mapping[str, CameraSpec]) -> tuple[str, ...]:
+        """Return the cameras that stand still; where none does, all."""
+        return tuple(name for name, spec in specs.items() if spec.arm is None) or tuple(specs)
 
     def _stands(self, driver: Driver, names: Sequence[str] | None) -> bool:
         """Tell that all is to be looked at: without depth a picture alone does not tell that nothing has changed."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from robosandbox.driver import Driver, require
+from robosandbox.driver import CameraSpec, Driver, require
 from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
@@ -173,7 +173,7 @@ class RgbdPerception:
         """Look with all cameras, and put together what they show with what is remembered."""
         require(driver, "cameras", "perception from colour and depth looks through them")
         specs = driver.capabilities.cameras
-        cameras = self._cameras or tuple(specs)
+        cameras = self._cameras or self._usual_cameras(specs)
         before = {track.id: track.thing.fit for track in self.tracks}
         self.look([driver.senses.capture(camera) for camera in cameras])
         self._update(driver)
@@ -186,6 +186,10 @@ class RgbdPerception:
         fixed = [camera for camera in cameras if camera in specs and specs[camera].arm is None]
         self._attention.remember(self.frames, fixed, [fit.corners() for fit in self._open_to_view()], left)
         self._stale = False
+
+    def _usual_cameras(self, specs: Mapping[str, CameraSpec]) -> tuple[str, ...]:
+        """Return which cameras are looked through where nobody says."""
+        return tuple(specs)
 
     def _open_to_view(self) -> list[Fit]:
         """Return what lies in no container: what lies in one may be seen from above alone, and better when the arm is gone."""

@@ -15,10 +15,10 @@ import numpy as np
 
 from robosandbox.perception.evidence import ShapeEvidence
 from robosandbox.perception.fit import Fit, Prior, best_fit, cost_of, fit
+from robosandbox.perception.frame import LEAST_DEPTH, with_depth
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group, alike, same_colour
 from robosandbox.perception.naming import Declared
-from robosandbox.perception.frame import LEAST_DEPTH, with_depth
 from robosandbox.perception.outlines import filled, redrawn
 from robosandbox.perception.raycast import depths_of
 from robosandbox.perception.recognize import (
@@ -184,7 +184,9 @@ class _Outlines:
     def told(self) -> FrameSet:
         """Return the frames with the depth of what explains the groups, and none where nothing does."""
         by_camera = {}
-        left = [each for number in self._groups if number not in self._options for each in self._groups[number].segments]
+        left = [
+            each for number in self._groups if number not in self._options for each in self._groups[number].segments
+        ]
         for camera, one in self.drawn.by_camera.items():
             depth = one.frame.depth.copy()
             for segment in left:

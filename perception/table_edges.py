@@ -97,13 +97,13 @@ def corrected_pose(
         slopes = np.einsum("nij,ni->nj", _slopes(frame, pose, places[seen]), across[seen])
         sigma = max(_PIXEL, 1.4826 * float(median(np.abs(off[seen] - median(off[seen])))))
         step = np.zeros(6)
-        known = np.concatenate([turn, shift])
+        moved = np.concatenate([turn, shift])
         for _ in range(_ROUNDS):
             rest = np.abs(off[seen] - slopes @ step)
             # Huber's weights: what stands on an edge hides it.
             weight = np.minimum(1.0, sigma / np.maximum(rest, 1e-9)) / (_CORRELATED * sigma**2)
             normal = (slopes * weight[:, None]).T @ slopes + prior
-            step = np.linalg.solve(normal, slopes.T @ (weight * off[seen]) - prior @ known)
+            step = np.linalg.solve(normal, slopes.T @ (weight * off[seen]) - prior @ moved)
         turn, shift, spread = turn + step[:3], shift + step[3:], np.asarray(np.linalg.inv(normal))
     if sigma > _CLEAR:
         # Something else than the table's edges was found.
@@ -153,7 +153,9 @@ def _edge_points(frame: PointCloudFrame, table: TablePrior, pose: Pose, spread: 
         seen = local[:, 2] > 0.05
         along = np.array([(_project(frame, places + step * (end - start)), 0)[0] for step in (-1e-4, 1e-4)])
         ahead = along[1] - along[0]
-        across = np.column_stack([ahead[:, 1], -ahead[:, 0]]) / np.maximum(np.linalg.norm(ahead, axis=1), 1e-12)[:, None]
+        across = (
+            np.column_stack([ahead[:, 1], -ahead[:, 0]]) / np.maximum(np.linalg.norm(ahead, axis=1), 1e-12)[:, None]
+        )
         inwards = _project(frame, places * [1.0 - 1e-4, 1.0 - 1e-4, 1.0]) - _project(frame, places)
         across *= np.where((across * inwards).sum(axis=1) > 0.0, -1.0, 1.0)[:, None]
         every.append(places[seen])

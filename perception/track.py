@@ -121,9 +121,7 @@ def _look_anew(track: Track, thing: Thing) -> None:
     old = track.thing
     unmoved = cost_of(old.fit, thing.seen)
     found = thing
-    if unmoved > max(_EXPLAINED, thing.fit.cost + AS_WELL) and (
-        not _is_as_clear(old, thing) or _changed(track, thing)
-    ):
+    if unmoved > max(_EXPLAINED, thing.fit.cost + AS_WELL) and (not _is_as_clear(old, thing) or _changed(track, thing)):
         found = _with_known_size(thing, old)
     if unmoved <= max(_EXPLAINED, found.fit.cost + AS_WELL):
         # Half hidden it may look like something else; what was known explains it as well, where it was.

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from robosandbox.driver.protocols import Senses
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.driver.capabilities import CameraSpec, Declares
+    from robosandbox.driver.capabilities import CameraSpec
+    from robosandbox.driver.wall_clock import WallClockDriver
 
 
 class Eyes(Senses, Protocol):
@@ -22,15 +24,22 @@ class Eyes(Senses, Protocol):
         ...
 
 
-def open_eyes(named: str, driver: Declares) -> Eyes:
-    """Return the senses that `module:function` makes of a driver.
+def open_eyes(named: str, driver: WallClockDriver) -> Eyes:
+    """Return a driver's cameras: those of a file of webcams (`NAME.yaml`), or what `module:function` makes of the driver.
 
     Raises:
-        InputError: There is no such module or function, or its cameras cannot be opened.
+        InputError: There is no such file, module or function, or its cameras cannot be opened.
     """
+    if Path(named).suffix in (".yaml", ".yml"):
+        # OpenCV takes half a second to import and is needed only where there are webcams.
+        from robosandbox.driver.webcams import Webcams
+
+        return Webcams(driver, Path(named))
     module, _, function = named.partition(":")
     try:
         eyes: Eyes = getattr(import_module(module), function)(driver)
     except (ImportError, AttributeError, ValueError) as error:
-        raise InputError(f"cameras={named}: {error}; give module:function, which Python can import here") from None
+        raise InputError(
+            f"cameras={named}: {error}; give a file of webcams, or module:function, which Python can import here"
+        ) from None
     return eyes

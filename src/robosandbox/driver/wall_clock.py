@@ -12,6 +12,7 @@ from robosandbox.driver.bare import BareDriver
 
 if TYPE_CHECKING:
     from robosandbox.driver.protocols import Guard
+    from robosandbox.types import Posture
 
 _log = logging.getLogger(__name__)
 
@@ -52,6 +53,10 @@ class WallClockDriver(BareDriver):
     @abstractmethod
     def look(self) -> None:
         """Take in what the machine tells, and fail where something is the matter."""
+
+    @abstractmethod
+    def posture(self) -> dict[str, Posture]:
+        """Return how each arm stands, by its name, as a frame of a camera tells it."""
 
     def fail(self, why: str) -> None:
         """Take note of a fault; the first one is kept."""

@@ -82,7 +82,8 @@ class SerialServos(WallClockDriver):
         grip: Share of its torque that the gripper's servo may give.
         link_timeout: Seconds without an answer of a servo after which the arm is lost.
         release: Whether `close` takes the torque off, and the arm falls.
-        cameras: `module:function` that is called with this driver and returns its senses, with `cameras`.
+        cameras: File of webcams (`robosandbox.driver.webcams`), or `module:function` that is called with this driver and
+            returns its senses, with `cameras`.
 
     Raises:
         InputError: The port, a servo or the calibration is not as it is to be; it says which, and nothing moves.

@@ -1,0 +1,141 @@
+"""Cameras without depth: where they stand, what they see, and webcams as senses. Videos and pictures stand for devices."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
+from robosandbox.driver.webcams import OpenWebcam, Webcam, WebcamFile
+from robosandbox.errors import InputError, SensorError
+from robosandbox.perception.factory import Setup
+from robosandbox.perception.fit import Fit
+from robosandbox.perception.raycast import span
+from robosandbox.perception.rgb import RgbPerception
+from robosandbox.sim.calibration_board import CalibrationBoard
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.sensors import SENSORS
+from robosandbox.types import Pose, Scene
+from robosandbox.validation import load_yaml_model
+from robosandbox.workcell.session import open_session
+
+_DOWN = np.array([[0.0, 0.0, -1.0]])
+
+
+@pytest.mark.parametrize(
+    "shape, sizes, near, far",
+    [
+        ("box", (0.02, 0.03, 0.05), 0.95, 1.05),
+        ("cylinder", (0.02, 0.05), 0.95, 1.05),
+        ("lying", (0.02, 0.05), 0.98, 1.02),
+        ("sphere", (0.04,), 0.96, 1.04),
+    ],
+)
+def test_a_ray_from_above_enters_at_the_top_and_leaves_at_the_bottom(shape, sizes, near, far):
+    fit = Fit(shape, np.zeros(3), np.array(sizes), 0.3, 0.0, np.zeros((0, 0)), 0)
+    enters, leaves = span(fit, np.array([0.0, 0.0, 1.0]), _DOWN)
+    assert (enters[0], leaves[0]) == (pytest.approx(near), pytest.approx(far))
+    missed = span(fit, np.array([0.2, 0.0, 1.0]), _DOWN)
+    assert missed[0][0] > missed[1][0]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("camera", ["scene", "top"])
+def test_the_table_s_edges_take_a_camera_back_from_degrees(camera):
+    with MuJoCoBackend(sensor=replace(SENSORS["webcam"], seed=2)) as sim:
+        sim.load(Scene())
+        taken = sim.capture(camera)
+        sim.sensor = SENSORS["ideal"]
+        true = sim.capture(camera).pose_camera_in_world
+    eyes = RgbPerception()
+    eyes.look([taken])
+    assert not taken.depth.any()
+    before, after = (
+        np.linalg.norm(true.rotation - pose.rotation) for pose in (taken.pose_camera_in_world, eyes.poses[camera].pose)
+    )
+    assert before > 0.005 and after < 0.2 * before
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("cameras, within", [(("scene", "top"), 0.003), (("scene",), 0.005)])
+def test_things_are_placed_within_millimetres_without_depth(cameras, within):
+    with open_session(
+        "pick_from_three", perception="rgb", sensor="webcam", perception_options={"cameras": cameras}
+    ) as cell:
+        cell.reset(1)
+        seen = {item.id: item for item in cell.ctx.look().objects}
+        truth = cell.mujoco.truth().objects
+    assert set(seen) == set(truth)
+    for name, item in seen.items():
+        assert np.linalg.norm(item.pose.position - truth[name].pose.position) < within
+
+
+@pytest.mark.gl
+def test_a_camera_that_sees_no_edge_says_so_and_nothing_is_acted_on():
+    with open_session("pick_cube_franka", perception="rgb", sensor="webcam") as cell:
+        capture = cell.mujoco.capture("scene")
+        eyes = RgbPerception(setup=Setup.of(cell.task.scene))
+        # As from a camera that has been turned by 20 degrees since it was calibrated.
+        turned = Pose(xyz=(0.0, 0.0, 0.0), quat_xyzw=(0.0, 0.0, float(np.sin(0.175)), float(np.cos(0.175))))
+        moved = replace(capture, pose_camera_in_world=capture.pose_camera_in_world @ turned)
+        things = eyes.look([moved])
+    assert "calibrate it again" in eyes.notes[0]
+    assert all(thing.confidence < 0.3 for thing in things)
+
+
+@pytest.mark.gl
+def test_a_stack_is_built_and_claimed_by_two_cameras_that_are_a_degree_off():
+    with open_session("stack_two", perception="rgb", sensor="webcam") as cell:
+        cell.reset(1)
+        assert cell.run().success and cell.judge().success
+
+
+def webcam(source, size=(48, 64)):
+    lens = {"width": size[1], "height": size[0], "fx": 60.0, "fy": 60.0, "cx": 31.5, "cy": 23.5}
+    return Webcam.model_validate({"source": str(source), "lens": lens, "pose": {"xyz": [0.0, 0.0, 1.0]}})
+
+
+def picture(path: Path, bgr=(200, 10, 30), size=(48, 64)) -> Path:
+    cv2.imwrite(str(path), np.full((*size, 3), bgr, np.uint8))
+    return path
+
+
+def test_a_webcam_s_picture_is_red_green_blue(tmp_path):
+    opened = OpenWebcam("desk", webcam(picture(tmp_path / "seen_0.png")))
+    assert tuple(opened.picture()[0, 0]) == (30, 10, 200)
+    with pytest.raises(SensorError, match="delivers no picture"):
+        opened.picture()
+
+
+def test_a_picture_of_another_size_than_the_lens_is_refused(tmp_path):
+    opened = OpenWebcam("desk", webcam(picture(tmp_path / "seen_0.png", size=(24, 32))))
+    with pytest.raises(SensorError, match="32 x 24 pixels, and its lens is given for 64 x 48"):
+        opened.picture()
+
+
+def test_a_source_that_does_not_open_is_named(tmp_path):
+    with pytest.raises(InputError, match="desk: nothing opens at the source"):
+        OpenWebcam("desk", webcam(tmp_path / "none.png"))
+
+
+@pytest.mark.gl
+def test_calibrate_writes_where_a_webcam_stands(tmp_path, capsys):
+    board = CalibrationBoard(centre=(0.2, -0.22))
+    with MuJoCoBackend(sensor=SENSORS["ideal"], board=board) as sim:
+        sim.load(Scene())
+        taken = sim.capture("scene")
+    cv2.imwrite(str(tmp_path / "seen_0.png"), taken.rgb[..., ::-1])
+    lens = {name: getattr(taken.intrinsics, name) for name in ("width", "height", "fx", "fy", "cx", "cy")}
+    guessed = {"xyz": [1.0, -0.8, 0.8], "quat_xyzw": list(taken.pose_camera_in_world.quat_xyzw)}
+    file = tmp_path / "webcams.yaml"
+    file.write_text(
+        yaml.safe_dump({"webcams": {"desk": {"source": str(tmp_path / "seen_0.png"), "lens": lens, "pose": guessed}}})
+    )
+    assert run_app(app, "robo-sandbox", ["calibrate", "--webcams", str(file)]) == 0
+    assert "by 12 tags" in capsys.readouterr().out
+    found = load_yaml_model(file, WebcamFile).webcams["desk"].pose
+    assert np.linalg.norm(found.position - taken.pose_camera_in_world.position) < 0.005
