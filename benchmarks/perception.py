@@ -1,11 +1,13 @@
 """How well RGB-D perception sees: random scenes of 1 to 8 objects, one look each, measured against the simulated state.
 
     uv run benchmarks/perception.py --seeds 100 --sensor realsense
+    uv run benchmarks/perception.py --seeds 50 --sensor webcam --perception rgb --cameras scene top
 
 An object counts as visible when some camera shows 40 pixels of it or more and at least 40 % of its outline. Precision is
 the share of detections that are of a visible or partly hidden object; recall the share of visible objects that were
 detected with the right shape or a like one within 40 mm. CPU time is of one core, without rendering, of a look through
-cameras that were looked through before; the first one also makes what depends on robot and lenses alone.
+cameras that were looked through before; the first one also makes what depends on robot and lenses alone. `rgb` sees without
+depth, and is told the sizes of the objects, as by a task; with `--undescribed` it is not. `rgbd` is never told.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import os
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -31,6 +33,8 @@ from odd_judge import raw_state
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import COLOURS, colour_name
+from robosandbox.perception.factory import Setup
+from robosandbox.perception.rgb import RgbPerception
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import Track
@@ -175,7 +179,14 @@ class Visibility:
         self._renderer.close()
 
 
-def measure(seeds: range, sensor: str, *, own_seed: bool = True) -> Iterator[tuple[list[Case], int, int, float, float]]:
+def measure(
+    seeds: range,
+    sensor: str,
+    *,
+    own_seed: bool = True,
+    eyes_of: Callable[[Scene], RgbdPerception] = lambda scene: RgbdPerception(),
+    cameras: Sequence[str] = (),
+) -> Iterator[tuple[list[Case], int, int, float, float]]:
     """Yield each scene's cases, its false and all detections, and CPU seconds a frame of the first look and of another."""
     for seed in seeds:
         scene = random_scene(seed)
@@ -187,8 +198,8 @@ def measure(seeds: range, sensor: str, *, own_seed: bool = True) -> Iterator[tup
             visibility = Visibility(sim)
             shares = visibility.of()
             visibility.close()
-            eyes = RgbdPerception()
-            frames = [sim.capture(camera) for camera in sim.capabilities.cameras]
+            eyes = eyes_of(scene)
+            frames = [sim.capture(camera) for camera in cameras or sim.capabilities.cameras]
             begin = time.process_time()
             things = eyes.look(frames)
             first = time.process_time()
@@ -317,6 +328,9 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--sensor", choices=sorted(SENSORS), default="realsense")
+    parser.add_argument("--perception", choices=["rgbd", "rgb"], default="rgbd")
+    parser.add_argument("--cameras", nargs="*", default=[], help="those that are looked through; else all")
+    parser.add_argument("--undescribed", action="store_true", help="tell rgb nothing of the objects")
     parser.add_argument("--json", metavar="FILE", help="the figures and every case; '-' is stdout")
     parser.add_argument("--misses", action="store_true", help="print each object that was missed or badly seen")
     options = parser.parse_args()
@@ -325,7 +339,14 @@ def main() -> int:
     false = detections = 0
     spent, first = [], []
     seeds = range(options.first, options.first + options.seeds)
-    for found, wrong, count, first_seconds, seconds in measure(seeds, options.sensor):
+
+    def eyes_of(scene: Scene) -> RgbdPerception:
+        if options.perception == "rgbd":
+            return RgbdPerception()
+        return RgbPerception() if options.undescribed else RgbPerception(setup=Setup.of(scene))
+
+    looks = measure(seeds, options.sensor, eyes_of=eyes_of, cameras=options.cameras)
+    for found, wrong, count, first_seconds, seconds in looks:
         cases += found
         false += wrong
         detections += count

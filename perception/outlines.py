@@ -15,7 +15,7 @@ from robosandbox.perception.thing import Thing
 
 # Pixels at the table's edge, and around a piece's sure part, that are both colours at once: of the kernel that finds steps,
 # and of what the picture is smoothed with before.
-_MIXED = 3
+MIXED = 3
 
 
 def outlined(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_near: Image) -> SegmentedFrame:
@@ -28,7 +28,7 @@ def outlined(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_near:
         robot_near: How near its nearest part is there, metres.
     """
     on_table = frame.valid & (np.abs(frame.xyz[:2]) < table.half_extent).all(axis=0)
-    room = np.ones((2 * _MIXED + 1,) * 2, np.uint8)
+    room = np.ones((2 * MIXED + 1,) * 2, np.uint8)
     on_table = cv2.erode(on_table.view(np.uint8), room, borderValue=1).view(np.bool_)
     free = on_table & ~robot
     everything = np.s_[0 : free.shape[0], 0 : free.shape[1]]

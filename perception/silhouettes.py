@@ -19,7 +19,7 @@ from robosandbox.perception.frame import LEAST_DEPTH, with_depth
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group, alike, same_colour
 from robosandbox.perception.naming import Declared
-from robosandbox.perception.outlines import filled, redrawn
+from robosandbox.perception.outlines import MIXED, filled, redrawn
 from robosandbox.perception.raycast import depths_of
 from robosandbox.perception.recognize import (
     AIR,
@@ -243,7 +243,9 @@ class _Outlines:
             tried = [
                 (gain, number, option, below)
                 for number, support in permutations(self._groups, 2)
-                if support in self._options and (found := self._on(number, support)) is not None
+                if support in self._options
+                and self._touch(number, support)
+                and (found := self._on(number, support)) is not None
                 for gain, option, below in (found,)
             ]
             if not tried or max(tried, key=lambda each: each[0])[0] <= 0.0:
@@ -305,6 +307,15 @@ class _Outlines:
             # Two things are not in one place.
             before += _UNEXPLAINED
         return before - found.cost - below.cost, found, below
+
+    def _touch(self, number: int, other: int) -> bool:
+        """Tell whether some view shows two groups beside one another, as what stands on something is always seen to."""
+        for a, b in product(self._groups[number].segments, self._groups[other].segments):
+            (left, top, right, bottom), (x, y, to_x, to_y) = a.box, b.box
+            apart = max(x - right, left - to_x, y - bottom, top - to_y)
+            if a.frame.camera == b.frame.camera and apart <= MIXED:
+                return True
+        return False
 
     def _stands_on(self, number: int, support: int) -> bool:
         """Tell whether a group stands on another, or on what stands on it."""
