@@ -31,7 +31,7 @@ _LEAST_LIGHT = 0.28
 # Difference of brightness, of 765 levels, up to which dark colours are alike, because on black nobody can tell. Chosen.
 _BLACK = 90.0
 _AT_IT = 3.0 * TOLERANCES.position  # Metres from a shape within which it explains a point.
-_MOST_OF_IT = 0.6  # Share of points that are most of a group. Chosen.
+MOST_OF_IT = 0.6  # Share of points that are most of a group. Chosen.
 # Metres between two groups that may be one thing with something before it. Chosen: a finger or a cube hides as much.
 _APART = 0.06
 _STEPS = 24  # Number of points between two pieces at which the frame is looked at. Chosen.
@@ -123,7 +123,7 @@ def same_colour(a: Group, b: Group) -> bool:
 
 def explains(known: Fit, members: Group, within: float = _AT_IT) -> bool:
     """Tell whether most of a group's points are in a fitted shape or so near to it, metres."""
-    return float((known.distances(members.points) < within).mean()) > _MOST_OF_IT
+    return float((known.distances(members.points) < within).mean()) > MOST_OF_IT
 
 
 def may_be_one(a: Group, b: Group, frames: FrameSet) -> bool:
@@ -150,7 +150,7 @@ def _hidden_between(a: Segment, b: Segment, segmented: SegmentedFrame) -> bool:
     depth = segmented.frame.depth
     near = min(_median_depth(one, depth) for one in (a, b)) - _NEARER
     hidden = (segmented.pieces[rows, columns] > 0) & (depth[rows, columns] < near) | segmented.robot[rows, columns]
-    return bool(hidden[between].mean() > _MOST_OF_IT)
+    return bool(hidden[between].mean() > MOST_OF_IT)
 
 
 def _middle(segment: Segment) -> Array:

@@ -30,7 +30,7 @@ from robosandbox.types import Array, Pose, matrix_from_rotation_vector
 from robosandbox.values import frozen
 
 # Distance of shares of red and green up to which a piece may be of a described colour; chosen as twice that of two views.
-_SAME_CHROMA = 0.12
+DESCRIBED_CHROMA = 0.12
 # Number of seen points that tell how a mesh lies. Chosen.
 _LEAST_POINTS = 60
 # Confidence, a probability, of a mesh that explains what is seen. Chosen.
@@ -105,7 +105,7 @@ class KnownMeshes:
 def _pieces(segments: Sequence[Segment], rgb: Array, radius: float) -> list[Segment]:
     """Return the pieces of a colour that are no farther from the largest one's middle than the mesh is large."""
     share = rgb[:2] / max(float(rgb.sum()), 1e-6)
-    own = [piece for piece in segments if dist(piece.chroma, share) < _SAME_CHROMA]
+    own = [piece for piece in segments if dist(piece.chroma, share) < DESCRIBED_CHROMA]
     if not own:
         return []
     middle = np.median(max(own, key=lambda piece: len(piece.points)).points, axis=0)

@@ -52,7 +52,7 @@ LEAST_EXTENT = 0.004
 # Chosen: residuals as large as expected.
 _SEVERAL = 1.0
 # Cost of pieces that no shape explains (units: mean squared residual over standard deviation). Chosen.
-_UNEXPLAINED = 3.0
+UNEXPLAINED = 3.0
 # Cost of taking pieces for two things and not for one (units: mean squared residual over standard deviation). Chosen.
 _STACK_CHARGE = 0.3
 # Cost up to which one shape explains two groups tolerably, where nothing is seen between them.
@@ -112,7 +112,7 @@ def _in_parts(
     members: Group, things: Sequence[Thing], frames: FrameSet, whole: Thing | None, known: Sequence[KnownShape]
 ) -> tuple[list[Group], FrameSet]:
     """Return the two groups, the lower one first, that explain a group better than one shape does; none where none do."""
-    least = _UNEXPLAINED if whole is None else whole.fit.cost
+    least = UNEXPLAINED if whole is None else whole.fit.cost
     found: list[Group] = []
     divided = frames
     for (lower, upper), there in _cuts(members, frames, known):

@@ -13,8 +13,9 @@ from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import TablePrior, check_frame, plane_frame, straightened
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.outlines import outlined
+from robosandbox.perception.recognize_outlines import recognize_outlines
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.perception.silhouettes import SizePrior, recognize_outlines
+from robosandbox.perception.size_prior import SizePrior
 from robosandbox.perception.table_edges import CorrectedPose, PoseError, corrected_pose
 from robosandbox.perception.thing import Thing
 from robosandbox.types import Pose, RgbdFrame
@@ -56,6 +57,9 @@ class RgbPerception(RgbdPerception):
 
         Args:
             captures: One of each camera.
+
+        Raises:
+            SensorError: A frame's arrays do not fit one another or its intrinsics.
         """
         seen = self._frames(captures)
         priors = [

@@ -12,7 +12,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from robosandbox.perception.frame import Mask, PointCloudFrame, TablePrior, plane_frame
+from robosandbox.perception.frame import LEAST_DEPTH, Mask, PointCloudFrame, TablePrior, plane_frame
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.table_colour import painted
@@ -26,6 +26,9 @@ _STEP = 0.25  # Pixels between the places that are looked at across an edge.
 _CLEAR = 2.0  # Pixels that must be the table before an edge, and must be none after it: noise makes single ones.
 _PIXEL = 0.5  # Standard deviation of one point, pixels, at the least: a pixel is the table's or not.
 _LEAST_POINTS = 24  # Points that tell a pose: four times its six unknowns.
+_NEARBY = (
+    1e-4  # Share of an edge's length, or of a place's distance from the middle, for a difference of pixels along it.
+)
 # Points that err alike, because light and lens change slowly along an edge.
 _CORRELATED = 8.0
 
@@ -150,13 +153,12 @@ def _edge_points(frame: PointCloudFrame, table: TablePrior, pose: Pose, spread: 
         shares = ((np.arange(count) + 0.5) / count)[:, None]
         places = start + shares * (end - start)
         local = (places - pose.position) @ pose.rotation
-        seen = local[:, 2] > 0.05
-        along = np.array([(_project(frame, places + step * (end - start)), 0)[0] for step in (-1e-4, 1e-4)])
-        ahead = along[1] - along[0]
+        seen = local[:, 2] > LEAST_DEPTH
+        ahead = _project(frame, places + _NEARBY * (end - start)) - _project(frame, places - _NEARBY * (end - start))
         across = (
             np.column_stack([ahead[:, 1], -ahead[:, 0]]) / np.maximum(np.linalg.norm(ahead, axis=1), 1e-12)[:, None]
         )
-        inwards = _project(frame, places * [1.0 - 1e-4, 1.0 - 1e-4, 1.0]) - _project(frame, places)
+        inwards = _project(frame, places * [1.0 - _NEARBY, 1.0 - _NEARBY, 1.0]) - _project(frame, places)
         across *= np.where((across * inwards).sum(axis=1) > 0.0, -1.0, 1.0)[:, None]
         every.append(places[seen])
         outward.append(across[seen])

@@ -138,7 +138,7 @@ def test_what_is_named_and_broken_is_refused_in_a_line(tmp_path: Path, name: str
     line = ran.stderr.splitlines()[-1]
     assert line.startswith(f"robo-sandbox: --perception {name}: the package half-made 1.0 has the entry point")
     assert why in line and line.endswith(
-        "take another perception: " + ("blind" if name == "broken" else "broken") + ", ground_truth, rgbd, vlm"
+        "take another perception: " + ("blind" if name == "broken" else "broken") + ", ground_truth, rgb, rgbd, vlm"
     )
 
 

@@ -6,128 +6,29 @@ the task says of sizes is a prior. Where several supports explain what is seen, 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
-from math import dist
 
 import numpy as np
 
 from robosandbox.perception.evidence import ShapeEvidence
-from robosandbox.perception.fit import Fit, Prior, best_fit, cost_of, fit
+from robosandbox.perception.explanations import BESIDE, CORRELATED, Explanation, best_explanation
+from robosandbox.perception.fit import cost_of
 from robosandbox.perception.frame import LEAST_DEPTH, with_depth
 from robosandbox.perception.frames import FrameSet
-from robosandbox.perception.groups import Group, alike, same_colour
-from robosandbox.perception.naming import Declared
+from robosandbox.perception.groups import MOST_OF_IT, Group, alike, same_colour
 from robosandbox.perception.outlines import MIXED, filled, redrawn
 from robosandbox.perception.raycast import depths_of
-from robosandbox.perception.recognize import (
-    AIR,
-    AIR_GAIN,
-    COMPLEXITY,
-    LEAST_EXTENT,
-    SHAPES,
-    as_thing,
-    kind_of_form,
-    measurements,
-    stands_on,
-)
+from robosandbox.perception.recognize import AIR, UNEXPLAINED, as_thing, measurements, stands_on
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.shape_prior import GAIN, NEAR, WORST, KnownShape
-from robosandbox.perception.support import Form
+from robosandbox.perception.shape_prior import WORST
+from robosandbox.perception.size_prior import SizePrior
 from robosandbox.perception.table_edges import CorrectedPose
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
-from robosandbox.perception.track import AS_WELL
 from robosandbox.shapes import shape_of
-from robosandbox.shapes.hull import BoxHull, CylinderHull, Hull, SphereHull
-from robosandbox.types import Array, ObjectKind
-from robosandbox.values import frozen
-
-# Distance of shares of red and green up to which a piece may be of a described colour: as of known_meshes.py.
-_SAME_CHROMA = 0.12
-# Tangents of an outline that err alike: lens, pose and light move neighbours together.
-_CORRELATED = 4.0
-_MOST_OF_IT = 0.6  # Share of pixels that are most of a group: as of groups.py.
-_UNEXPLAINED = 3.0  # Cost of pieces that no shape explains: as of recognize.py.
-# Metres around a support that a thing's middle may seem to be beside it.
-_BESIDE = 2.0 * TOLERANCES.position
-
-
-@frozen(eq=False)
-class SizePrior:
-    """A shape whose size is known: described by the task, or clearly seen before.
-
-    Attributes:
-        kind: What it is.
-        form: How it would lie.
-        sizes: As in `Fit`, metres.
-        chroma: Shares of red and green of its colour, (2,).
-        place: Where it was last; None where that is not known.
-    """
-
-    kind: ObjectKind
-    form: Form
-    sizes: Array
-    chroma: Array
-    place: Fit | None = None
-
-    @staticmethod
-    def of_declared(declared: Iterable[Declared]) -> Iterator[SizePrior]:
-        """Yield the ways in which described things can lie; meshes have none."""
-        for item in declared:
-            shape = shape_of(item.kind)
-            if not item.size or shape.opens or shape.is_granular:
-                continue
-            rgb = np.array(item.rgb)
-            for form, sizes in _ways(shape.hull(item.size), tips=not shape.holds_things):
-                yield SizePrior(item.kind, form, sizes, rgb[:2] / max(float(rgb.sum()), 1e-6))
-
-    @staticmethod
-    def of_known(known: Iterable[KnownShape]) -> Iterator[SizePrior]:
-        """Yield the shapes that were clearly seen before."""
-        for item in known:
-            chroma = np.median([segment.chroma for segment in item.group.segments], axis=0)
-            place = None if item.lost else item.fit
-            yield SizePrior(kind_of_form(item.fit.shape), item.fit.shape, item.fit.sizes, chroma, place)
-
-
-def _ways(hull: Hull, *, tips: bool) -> Iterator[tuple[Form, Array]]:
-    """Yield the forms and sizes that a hull has lying on each of its sides."""
-    match hull:
-        case BoxHull(size=half):
-            for sizes in sorted(set(permutations(map(float, half)))):
-                if tips or sizes[2] == half[2]:
-                    yield "box", np.array(sizes)
-        case CylinderHull(size=half):
-            yield "cylinder", np.array(half)
-            if tips:
-                yield "lying", np.array(half)
-        case SphereHull(size=half):
-            yield "sphere", np.array(half)
-        case _:
-            return
-
-
-@dataclass(frozen=True, eq=False)
-class _Option:
-    """A way to explain a group: what it is, where, on what.
-
-    Attributes:
-        kind: Its shape.
-        fit: As fitted.
-        resting: Height of what it stands on, metres; None in the air.
-        support: Number of the group that it stands on or in; None for the table, and in the air.
-        seen: What it was fitted to.
-        cost: That of the fit, with what it costs to float, and to have none of the sizes that its colour is known to have.
-    """
-
-    kind: ObjectKind
-    fit: Fit
-    resting: float | None
-    support: int | None
-    seen: ShapeEvidence
-    cost: float
+from robosandbox.types import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,13 +74,13 @@ class _Outlines:
     def __init__(self, frames: FrameSet, poses: Mapping[str, CorrectedPose], priors: Sequence[SizePrior]) -> None:
         self._frames, self._poses, self._priors = frames, poses, priors
         self._groups = dict(enumerate(_matched(frames, priors)))
-        self._options: dict[int, _Option] = {}
+        self._options: dict[int, Explanation] = {}
         self._rivals: dict[int, list[_Rival]] = {}
         self.drawn = frames
 
     def things(self) -> list[Thing]:
         """Return what explains the groups."""
-        return [self._thing(number, option) for number, option in self._options.items()]
+        return [thing for _, thing in self._numbered()]
 
     def told(self) -> FrameSet:
         """Return the frames with the depth of what explains the groups, and none where nothing does."""
@@ -198,7 +99,7 @@ class _Outlines:
     def stand_on_the_table(self) -> None:
         """Explain each group by something on the table, or where two views show it, in the air."""
         table = self._frames.table.height
-        found: dict[int, _Option] = {}
+        found: dict[int, Explanation] = {}
         for number, members in self._members().items():
             seen = measurements(members, self.drawn, depth=False)
             options = [self._best(number, seen, table, None)]
@@ -235,7 +136,7 @@ class _Outlines:
         for segment in self._member(other, self.drawn).segments:
             rows, columns = np.nonzero(segment.mask)
             found.append(depths_of(thing, segment.frame, rows + segment.box[1], columns + segment.box[0]))
-        return float(np.isfinite(np.concatenate(found)).mean()) > _MOST_OF_IT
+        return float(np.isfinite(np.concatenate(found)).mean()) > MOST_OF_IT
 
     def stack(self) -> None:
         """Put groups on or into one another where both are explained better so."""
@@ -273,7 +174,7 @@ class _Outlines:
             self._options[number], self._options[option.support] = option, below
             self._draw()
 
-    def _on(self, number: int, support: int) -> tuple[float, _Option, _Option] | None:
+    def _on(self, number: int, support: int) -> tuple[float, Explanation, Explanation] | None:
         """Return by how much less a group that stands on another costs with it, and what explains the two so; None where none does."""
         under, now = self._options[support], self._options.get(number)
         if (now is not None and now.support == support) or under.resting is None or self._stands_on(support, number):
@@ -300,12 +201,12 @@ class _Outlines:
             else self._measured(number, {number, support})
         )
         found = self._best(number, seen, height, support)
-        if found is None or base.fit.outside(np.array([*found.fit.centre[:2], base.fit.centre[2]])) > _BESIDE:
+        if found is None or base.fit.outside(np.array([*found.fit.centre[:2], base.fit.centre[2]])) > BESIDE:
             return None
-        before = (_UNEXPLAINED if now is None else now.cost) + under.cost
+        before = (UNEXPLAINED if now is None else now.cost) + under.cost
         if now is not None and base.fit.outside(now.fit.centre) < 0.0:
             # Two things are not in one place.
-            before += _UNEXPLAINED
+            before += UNEXPLAINED
         return before - found.cost - below.cost, found, below
 
     def _touch(self, number: int, other: int) -> bool:
@@ -369,7 +270,7 @@ class _Outlines:
     def _numbered(self) -> list[tuple[int, Thing]]:
         return [(number, self._thing(number, option)) for number, option in self._options.items()]
 
-    def _thing(self, number: int, option: _Option) -> Thing:
+    def _thing(self, number: int, option: Explanation) -> Thing:
         """Return a group as a thing, its spread that of the fit, of the cameras' poses and of all rivals together."""
         members = self._member(number, self.drawn)
         covariance = option.fit.covariance.copy()
@@ -377,15 +278,15 @@ class _Outlines:
         known = sum(np.linalg.inv(self._poses[camera].error_at(option.fit.centre)) for camera in cameras)
         covariance[:3, :3] += np.linalg.inv(known)
         rivals = self._rivals.get(number, [])
-        weights = np.exp([-0.5 * rival.rows / _CORRELATED * max(rival.worse, 0.0) for rival in rivals])
+        weights = np.exp([-0.5 * rival.rows / CORRELATED * max(rival.worse, 0.0) for rival in rivals])
         for weight, rival in zip(weights / max(weights.sum(), 1.0), rivals, strict=True):
             off = rival.centre - option.fit.centre
             covariance[:3, :3] += weight * np.outer(off, off)
         found = replace(option.fit, covariance=covariance)
         return as_thing(option.kind, found, members, option.seen, option.resting, self.drawn)
 
-    def _best(self, number: int, seen: ShapeEvidence, resting: float | None, support: int | None) -> _Option | None:
-        return _best(self._groups[number], seen, resting, support, self._priors)
+    def _best(self, number: int, seen: ShapeEvidence, resting: float | None, support: int | None) -> Explanation | None:
+        return best_explanation(self._groups[number], seen, resting, support, self._priors)
 
 
 def _matched(frames: FrameSet, priors: Sequence[SizePrior]) -> list[Group]:
@@ -402,7 +303,7 @@ def _matched(frames: FrameSet, priors: Sequence[SizePrior]) -> list[Group]:
             found = [
                 option.cost
                 for resting in (frames.table.height, None)
-                if (option := _best(both, seen, resting, None, priors)) is not None
+                if (option := best_explanation(both, seen, resting, None, priors)) is not None
             ]
             if found and min(found) < WORST:
                 costs[k, id(segment)] = min(found)
@@ -415,49 +316,3 @@ def _matched(frames: FrameSet, priors: Sequence[SizePrior]) -> list[Group]:
             taken |= {k, own}
         left += [(segment,) for segment in mine if id(segment) not in taken]
     return [Group(segments) for segments in left]
-
-
-def _best(
-    members: Group, seen: ShapeEvidence, resting: float | None, support: int | None, priors: Sequence[SizePrior]
-) -> _Option | None:
-    """Return what explains a group at a height best: a known size where one does about as well as any."""
-    chroma = np.mean([segment.chroma for segment in members.segments], axis=0)
-    own = [prior for prior in priors if dist(prior.chroma, chroma) < _SAME_CHROMA]
-    places = [prior.place.centre for prior in own if prior.place is not None]
-
-    def charge(found: Fit) -> float:
-        # What lies about where it was needs to explain what is seen no better than what would be new.
-        moved = bool(places) and min(dist(found.centre, place) for place in places) > NEAR
-        return (AS_WELL if moved else 0.0) + (AIR_GAIN if resting is None else 0.0)
-
-    found = best_fit(SHAPES, seen, resting, COMPLEXITY)
-    best = None
-    if found is not None and found.sizes.min() > LEAST_EXTENT:
-        cost = found.cost + charge(found) + (GAIN if own else 0.0)
-        best = _Option(kind_of_form(found.shape), found, resting, support, seen, cost)
-    for prior in own:
-        for familiar in (_unmoved(prior, seen, resting), _of_size(prior, seen, resting)):
-            if familiar is None or familiar.cost > WORST:
-                continue
-            cost = familiar.cost + charge(familiar)
-            if best is None or cost < best.cost:
-                best = _Option(prior.kind, familiar, resting, support, seen, cost)
-    return best
-
-
-def _of_size(prior: SizePrior, seen: ShapeEvidence, resting: float | None) -> Fit | None:
-    """Return a shape of a known size; its cost has that of what its size is off, because outlines err all around alike."""
-    found = fit(prior.form, seen, resting, Prior(prior.sizes, TOLERANCES.size))
-    if found is None:
-        return None
-    off = float((((found.sizes - prior.sizes) / TOLERANCES.size) ** 2).sum())
-    return replace(found, cost=found.cost + _CORRELATED * off / len(seen.rows.values))
-
-
-def _unmoved(prior: SizePrior, seen: ShapeEvidence, resting: float | None) -> Fit | None:
-    """Return a known thing where it was, if that explains what is seen; None else."""
-    place = prior.place
-    if place is None or resting is None or abs(place.bottom - resting) > _BESIDE or not len(seen.rows.values):
-        return None
-    cost = cost_of(place, seen)
-    return replace(place, cost=cost) if cost < TOLERANCES.cost else None
