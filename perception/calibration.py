@@ -141,7 +141,7 @@ def _by_board(rgbd: RgbdFrame, known: Array, pixels: Array, tags: int) -> Camera
     good, turn, shift = cv2.solvePnP(known, pixels, matrix, bend)
     if not good:
         return CameraPoseEstimate(camera=rgbd.camera, tags=tags)
-    rotation = matrix_from_rotation_vector(turn.reshape(3)).T
+    rotation = matrix_from_rotation_vector(np.asarray(turn, dtype=np.float64).reshape(3)).T
     pose = Pose.from_matrix(-rotation @ shift.reshape(3), rotation)
     seen, _ = cv2.projectPoints(known, turn, shift, matrix, bend)
     off = np.linalg.norm(seen.reshape(-1, 2) - pixels, axis=1) / lens.fx

@@ -19,7 +19,7 @@ from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import AS_WELL
 from robosandbox.types import ObjectKind
 
-# Tangents of an outline that err alike: lens, pose and light move neighbours together.
+# Number of tangents of an outline that err alike, because lens, pose and light move neighbours together. Chosen.
 CORRELATED = 4.0
 # Metres around a support that a thing's middle may seem to be beside it.
 BESIDE = 2.0 * TOLERANCES.position

@@ -13,8 +13,8 @@ from robosandbox.perception.segments import LEAST_PIXELS, jumps, nearest_set, se
 from robosandbox.perception.table_colour import painted
 from robosandbox.perception.thing import Thing
 
-# Pixels at the table's edge, and around a piece's sure part, that are both colours at once: of the kernel that finds steps,
-# and of what the picture is smoothed with before.
+# Pixels at the table's edge, and around a piece's sure part, that are both colours at once, because of the kernel that finds
+# steps and of what the picture is smoothed with before.
 MIXED = 3
 
 

@@ -12,7 +12,7 @@ from robosandbox.perception.frame import Image, PointCloudFrame
 from robosandbox.perception.thing import Thing
 from robosandbox.types import Array
 
-_TINY = 1e-9  # What a direction has along an axis at the least, so that it can be divided by.
+_TINY = 1e-9  # Share of a direction that is along an axis at the least, so that it can be divided by.
 
 
 def depths_of(thing: Thing, frame: PointCloudFrame, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Image:

@@ -182,15 +182,7 @@ class _Outlines:
         shape = shape_of(under.kind)
         if not (shape.holds_things or shape.flat_top):
             return None
-        below = under
-        if not shape.holds_things:
-            # What stands on another is before it: its outline is its own, and cuts off the other's.
-            kept = {support} if under.support is None else {support, under.support}
-            seen = self._measured(support, kept, wary=True)
-            # Where too little of it is left, what explained it before stays; nothing speaks against it.
-            below = self._best(support, seen, under.resting, under.support) or replace(
-                under, cost=min(cost_of(under.fit, seen), TOLERANCES.cost)
-            )
+        below = under if shape.holds_things else self._cut_off(support, under)
         base = self._thing(support, below)
         height = stands_on(base, base.fit.centre[:2])
         if height is None:
@@ -208,6 +200,15 @@ class _Outlines:
             # Two things are not in one place.
             before += UNEXPLAINED
         return before - found.cost - below.cost, found, below
+
+    def _cut_off(self, support: int, under: Explanation) -> Explanation:
+        """Return what explains a group where what stands on it, whose outline is its own, cuts off its outline."""
+        kept = {support} if under.support is None else {support, under.support}
+        seen = self._measured(support, kept, wary=True)
+        # Where too little of it is left, what explained it before stays; nothing speaks against it.
+        return self._best(support, seen, under.resting, under.support) or replace(
+            under, cost=min(cost_of(under.fit, seen), TOLERANCES.cost)
+        )
 
     def _touch(self, number: int, other: int) -> bool:
         """Tell whether some view shows two groups beside one another, as what stands on something is always seen to."""

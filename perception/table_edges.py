@@ -19,17 +19,19 @@ from robosandbox.perception.table_colour import painted
 from robosandbox.types import Array, Pose, RgbdFrame, matrix_from_rotation_vector
 from robosandbox.values import frozen
 
-_SIGMAS = 3.0  # Standard deviations of the calibration within which the edges are looked for.
-_ROUNDS = 3  # Times that the edges are looked for, each nearer to where they are expected; the last changes hundredths of a pixel.
-_SPACING = 0.01  # Metres along an edge between the points that are looked for.
-_STEP = 0.25  # Pixels between the places that are looked at across an edge.
-_CLEAR = 2.0  # Pixels that must be the table before an edge, and must be none after it: noise makes single ones.
+_SIGMAS = 3.0  # Standard deviations of the calibration within which the edges are looked for. Chosen.
+# Number of times that the edges are looked for, each nearer to where they are expected, because the last one changes hundredths
+# of a pixel; and of times that what stands on an edge is weighed.
+_ROUNDS = 3
+_SPACING = 0.01  # Metres along an edge between the points that are looked for. Chosen: some pixels apart in any view.
 _PIXEL = 0.5  # Standard deviation of one point, pixels, at the least: a pixel is the table's or not.
-_LEAST_POINTS = 24  # Points that tell a pose: four times its six unknowns.
-_NEARBY = (
-    1e-4  # Share of an edge's length, or of a place's distance from the middle, for a difference of pixels along it.
-)
-# Points that err alike, because light and lens change slowly along an edge.
+_STEP = _PIXEL / 2.0  # Pixels between the places that are looked at across an edge.
+_CLEAR = 2.0  # Pixels that must be the table before an edge, and must be none after it: noise makes single ones.
+_LEAST_POINTS = 24  # Number of points that tell a pose. Chosen as four times its six unknowns.
+_ROBUST = 1.4826  # Ratio of a standard deviation to the median of absolute deviations, as of a normal distribution.
+# Share of an edge's length, or of a place's distance from the middle, between places whose pixels differ by a slope. Chosen.
+_NEARBY = 1e-4
+# Number of points that err alike, because light and lens change slowly along an edge. Chosen: 8 cm.
 _CORRELATED = 8.0
 
 
@@ -87,7 +89,8 @@ def corrected_pose(
         return known
     before = rgbd.pose_camera_in_world
     prior = np.diag([error.rotation**-2] * 3 + [error.position**-2] * 3)
-    turn, shift, spread, found = np.zeros(3), np.zeros(3), np.linalg.inv(prior), 0
+    uncorrected = CorrectedPose(pose=before, covariance=np.linalg.inv(prior), points=0)
+    turn, shift, spread, found, sigma = np.zeros(3), np.zeros(3), uncorrected.covariance, 0, 0.0
     for _ in range(_ROUNDS):
         pose = _moved(before, turn, shift)
         frame = plane_frame(replace(rgbd, pose_camera_in_world=pose), table)
@@ -96,10 +99,10 @@ def corrected_pose(
         seen = np.isfinite(off)
         found = int(seen.sum())
         if found < _LEAST_POINTS:
-            return CorrectedPose(pose=before, covariance=np.linalg.inv(prior), points=0)
+            return uncorrected
         slopes = np.einsum("nij,ni->nj", _slopes(frame, pose, places[seen]), across[seen])
-        sigma = max(_PIXEL, 1.4826 * float(median(np.abs(off[seen] - median(off[seen])))))
-        step = np.zeros(6)
+        sigma = max(_PIXEL, _ROBUST * float(median(np.abs(off[seen] - median(off[seen])))))
+        step, normal = np.zeros(6), prior
         moved = np.concatenate([turn, shift])
         for _ in range(_ROUNDS):
             rest = np.abs(off[seen] - slopes @ step)
@@ -110,7 +113,7 @@ def corrected_pose(
         turn, shift, spread = turn + step[:3], shift + step[3:], np.asarray(np.linalg.inv(normal))
     if sigma > _CLEAR:
         # Something else than the table's edges was found.
-        return CorrectedPose(pose=before, covariance=np.linalg.inv(prior), points=0)
+        return uncorrected
     return CorrectedPose(pose=_moved(before, turn, shift), covariance=spread, points=found)
 
 
