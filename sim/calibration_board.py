@@ -6,6 +6,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.types import Array
 from robosandbox.values import frozen
@@ -55,11 +56,15 @@ class CalibrationBoard:
         flat = corner + points[:, :2] * [1.0, -1.0]
         return np.column_stack([flat, np.full(len(flat), table_height + _ABOVE)])
 
+    def picture(self) -> NDArray[np.uint8]:
+        """Return the board as it is printed, grey, (height, width), with its margin; pixels are square."""
+        width, height = np.round(self.size * _PIXELS_PER_CELL / self.gap).astype(int).tolist()
+        return np.asarray(self.grid.generateImage((width, height), marginSize=_PIXELS_PER_CELL), dtype=np.uint8)
+
     def lay(self, spec: mujoco.MjSpec, table_height: float) -> None:
         """Add the board to a world."""
-        width, height = np.round(self.size * _PIXELS_PER_CELL / self.gap).astype(int).tolist()
-        grey = self.grid.generateImage((width, height), marginSize=_PIXELS_PER_CELL)
-        picture = np.repeat(grey[..., None], 3, axis=2)
+        picture = np.repeat(self.picture()[..., None], 3, axis=2)
+        height, width, _ = picture.shape
         texture = spec.add_texture(
             name="board", type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3
         )

@@ -28,7 +28,7 @@ def open_mujoco(
     Args:
         scene: Robot, table and objects.
         control_timestep: Seconds between commands to the servos.
-        sensor: What its cameras are like: ideal, realsense or rough.
+        sensor: What its cameras are like: ideal, realsense, rough or webcam.
         render_size: (height, width) of camera pictures, pixels.
         felt: Objects of which the truth is to tell how hard they were pressed.
         wait_hook: Called again and again while the world settles; what it raises ends that.
@@ -55,7 +55,7 @@ def open_with_board(scene: Scene, board: CalibrationBoard, sensor: str) -> MuJoC
     Args:
         scene: Robot and table.
         board: What lies on the table.
-        sensor: What the cameras are like: ideal, realsense or rough.
+        sensor: What the cameras are like: ideal, realsense, rough or webcam.
 
     Raises:
         InputError: A file or name is wrong.

@@ -14,8 +14,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
+import yaml
 
 pytest.importorskip("serial", reason="the extra `so101` is not installed")
 
@@ -30,8 +32,11 @@ from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration
 from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
 from robosandbox.drivers.feetech.servos import Register
 from robosandbox.errors import FaultError, InputError
+from robosandbox.sim.calibration_board import CalibrationBoard
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.sensors import SENSORS
 from robosandbox.tasks.loader import find_task, with_robot
-from robosandbox.types import Trajectory
+from robosandbox.types import Scene, Trajectory
 
 ROOT = Path(__file__).resolve().parents[1]
 ANY_SERVO = 3
@@ -462,7 +467,9 @@ def test_a_cube_is_picked_over_the_bus_and_the_plant_says_so(plant: Plant, so101
 def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path: Path) -> None:
     page = (ROOT / "docs" / "so101.md").read_text()
     commands = re.findall(r"^```sh\n(.*?)\n```$", page, re.MULTILINE)
-    assert len(commands) == 7
+    assert len(commands) == 9
+    (described,) = re.findall(r"^```yaml\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    webcams = webcams_before_the_board(described, tmp_path)
     with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
         calibrated = servo_joints(
             read_calibration(tmp_path / "calibration.json"), [*_JOINTS], [*_JOINTS.values()], counts=4096
@@ -475,7 +482,8 @@ def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path
                 ("/dev/ttyACM0", f"{tmp_path}/bus"),
                 ("my_arm.json", f"{tmp_path}/my_arm.json"),
                 ("so101_new_calib.xml", str(so101)),
-                ("my_camera:Eyes", "support.servo_bus:PlantCameras"),
+                ("board.png", f"{tmp_path}/board.png"),
+                ("webcams.yaml", str(webcams)),
                 ("--seconds 30", "--seconds 6"),
             ):
                 command = command.replace(said, meant)
@@ -515,6 +523,11 @@ def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path
             strict=True,
         ):
             assert ours.range_max - ours.range_min == pytest.approx(theirs.range_max - theirs.range_min, abs=40)
+        assert "print it 46 x 35 cm large" in follow_the_page()
+        assert follow_the_page().count(" m, by ") == 2
+        # From here on the webcams show the plant as it stands.
+        for webcam, camera in WEBCAMS.items():
+            show(tmp_path, webcam, plant.capture(camera, None).rgb, times=30)
         # Held by hand where nothing is in its way, until it holds itself.
         plant.hold({**middles, 4: 1.2})
         letting_go = threading.Thread(target=let_go_when_it_holds, args=(Plant(tmp_path),))
@@ -522,8 +535,33 @@ def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path
         follow_the_page()
         letting_go.join()
         before = plant.truth().objects["red_cube"].pose.xyz[2]
+        # Pictures that follow the motion come from the plant; their depth is not used.
+        commands[0] = commands[0].replace("webcams.yaml", "support.servo_bus:PlantCameras")
         follow_the_page()
         assert plant.truth().objects["red_cube"].pose.xyz[2] - before > 0.05
+
+
+WEBCAMS = {"side": "scene", "above": "top"}
+"""Cameras of the simulation that stand for the page's webcams."""
+
+
+def webcams_before_the_board(described: str, folder: Path) -> Path:
+    """Return the page's file of webcams, whose sources are pictures of the board."""
+    file = yaml.safe_load(described)
+    with MuJoCoBackend(sensor=SENSORS["webcam"], board=CalibrationBoard(centre=(0.2, -0.22))) as sim:
+        sim.load(Scene())
+        for name, camera in WEBCAMS.items():
+            file["webcams"][name]["source"] = str(folder / f"{name}_%02d.png")
+            show(folder, name, sim.capture(camera).rgb, times=1)
+    path = folder / "webcams.yaml"
+    path.write_text(yaml.safe_dump(file))
+    return path
+
+
+def show(folder: Path, webcam: str, picture: np.ndarray, times: int) -> None:
+    """Have a webcam show a picture so many times."""
+    for number in range(times):
+        cv2.imwrite(str(folder / f"{webcam}_{number:02d}.png"), picture[..., ::-1])
 
 
 _JOINTS = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,12 +44,12 @@ class Webcam(StrictModel):
     Attributes:
         source: Number of the device, or its path, or that of a video or of numbered pictures (`seen_%03d.png`).
         lens: Its intrinsics.
-        pose: Of its optical frame (z forward, y down) in the world.
+        pose: Of its optical frame (z forward, y down) in the world; None before `robo-sandbox calibrate` has written it.
     """
 
     source: int | str
     lens: Lens
-    pose: Pose
+    pose: Pose | None = None
 
 
 class WebcamFile(StrictModel):
@@ -127,18 +128,23 @@ class Webcams(BareSenses):
         cameras: By name.
 
     Raises:
-        InputError: The file does not fit, or a source does not open.
+        InputError: The file does not fit, a pose is missing, or a source does not open.
     """
 
     def __init__(self, driver: WallClockDriver, path: Path) -> None:
         super().__init__(driver)
-        self._driver = driver
-        self._webcams = load_yaml_model(path, WebcamFile).webcams
-        self._open = {name: OpenWebcam(name, webcam) for name, webcam in self._webcams.items()}
-        self.cameras: Mapping[str, CameraSpec] = {
-            name: CameraSpec(intrinsics=webcam.lens.intrinsics, pose=webcam.pose)
-            for name, webcam in self._webcams.items()
-        }
+        self._wall_clock = driver
+        cameras = {}
+        webcams = load_yaml_model(path, WebcamFile).webcams
+        for name, webcam in webcams.items():
+            if webcam.pose is None:
+                raise InputError(
+                    f"{path}: webcams.{name}.pose is missing; lay the board on the table and run "
+                    f"`robo-sandbox calibrate --webcams {path}`"
+                )
+            cameras[name] = CameraSpec(intrinsics=webcam.lens.intrinsics, pose=webcam.pose)
+        self._open = {name: OpenWebcam(name, webcam) for name, webcam in webcams.items()}
+        self.cameras: Mapping[str, CameraSpec] = cameras
 
     def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
         """Return a picture without depth, and how the arm stood when it came; always a whole one.
@@ -147,18 +153,28 @@ class Webcams(BareSenses):
             SensorError: The camera delivers none.
         """
         del window
-        webcam = self._webcams[camera]
-        return seen_by(camera, webcam, self._open[camera].picture(), self._driver)
+        spec, driver = self.cameras[camera], self._wall_clock
+        picture = self._open[camera].picture()
+        return replace(
+            without_depth(camera, picture, spec.intrinsics, spec.pose), time=driver.time, arms=driver.posture()
+        )
 
 
-def seen_by(camera: str, webcam: Webcam, picture: NDArray[np.uint8], driver: WallClockDriver | None) -> RgbdFrame:
-    """Return a webcam's picture as a frame; without a driver no arm is in it."""
+def without_depth(camera: str, picture: NDArray[np.uint8], lens: Intrinsics, pose: Pose) -> RgbdFrame:
+    """Return a picture as a frame that measures no depth and shows no arm.
+
+    Args:
+        camera: Its name.
+        picture: RGB, (height, width, 3).
+        lens: Of its camera.
+        pose: Of its camera's optical frame in the world.
+    """
     return RgbdFrame(
         camera=camera,
-        time=0.0 if driver is None else driver.time,
+        time=0.0,
         rgb=picture,
         depth=np.zeros(picture.shape[:2], dtype=np.float32),
-        intrinsics=webcam.lens.intrinsics,
-        pose_camera_in_world=webcam.pose,
-        arms={} if driver is None else driver.posture(),
+        intrinsics=lens,
+        pose_camera_in_world=pose,
+        arms={},
     )

@@ -44,7 +44,7 @@ class WorkcellOptions:
         motion: Name of an installed motion planner.
         motion_options: What it takes, such as `clearance`.
         tempo: How fast the arm goes: careful, brisk or fast.
-        sensor: What its cameras are like: ideal, realsense or rough.
+        sensor: What its cameras are like: ideal, realsense, rough or webcam.
         seed: The layout; 0 is the task as written.
         max_replans: How often a failure may be answered with a new plan.
         what_if: Whether skills may try repairs on the twin, a simulation of what is believed.

@@ -105,7 +105,7 @@ PerceptionName = Annotated[
 SensorName = Annotated[
     str,
     typer.Option(
-        "--sensor", help="What its cameras are like: ideal, realsense or rough.", callback=checks.known_sensor
+        "--sensor", help="What its cameras are like: ideal, realsense, rough or webcam.", callback=checks.known_sensor
     ),
 ]
 CalibrationFile = Annotated[

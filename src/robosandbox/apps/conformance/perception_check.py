@@ -34,7 +34,7 @@ def check_perception(
         scene: A robot, and objects in sight of its cameras with room around them.
         moved: The same objects elsewhere; the world starts over in it.
         tolerance: How far the middle of an object may be seen from where it is, metres.
-        sensor: What the cameras are like: ideal, realsense or rough.
+        sensor: What the cameras are like: ideal, realsense, rough or webcam.
 
     Raises:
         AssertionError: With a sentence that says which promise is broken.
