@@ -288,6 +288,10 @@ def test_a_limp_arm_is_held_where_it_lies(so101: Path, tmp_path: Path) -> None:
 def test_what_is_wrong_with_a_bus_is_told_before_anything_moves(plant: Plant, so101: Path) -> None:
     with pytest.raises(InputError, match="/dev/no_such_port: cannot be opened"):
         load_driver("feetech:port=/dev/no_such_port", with_robot(find_task("pick_cube_franka").scene, so101))
+    unplaced = plant.folder / "webcams.yaml"
+    unplaced.write_text("webcams: {desk: {source: 0, lens: {width: 64, height: 48, fx: 60, fy: 60, cx: 31.5, cy: 23.5}}}")
+    with pytest.raises(InputError, match=r"webcams\.desk\.pose is missing; .* calibrate --webcams"):
+        opened(plant, so101, f",cameras={unplaced}")
     plant.inject("silent", ANY_SERVO, 1)
     with pytest.raises(InputError, match=r"elbow_flex \(servo 3\) of 6 servos give no answer"):
         opened(plant, so101)
