@@ -20,6 +20,7 @@ from pydantic import ValidationError
 from support.processes import SimProcess
 
 from robosandbox.apps.conformance.openai_server import ScriptedServer, refuse
+from robosandbox.driver.webcams import WebcamFile
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.scene_sidecar import SceneSidecar
 from robosandbox.tasks.task import Task
@@ -180,10 +181,10 @@ def test_conversations_are_as_shown(block: Block, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("block", of("yaml"), ids=str)
-def test_yaml_is_a_task_a_sidecar_or_a_part_of_one(block: Block) -> None:
+def test_yaml_is_a_task_a_sidecar_webcams_or_a_part_of_one(block: Block) -> None:
     data = yaml.safe_load(block.text)
     problems = []
-    for model in (Task, Sidecar, SceneSidecar):
+    for model in (Task, Sidecar, SceneSidecar, WebcamFile):
         try:
             model.model_validate(data)
             return

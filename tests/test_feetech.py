@@ -289,7 +289,9 @@ def test_what_is_wrong_with_a_bus_is_told_before_anything_moves(plant: Plant, so
     with pytest.raises(InputError, match="/dev/no_such_port: cannot be opened"):
         load_driver("feetech:port=/dev/no_such_port", with_robot(find_task("pick_cube_franka").scene, so101))
     unplaced = plant.folder / "webcams.yaml"
-    unplaced.write_text("webcams: {desk: {source: 0, lens: {width: 64, height: 48, fx: 60, fy: 60, cx: 31.5, cy: 23.5}}}")
+    unplaced.write_text(
+        "webcams: {desk: {source: 0, lens: {width: 64, height: 48, fx: 60, fy: 60, cx: 31.5, cy: 23.5}}}"
+    )
     with pytest.raises(InputError, match=r"webcams\.desk\.pose is missing; .* calibrate --webcams"):
         opened(plant, so101, f",cameras={unplaced}")
     plant.inject("silent", ANY_SERVO, 1)
