@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
 
+import cv2
 import numpy as np
 
 from robosandbox.perception.evidence import ShapeEvidence
@@ -196,8 +197,8 @@ class _Outlines:
         if found is None or base.fit.outside(np.array([*found.fit.centre[:2], base.fit.centre[2]])) > BESIDE:
             return None
         before = (UNEXPLAINED if now is None else now.cost) + under.cost
-        if now is not None and base.fit.outside(now.fit.centre) < 0.0:
-            # Two things are not in one place.
+        if now is not None and (base.fit.outside(now.fit.centre) < 0.0 or self._is_behind(number, now, support)):
+            # Two things are not in one place, and what is behind another is not seen before it.
             before += UNEXPLAINED
         return before - found.cost - below.cost, found, below
 
@@ -209,6 +210,19 @@ class _Outlines:
         return self._best(support, seen, under.resting, under.support) or replace(
             under, cost=min(cost_of(under.fit, seen), TOLERANCES.cost)
         )
+
+    def _is_behind(self, number: int, option: Explanation, other: int) -> bool:
+        """Tell whether a group is seen where what explains another would hide what explains it, by more than mixed pixels."""
+        thing, before = self._thing(number, option), self._thing(other, self._options[other])
+        for segment in self._member(number, self.drawn).segments:
+            rows, columns = np.nonzero(segment.mask)
+            left, top = segment.box[:2]
+            own, near = (depths_of(each, segment.frame, rows + top, columns + left) for each in (thing, before))
+            hidden = np.zeros(segment.mask.shape, np.uint8)
+            hidden[rows, columns] = near < own
+            if cv2.erode(hidden, np.ones((2 * MIXED + 1,) * 2, np.uint8), borderValue=0).any():
+                return True
+        return False
 
     def _touch(self, number: int, other: int) -> bool:
         """Tell whether some view shows two groups beside one another, as what stands on something is always seen to."""

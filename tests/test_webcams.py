@@ -16,14 +16,20 @@ from robosandbox.perception.factory import Setup
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.raycast import span
 from robosandbox.perception.rgb import RgbPerception
+from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import SENSORS
-from robosandbox.types import Pose, Scene
+from robosandbox.types import Pose, Scene, SceneObject
 from robosandbox.validation import load_yaml_model
 from robosandbox.workcell.session import open_session
 
+BLUE, RED = (0.2, 0.3, 0.85, 1.0), (0.85, 0.2, 0.2, 1.0)
 _DOWN = np.array([[0.0, 0.0, -1.0]])
+
+
+def at(x, y, z):
+    return Pose(xyz=(x, y, z))
 
 
 @pytest.mark.parametrize(
@@ -92,6 +98,32 @@ def test_a_stack_is_built_and_claimed_by_two_cameras_that_are_a_degree_off():
     with open_session("stack_two", perception="rgb", sensor="webcam") as cell:
         cell.reset(1)
         assert cell.run().success and cell.judge().success
+
+
+@pytest.mark.gl
+def test_one_camera_tells_what_is_on_a_block_from_what_is_behind_it():
+    with open_session(
+        "place_on_block", perception="rgb", sensor="webcam", perception_options={"cameras": ("scene",)}
+    ) as cell:
+        cell.reset(3)
+        assert cell.run().success and cell.judge().success
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("behind", [0.08, 0.1])
+def test_what_one_camera_sees_over_a_block_is_not_claimed_to_be_on_it(behind):
+    away = behind * np.array([-0.68, 0.73])
+    block = SceneObject(id="blue_block", kind="box", size=(0.04, 0.04, 0.02), pose=at(0.2, 0.05, 0.06), rgba=BLUE)
+    cube = SceneObject(
+        id="red_cube", kind="box", size=(0.015, 0.015, 0.015), pose=at(0.2 + away[0], 0.05 + away[1], 0.055), rgba=RED
+    )
+    scene = Scene(objects=(block, cube))
+    with MuJoCoBackend(sensor=SENSORS["webcam"]) as sim:
+        sim.load(scene)
+        things = RgbPerception(setup=Setup.of(scene)).look([sim.capture("scene")])
+    for thing in things:
+        if thing.confidence >= TOLERANCES.acted_on:
+            assert min(np.linalg.norm(thing.fit.centre - item.pose.position) for item in scene.objects) < 0.01
 
 
 def webcam(source, size=(48, 64)):
