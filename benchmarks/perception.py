@@ -218,7 +218,7 @@ def measure(
 def _compare(
     seed: int, truth: list[DetectedObject], shares: dict[str, float], things: list[Thing]
 ) -> tuple[list[Case], int]:
-    seen = [Track(str(number), thing).detected() for number, thing in enumerate(things)]
+    seen = [Track(str(number), thing, confidence=thing.confidence).detected() for number, thing in enumerate(things)]
     pairs: dict[int, int] = {}
     if seen and truth:
         far = np.array([[float(np.linalg.norm(centre(a) - centre(b))) for b in seen] for a in truth])

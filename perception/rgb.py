@@ -105,4 +105,6 @@ class RgbPerception(RgbdPerception):
             frame = plane_frame(straight, table)
             by_camera[rgbd.camera] = outlined(frame, table, *robot.masks(straight, carried))
         self.notes = tuple(notes)
-        return FrameSet(by_camera, table)
+        # Beside a camera whose place is known one that is centimetres off would move things, and add nothing.
+        placed = {camera: one for camera, one in by_camera.items() if self.poses[camera].points}
+        return FrameSet(placed or by_camera, table)

@@ -189,9 +189,13 @@ def _offsets(
     bordered = cv2.copyMakeBorder(inside.view(np.uint8), 1, 1, 1, 1, cv2.BORDER_REPLICATE)
     sure = cv2.erode(bordered, room)[1:-1, 1:-1].view(np.bool_)
     near_robot = cv2.dilate(robot.view(np.uint8), room).view(np.bool_)
-    if not (sure & ~near_robot).any():
+    bare = sure & ~near_robot
+    if not bare.any():
         return np.full(len(places), np.nan), np.zeros(len(places), dtype=bool)
-    other = painted(frame, sure & ~near_robot, np.s_[0:height, 0:width])
+    # The colours of things would bend the one that is fitted to the table between them.
+    unlike = np.abs(frame.rgb - median(frame.rgb[bare].astype(np.float64))).sum(axis=2)
+    bare &= unlike < _SIGMAS * _ROBUST * median(unlike[bare])
+    other = painted(frame, bare, np.s_[0:height, 0:width])
     pixels = frame.project(places)[0]
     steps = np.arange(-farthest, farthest + _STEP, _STEP)
     spots = pixels[:, None] + steps[None, :, None] * across[:, None]
