@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.perception.frame import LEAST_DEPTH, MOST_DEPTH, Image, Mask, TablePrior, as_image, as_picture
-from robosandbox.perception.quantiles import median
+from robosandbox.perception.quantiles import MAD, median
 from robosandbox.types import Array, Intrinsics, PictureWindow, RgbdFrame
 
 # Standard deviations of the noise beyond which a pixel has changed: of a million normal numbers none is so far off. Chosen.
 _BEYOND = 6.0
-_MAD = 1.4826  # Standard deviation of a normal number over the median of its magnitude.
 _LEAST_COLOUR = (
     10.0  # Levels of a channel, of 255, by which a pixel has changed at least. Chosen: rounding, compression.
 )
@@ -124,7 +123,7 @@ def _noise(off: Image, valid: Mask, apart: int, usual: float) -> float:
     steps = (off[::_STRIDE, apart::_STRIDE] - off[::_STRIDE, :-apart:_STRIDE])[pairs]
     if len(steps) < _LEAST_SAMPLES:
         return usual
-    return _MAD * float(median(np.abs(steps).astype(np.float64))) / math.sqrt(2.0)
+    return MAD * float(median(np.abs(steps).astype(np.float64))) / math.sqrt(2.0)
 
 
 def _gain(before: NDArray[np.uint8], now: NDArray[np.uint8], known: Mask) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robosandbox.errors import SensorError
-from robosandbox.perception.quantiles import median
+from robosandbox.perception.quantiles import MAD, median
 from robosandbox.types import Array, Intrinsics, RgbdFrame
 from robosandbox.values import frozen
 
@@ -262,7 +262,7 @@ def _on_the_table(frame: PointCloudFrame, table: TablePrior, robot: Mask) -> tup
     middle = points[:2].mean(axis=1)
     design = np.column_stack([points[0] - middle[0], points[1] - middle[1], np.ones(len(off))])
     plane = np.array([0.0, 0.0, float(median(off))])
-    noise = float(1.4826 * median(np.abs(off - plane[2])))
+    noise = float(MAD * median(np.abs(off - plane[2])))
     prior = np.diag([_TILT_PRIOR**-2, _TILT_PRIOR**-2, _SHIFT_PRIOR**-2])
     for _ in range(_PLANE_TRIMS):
         rest = off - design @ plane
@@ -272,7 +272,7 @@ def _on_the_table(frame: PointCloudFrame, table: TablePrior, robot: Mask) -> tup
             return frame.rotation, frame.position, _USUAL_NOISE
         seen, weight = design[keep], 1.0 / (_CORRELATED * max(noise, _LEAST_TRIM) ** 2)
         plane = np.linalg.solve(weight * seen.T @ seen + prior, weight * seen.T @ off[keep])
-        noise = float(1.4826 * median(np.abs(rest[keep])))
+        noise = float(MAD * median(np.abs(rest[keep])))
     if abs(plane[2]) > _MOST_SHIFT or max(abs(plane[0]), abs(plane[1])) > _MOST_TILT:
         return frame.rotation, frame.position, noise
     # The small rotation that takes the seen plane's normal (-a, -b, 1) to the vertical, about the middle of what is seen.

@@ -9,6 +9,8 @@ import numpy as np
 
 from robosandbox.types import Array
 
+MAD = 1.4826  # Ratio of a standard deviation to the median of absolute deviations, as of a normal distribution.
+
 
 def median(values: Array) -> Array:
     """Return the median (...) of values (n, ...) as `numpy.median` along the first axis; n is 1 or more, none of them NaN."""

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from robosandbox.perception.frame import LEAST_DEPTH, Mask, PointCloudFrame, TablePrior, plane_frame
-from robosandbox.perception.quantiles import median
+from robosandbox.perception.quantiles import MAD, median
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.table_colour import painted
 from robosandbox.types import Array, Pose, RgbdFrame, matrix_from_rotation_vector
@@ -28,7 +28,6 @@ _PIXEL = 0.5  # Standard deviation of one point, pixels, at the least: a pixel i
 _STEP = _PIXEL / 2.0  # Pixels between the places that are looked at across an edge.
 _CLEAR = 2.0  # Pixels that must be the table before an edge, and must be none after it: noise makes single ones.
 _LEAST_POINTS = 24  # Number of points that tell a pose. Chosen as four times its six unknowns.
-_ROBUST = 1.4826  # Ratio of a standard deviation to the median of absolute deviations, as of a normal distribution.
 # Share of an edge's length, or of a place's distance from the middle, between places whose pixels differ by a slope. Chosen.
 _NEARBY = 1e-4
 # Number of points that err alike, because light and lens change slowly along an edge. Chosen: 8 cm.
@@ -101,7 +100,7 @@ def corrected_pose(
         if found < _LEAST_POINTS:
             return uncorrected
         slopes = np.einsum("nij,ni->nj", _slopes(frame, pose, places[seen]), across[seen])
-        sigma = max(_PIXEL, _ROBUST * float(median(np.abs(off[seen] - median(off[seen])))))
+        sigma = max(_PIXEL, MAD * float(median(np.abs(off[seen] - median(off[seen])))))
         step, normal = np.zeros(6), prior
         moved = np.concatenate([turn, shift])
         for _ in range(_ROUNDS):
@@ -194,7 +193,7 @@ def _offsets(
         return np.full(len(places), np.nan), np.zeros(len(places), dtype=bool)
     # The colours of things would bend the one that is fitted to the table between them.
     unlike = np.abs(frame.rgb - median(frame.rgb[bare].astype(np.float64))).sum(axis=2)
-    bare &= unlike < _SIGMAS * _ROBUST * median(unlike[bare])
+    bare &= unlike < _SIGMAS * MAD * median(unlike[bare])
     other = painted(frame, bare, np.s_[0:height, 0:width])
     pixels = frame.project(places)[0]
     steps = np.arange(-farthest, farthest + _STEP, _STEP)

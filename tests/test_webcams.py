@@ -82,15 +82,17 @@ def test_things_are_placed_within_millimetres_without_depth(cameras, within):
 
 @pytest.mark.gl
 def test_a_camera_that_sees_no_edge_says_so_and_nothing_is_acted_on():
-    with open_session("pick_cube_franka", perception="rgb", sensor="webcam") as cell:
-        capture = cell.mujoco.capture("scene")
+    with open_session("pick_from_three", perception="rgb", sensor="webcam") as cell:
+        capture, top = cell.mujoco.capture("scene"), cell.mujoco.capture("top")
         eyes = RgbPerception(setup=Setup.of(cell.task.scene))
         # As from a camera that has been turned by 20 degrees since it was calibrated.
         turned = Pose(xyz=(0.0, 0.0, 0.0), quat_xyzw=(0.0, 0.0, float(np.sin(0.175)), float(np.cos(0.175))))
         moved = replace(capture, pose_camera_in_world=capture.pose_camera_in_world @ turned)
         things = eyes.look([moved])
-    assert "calibrate it again" in eyes.notes[0]
-    assert all(thing.confidence < 0.3 for thing in things)
+        assert "calibrate it again" in eyes.notes[0]
+        assert all(thing.confidence < 0.3 for thing in things)
+        beside = eyes.look([moved, top])
+    assert {segment.frame.camera for thing in beside for segment in thing.group.segments} == {"top"}
 
 
 @pytest.mark.gl
