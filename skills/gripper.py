@@ -52,7 +52,7 @@ _GAPS = tuple(
     for what in ("gap", "opening", "width", "jaw gap", "finger gap", "gripper opening", "gripper width")
     for of in ("", " of the gripper", " between the fingers", " between your fingers")
 )
-_SET = (*_of_fingers("set"), *_of_fingers("adjust"), "gripper", "fingers", "jaws", "set gripper")
+_SET = (*_of_fingers("set"), *_of_fingers("adjust"), "gripper", "set gripper")
 _CLOSING = (*_of_fingers("close"), *_of_fingers("shut"))
 
 _GERMAN_OPEN = """

@@ -176,7 +176,7 @@ class MoveBy(HandMove):
     name = "move_by"
     words = (
         Words(
-            verbs=(*HAND_GOES, "slide over", "reach", "back off", "back away", "retreat", "withdraw", "rise", "step"),
+            verbs=(*HAND_GOES, "slide over", "reach", "retreat", "withdraw", "rise"),
             slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
             required=("dx", "dy", "dz"),
         ),

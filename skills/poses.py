@@ -36,7 +36,7 @@ class SavePose(HandMove):
                 "remember this spot",
                 *(
                     f"{verb} {what}"
-                    for verb in ("save", "store", "memorise", "memorize", "record", "remember", "note", "keep")
+                    for verb in ("save", "store", "memorise", "memorize", "remember")
                     for what in (
                         "the current pose",
                         "the current position",

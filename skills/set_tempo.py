@@ -64,7 +64,7 @@ _SPEEDS: dict[str, tuple[str, ...]] = {
         "faster",
     ),
 }
-_BACK = ("back to", "return to", "go back to", "switch to", "use", "set")
+_BACK = ("return to", "go back to", "switch to", "use", "set")
 
 
 def _verbs(tempo: str, also: tuple[str, ...]) -> tuple[str, ...]:
@@ -75,7 +75,6 @@ def _verbs(tempo: str, also: tuple[str, ...]) -> tuple[str, ...]:
         *also,
         *(f"{go} {how}" for go in _GOES for how in ways),
         *(f"{back} {speed}" for back in _BACK for speed in named),
-        *named,
     )
 
 

@@ -92,7 +92,6 @@ class Wait(HandMove):
                 "hold on",
                 "sit tight",
                 "take a break",
-                "rest",
                 "freeze",
                 "dwell",
                 "stay put",

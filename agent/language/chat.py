@@ -23,6 +23,7 @@ _DESCRIBING = frozenset(
 )
 _A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
 # What says that somebody else is able to do something.
+_INVERTED = frozenset({"should", "had", "were"})
 _CAN = frozenset({"can", "could"})
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
@@ -101,6 +102,9 @@ def _add_until(
     if clause is None or clause.always:
         return
     told = [token.text for token in tokens[i : clause.end]]
+    if told[:1] and told[0] in _INVERTED:
+        # "should it rain, ...": a condition.
+        return
     first = next((word for word in told if word not in lists["openers"]), "")
     first = "" if told[:2] == ["so", "that"] else first
     # "my mother", "I", "nobody": what they do, may and do not is nothing that is asked for.
