@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING
 
-from robosandbox.errors import CancelledError, Repair, SkillError
+from robosandbox.errors import CancelledError, Repair, RoboSandboxError, SkillError
 from robosandbox.types import ObservedScene
 from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.operators import bind
@@ -24,7 +24,7 @@ _MOST_TRIED = 16
 _MOVED = 0.010
 
 
-class _SpentError(Exception):
+class _SpentError(RoboSandboxError):
     """The budget for roll-outs is used up."""
 
 
