@@ -18,12 +18,12 @@ class MoveTo(HandMove):
 
     name = "move_to"
     words = Words(
-        verbs=HAND_GOES,
+        verbs=(*HAND_GOES, "visit", "go through"),
         slots=(
             Slot(
                 argument="x y z",
                 kind="point",
-                prepositions=("to", "to position", "to the position", "to point", "to the point"),
+                prepositions=("", "to", "to position", "to the position", "to point", "to the point"),
             ),
             Slot(argument="straight", kind="phrase", phrases=(("in a straight line", True), ("straight", True))),
         ),

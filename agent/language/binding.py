@@ -42,6 +42,23 @@ def with_verbs(steps: Steps) -> Steps | None:
 def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | None:
     """Return a step without a verb as one like the last before it."""
     objects = step.objects
+    if step.words is not None:
+        # "hover over the red cube, then over the blue one"; "move up 5 cm, then to (0.3, 0.1, 0.2)"
+        said = last.words
+        alike = said == step.words or (
+            said is not None
+            and not (said.object or step.words.object)
+            and not {*said.verbs}.isdisjoint(step.words.verbs)
+        )
+        told = {argument for argument, _ in step.slots}
+        kept = tuple(
+            slot for slot in last.slots if isinstance(slot[1], Ref) and slot[0] not in told and said == step.words
+        )
+        return (
+            replace(step, verb=last.verb, objects=objects or last.objects, slots=(*kept, *step.slots))
+            if alike
+            else None
+        )
     if step.bare and len(made) > 1 and last.objects and last.objects[0].determiner == "it" and made[-2].verb != "pick":
         # "push the box to the left and put it in the bin, do the same with the can": both?
         return None

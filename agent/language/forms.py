@@ -391,7 +391,9 @@ def _for_skill(values: dict[str, Any], words: Words) -> Any:
     """As in "raise the hand by 5 cm": what a skill says for itself; a verb that asks for nothing beside is plainer as its own."""
     told = {argument for argument, _ in values.get("slots", ())}
     enough = not words.required or any(argument in words.required for argument in told)
-    made = Command(**{**values, "words": words})
+    if "verb" not in values and not enough:
+        raise Misfit
+    made = Command(**{"verb": "", **values, "words": words})
     placed = any(ref.relations or ref.ranks for ref in made.objects)
     if not enough:
         return Costly((made, COSTS[2]))

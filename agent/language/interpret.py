@@ -34,6 +34,7 @@ _WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|th
 _STAYS_OPEN = re.compile(
     r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
 )
+_FROM_NOW_ON = frozenset({"from now on", "from here on", "from this point on"})
 _ANEW = ("once more", "one more time", "again", "instead", "rather")
 
 
@@ -191,7 +192,10 @@ def choose(
         try:
             draft = build(reading, scene, skills, context, chosen)
             felt = [f"“{word}”" for word in unseen(reading) if word in feelings]
-            tempo, told = _tempo_of(reading.manners, skills)
+            standing = {call.skill for call in draft.calls} == {"set_tempo"}
+            # A tempo is chosen from now on; anything else that is to be so is told not to be.
+            manners = [words for words in reading.manners if not (standing and words.lower() in _FROM_NOW_ON)]
+            tempo, told = _tempo_of(manners, skills)
             notes = [told] if told else []
             notes += [f"I do not see what is {listed(felt)}."] if felt else []
             draft = replace(draft, note=" ".join(notes), tempo=tempo)

@@ -30,6 +30,7 @@ _MEASURES = {
     "share": "share",
     "number": "count",
 }
+_PREPOSITIONS = frozenset({"at", "on", "onto", "over", "to", "towards", "above"})
 _FORMS = ("base", "third", "ing", "past", "past")
 _MOST_SLOTS = 3  # Number of phrases that may follow one verb: more than anybody says.
 
@@ -168,6 +169,17 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     for verb, after in told:
         rest = "".join(f' "{word}"' for word in after.split())
         yield f"  = verb=worded skill={skill} way={k} {verb}{thing}{rest}{slots}"
+    if words.slots:
+        # "..., then 3 cm to the left": the verb of the step before may be one of these.
+        yield "gap_worded : Command"
+        yield f"  = skill={skill} way={k} {with_it}{f' (slot_joint? {with_it})?' * (most - 1)}"
+    if words.object:
+        # "point at the red cube, then at the blue one"
+        before = {
+            verb.partition("{}")[0].split()[-1] for verb in words.verbs if len(verb.partition("{}")[0].split()) > 1
+        }
+        yield "gap_worded : Command"
+        yield from (f'  = skill={skill} way={k} "{word}" objects{slots}' for word in sorted(before & _PREPOSITIONS))
 
 
 def _slot(own: str, slot: Slot) -> Iterator[str]:

@@ -70,9 +70,11 @@ class Vicinity(Orders, ABC):
                 # What has tipped leans on it.
                 found = [name for name in names if any(self._leans(name, anchor) for anchor in anchors)]
         elif kind == "between" and len(relation.refs) == 1 and relation.refs[0].other:
-            # "the cube between the other two": of three.
-            thirds = [(name, [other for other in names if other != name]) for name in names] if len(names) == 3 else []
-            found = [name for name, ends in thirds if self._between([name], ends)]
+            # "the cube between the other two": of three; of one, those that are called so.
+            rest = replace(relation.refs[0], other=False, number=None)
+            of = names if len(names) > 1 else self._anchors(rest, loose=True)
+            thirds = [(name, [other for other in of if other != name]) for name in names]
+            found = [name for name, ends in thirds if len(ends) == 2 and self._between([name], ends)]
         elif kind == "between":
             ends = [name for part in relation.refs for name in self._anchors(part, loose=part.plural)]
             found = self._between(names, ends)
