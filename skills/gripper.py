@@ -25,11 +25,7 @@ _CORRECTIONS = 8
 # Metres between fingers that have closed on nothing.
 _SHUT = 0.001
 
-_FORCE = Slot(
-    argument="force",
-    kind="force",
-    prepositions=("with", "to", "at", "with no more than", "with at most", "with up to", "no harder than", ""),
-)
+_FORCE = Slot(argument="force", kind="force", prepositions=("with", "to", "at", ""))
 
 _HARD = ("as hard as you can", "hard", "tightly", "firmly", "tight")
 _WHOLLY = ("all the way", "fully", "completely", "as far as you can", "as far as they go")

@@ -92,6 +92,28 @@ def test_things_are_moved_as_before(still: EmbeddedWorkcell) -> None:
     assert planned(still, "hold the red cube") == "pick(object=red_cube)"
 
 
+def test_it_that_is_not_to_be_lifted_is_what_the_sentence_is_about(still: EmbeddedWorkcell) -> None:
+    assert planned(still, "point at the green cube") == "point_at(object=green_cube)"
+    answer = still.agent.plan("weigh the red cube but don't lift it")
+    assert isinstance(answer, Refusal) and answer.code is RefusalCode.IMPOSSIBLE, answer
+
+
+def test_what_is_picked_up_to_be_turned_is_turned_where_it_stands(still: EmbeddedWorkcell) -> None:
+    turned = "turn(object=red_cube, angle=1.570796)"
+    assert planned(still, "grab the red cube, turn it a quarter turn and set it down in the same place") == turned
+    assert planned(still, "pick up the red cube, turn it a quarter turn and put it on the blue cube") == (
+        f"{turned}; pick(object=red_cube); place_on(target=blue_cube)"
+    )
+
+
+def test_a_pace_counts_from_the_first_word_on(still: EmbeddedWorkcell) -> None:
+    for said, tempo in (("Slowly move up 5 cm.", "careful"), ("Go slowly up 5 cm", "careful"), ("move up 5 cm", "")):
+        answer = still.agent.plan(said)
+        assert isinstance(answer, Plan)
+        assert (answer.tempo, [step.skill for step in answer.steps]) == (tempo, ["move_by"])
+    assert planned(still, "from now on work at half speed") == "set_tempo(tempo=brisk)"
+
+
 def test_a_planner_without_moves_knows_none(still: EmbeddedWorkcell) -> None:
     answer = StubPlanner(still.skills).plan("move up 5 cm", still.observe())
     assert isinstance(answer, Refusal)

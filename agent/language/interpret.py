@@ -106,7 +106,7 @@ def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
         words: tempo
         for words in manners
         for tempo in reversed(tempos)
-        if not {*tempos[tempo]}.isdisjoint(words.split())
+        if not {*tempos[tempo]}.isdisjoint(words.lower().split())
     }
     others = [words for words in manners if words not in asked]
     if "set_tempo" not in names or len({*asked.values()}) != 1:
