@@ -102,7 +102,7 @@ def test_what_is_picked_up_to_be_turned_is_turned_where_it_stands(still: Embedde
     turned = "turn(object=red_cube, angle=1.570796)"
     assert planned(still, "grab the red cube, turn it a quarter turn and set it down in the same place") == turned
     assert planned(still, "pick up the red cube, turn it a quarter turn and put it on the blue cube") == (
-        f"{turned}; pick(object=red_cube); place_on(target=blue_cube)"
+        f"{turned}, pick(object=red_cube), place_on(target=blue_cube)"
     )
 
 
