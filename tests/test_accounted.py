@@ -42,6 +42,9 @@ LEFT_OVER = {
     "tap the green cube, my sister objects": "sister",
     "tap the green cube, though I doubt it": "doubt",
     "assuming nobody minds, tap the green cube": "assuming",
+    "tap the hot green cube": "hot",
+    "should it snow, tap the green cube": "should",
+    "tap the green cube, forget it": "forget",
 }
 MANNERS = {
     "tap the green cube slowly": "slowly",
