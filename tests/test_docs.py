@@ -129,7 +129,7 @@ def test_python_runs(block: Block, folder: Path) -> None:
 
 # What is told of a serial port runs in test_feetech.py, over an emulated bus, and of a Franka in test_franka.py.
 @pytest.mark.parametrize(
-    "block", [block for block in of("sh") if not re.search("/dev/tty|franka:host", block.text)], ids=str
+    "block", [block for block in of("sh") if not re.search("/dev/tty|franka:host|--webcams", block.text)], ids=str
 )
 @pytest.mark.sample(every=8)
 def test_commands_run(block: Block, folder: Path) -> None:

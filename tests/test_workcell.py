@@ -40,8 +40,8 @@ def test_a_question_is_answered_by_the_next_sentence(cell: Workcell) -> None:
 def test_a_skill_is_called_like_a_method(cell: Workcell) -> None:
     assert cell.pick("red_cube").skill == "pick"  # type: ignore[attr-defined]
     assert cell.do("place_at", x=0.2, y=-0.2).skill == "place_at"
-    with pytest.raises(TypeError, match=r"pick takes object, to; 3 were given"):
-        cell.pick("red_cube", "any", "blue_cube")  # type: ignore[attr-defined]
+    with pytest.raises(TypeError, match=r"pick takes object, to, on; 4 were given"):
+        cell.pick("red_cube", "any", False, "blue_cube")  # type: ignore[attr-defined]
     with pytest.raises(InvalidArgumentError, match=r"no skill 'juggle'; there is .*pick"):
         cell.do("juggle")
     with pytest.raises(AttributeError, match="juggle"):

@@ -192,10 +192,11 @@ def choose(
         try:
             draft = build(reading, scene, skills, context, chosen)
             felt = [f"“{word}”" for word in unseen(reading) if word in feelings]
-            standing = {call.skill for call in draft.calls} == {"set_tempo"}
-            # A tempo is chosen from now on; anything else that is to be so is told not to be.
-            manners = [words for words in reading.manners if not (standing and words.lower() in _FROM_NOW_ON)]
-            tempo, told = _tempo_of(manners, skills)
+            standing = [words for words in reading.manners if words.lower() in _FROM_NOW_ON]
+            if standing and {call.skill for call in draft.calls} != {"set_tempo"}:
+                told = f"I do what is asked of me once; “{standing[0]}” I keep a pace alone."
+                raise RefusedError(RefusalCode.UNSUPPORTED, told)
+            tempo, told = _tempo_of([words for words in reading.manners if words not in standing], skills)
             notes = [told] if told else []
             notes += [f"I do not see what is {listed(felt)}."] if felt else []
             draft = replace(draft, note=" ".join(notes), tempo=tempo)
