@@ -75,7 +75,7 @@ class SurfacePoints:
 
 
 NO_SURFACE = SurfacePoints(np.zeros((0, 3)), np.zeros(3), np.zeros(0))
-"""What a camera without depth measures of a surface."""
+"""No point: a camera without depth measures none of a surface."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What explains outlines: a shape on a support of known height, or in the air, free in its size or of a known one."""
+"""Explanations of outlines: a shape on a support of known height, or in the air, free in its size or of a known one."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ _MOST_SHIFT = 0.03  # Metres that one step may move a fit. Chosen.
 _MOST_TURN = 0.15  # Radians that one step may turn it. Chosen.
 _LEAST_SIZE = 0.003  # Half-extent, metres, of any fit. Chosen.
 _LEAST_EVIDENCE = 12  # Number of measurements that a fit needs, because it has up to seven unknowns. Chosen.
-_LEAST_OF_KNOWN = 8  # The same where sizes are known. Chosen as twice the four unknowns of a place and a heading.
+_LEAST_OF_KNOWN = 2 * 4  # The same where sizes are known: twice the unknowns of a place and a heading.
 # After so many steps a shape whose cost is this far over another's is given up.
 _TRIES = 2
 # Cost over the best so far from which a fit is given up (units: mean squared residual over standard deviation). Chosen.

@@ -6,89 +6,41 @@ from typing import Literal
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Words
+from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult, find_tempo
 
-_GOES = (
-    "go",
-    "move",
-    "work",
-    "travel",
-    "run",
-    "drive",
-    "do everything",
-    "do it all",
-    "continue",
-    "carry on",
-    "keep going",
+_SPEEDS = (
+    *((speed, "fast") for speed in ("full speed", "normal speed", "usual speed", "top speed", "normal pace")),
+    *((speed, "brisk") for speed in ("half speed", "half pace")),
+    *((speed, "careful") for speed in ("quarter speed", "low speed", "slow speed")),
 )
-_SPEEDS: dict[str, tuple[str, ...]] = {
-    "careful": (
-        "slower",
-        *(
-            f"{share} {whose}{usual}{pace}"
-            for share in ("at a quarter of", "at a third of")
-            for whose in ("the ", "your ")
-            for usual in ("", "usual ", "normal ")
-            for pace in ("speed", "pace")
-        ),
-        "at quarter speed",
-        "at low speed",
-        "at a slow speed",
-        "at a slow pace",
-        "slowly",
-        "more slowly",
-        "carefully",
-        "more carefully",
-        "gently",
-    ),
-    "brisk": (
-        *(
-            f"at half {whose}{usual}{pace}"
-            for whose in ("", "the ", "your ")
-            for usual in ("", "usual ", "normal ")
-            for pace in ("speed", "pace")
-        ),
-        "at 50 % speed",
-    ),
-    "fast": (
-        *(
-            f"at {usual} {pace}"
-            for usual in ("full", "normal", "your normal", "your usual", "the usual", "top")
-            for pace in ("speed", "pace")
-        ),
-        "as fast as you can",
-        "as fast as is safe",
-        "normally again",
-        "fast",
-        "faster",
-    ),
-}
-_BACK = ("return to", "go back to", "switch to", "use", "set")
-
-
-def _verbs(tempo: str, also: tuple[str, ...]) -> tuple[str, ...]:
-    """Return verbs that choose a tempo, as "work at half speed" and "back to normal speed"."""
-    ways = _SPEEDS[tempo]
-    named = tuple(each.removeprefix("at ") for each in ways if each.endswith((" speed", " pace")))
-    return (
-        *also,
-        *(f"{go} {how}" for go in _GOES for how in ways),
-        *(f"{back} {speed}" for back in _BACK for speed in named),
-    )
 
 
 class SetTempo(Skill):
     """Choose how fast the arm goes from now on."""
 
     name = "set_tempo"
-    words = tuple(
-        Words(verbs=_verbs(tempo, also), means=(("tempo", tempo),))
-        for tempo, also in (
-            ("careful", ("slow down", "be careful", "be gentle", "slower")),
-            ("brisk", ("go half as fast", "move half as fast")),
-            ("fast", ("speed up", "hurry up", "faster")),
-        )
+    words = (
+        # "work at half speed"
+        Words(
+            verbs=("go", "move", "work", "travel", "continue", "carry on", "keep going"),
+            slots=(Slot(argument="tempo", kind="phrase", phrases=_SPEEDS),),
+            required=("tempo",),
+            pace="tempo",
+        ),
+        Words(
+            verbs=("go back", "return", "switch"),
+            slots=(Slot(argument="tempo", kind="phrase", phrases=tuple((f"to {said}", t) for said, t in _SPEEDS)),),
+            required=("tempo",),
+        ),
+        *(
+            Words(verbs=verbs, means=(("tempo", tempo),))
+            for tempo, verbs in (
+                ("careful", ("go slower", "move slower", "slow down", "be careful", "be gentle", "slower")),
+                ("brisk", ("go half as fast", "move half as fast")),
+                ("fast", ("go faster", "move faster", "speed up", "hurry up", "faster")),
+            )
+        ),
     )
 
     def run(self, ctx: SkillContext, *, tempo: Literal["careful", "brisk", "fast"]) -> SkillResult:

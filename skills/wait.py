@@ -23,7 +23,7 @@ that_long : slot
   = seconds:duration
 told_on : Steps
   = ("in" | "after") first+:some_time ","? last+:order
-  = first+:order ","? "and"? last+:some_time "later"
+  = last+:order ","? ("after" first+:some_time | first+:some_time "later")
 later_on : Steps
   = then+:order (","? "and" | ",") then+:some_time ("later" | "after" "that" | "afterwards") ","? then+:order
 plain : any
@@ -59,7 +59,6 @@ waiting : slot
 waited : product
   = ("por" | "durante")? of+:count of+:SECONDS
 """
-
 
 # Seconds that somebody means who names none. Chosen.
 _MOMENT = 2.0

@@ -40,8 +40,6 @@ from robosandbox.types import Scene, Trajectory
 
 ROOT = Path(__file__).resolve().parents[1]
 ANY_SERVO = 3
-# What a servo's control does to and fro by one count of its encoder, rad/s.
-STANDING = 0.05
 # Moves by the wall's clock: beside other tests this computer is a host that stalls, and the driver stops.
 by_the_clock = pytest.mark.alone
 
@@ -54,18 +52,8 @@ def so101() -> Path:
 @pytest.fixture
 def plant(so101: Path, tmp_path: Path) -> Iterator[Plant]:
     with emulated(tmp_path, "--robot", str(so101)) as plant:
-        at_rest(plant)
+        plant.at_rest()
         yield plant
-
-
-def at_rest(plant: Plant) -> dict[int, tuple[float, float]]:
-    """Wait until the arm has stood for half a second; return its joints."""
-    end = time.monotonic() + 10.0
-    while time.monotonic() < end:
-        time.sleep(0.5)
-        if max(speed for _, speed in plant.speeds(time.monotonic() - 0.5)) < STANDING:
-            return plant.joints()
-    raise AssertionError("the arm does not come to rest")
 
 
 def option(plant: Plant, more: str = "", servos: str = "feetech") -> str:
@@ -157,7 +145,7 @@ def test_the_makers_software_talks_with_the_emulated_bus(plant: Plant) -> None:
 def test_dynamixels_software_talks_with_its_emulated_bus(koch: Path, tmp_path: Path) -> None:
     sdk = pytest.importorskip("dynamixel_sdk", reason="the group `servos` is not installed")
     with emulated(tmp_path, "--servos", "x", "--robot", str(koch)) as plant:
-        at_rest(plant)
+        plant.at_rest()
         port, packets = sdk.PortHandler(str(plant.folder / "bus")), sdk.PacketHandler(2.0)
         assert port.openPort() and port.setBaudRate(1_000_000)
         assert packets.ping(port, 1) == (1200, sdk.COMM_SUCCESS, 0)
@@ -240,7 +228,7 @@ def test_an_arm_of_dynamixels_keeps_the_same_promises_and_says_which_error(
     koch: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with emulated(tmp_path, "--servos", "x", "--robot", str(koch)) as plant:
-        at_rest(plant)
+        plant.at_rest()
         with opened(plant, koch, servos="dynamixel") as driver:
             check_driver(driver)
             plant.inject("volts", 4, 30)
@@ -277,7 +265,7 @@ def test_an_arm_that_holds_goes_on_holding_over_close_and_opening(plant: Plant, 
 @by_the_clock
 def test_a_limp_arm_is_held_where_it_lies(so101: Path, tmp_path: Path) -> None:
     with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
-        lies = at_rest(plant)
+        lies = plant.at_rest()
         with opened(plant, so101) as driver:
             stands = plant.joints()
             assert driver.state().q == pytest.approx([stands[servo][0] for servo in range(1, 6)], abs=0.004)
@@ -386,7 +374,7 @@ def test_after_a_fault_nothing_moves_until_somebody_recovers(
         with pytest.raises(FaultError, match=says):
             sweep(driver, 1.2, 2.0)
         spoil.join()
-        stands, sent = at_rest(plant), len(plant.goals())
+        stands, sent = plant.at_rest(), len(plant.goals())
         for move in (lambda: sweep(driver, -0.1, 1.0), lambda: driver.hands["hand"].set_gripper(1.0)):
             with pytest.raises(FaultError, match="nothing moves before recover"):
                 move()

@@ -98,12 +98,23 @@ def test_it_that_is_not_to_be_lifted_is_what_the_sentence_is_about(still: Embedd
     assert isinstance(answer, Refusal) and answer.code is RefusalCode.IMPOSSIBLE, answer
 
 
+def test_what_is_done_later_waits_before_it(still: EmbeddedWorkcell) -> None:
+    for said in (
+        "close your hand ten seconds later",
+        "close your hand after ten seconds",
+        "in ten seconds, close your hand",
+    ):
+        assert planned(still, said) == "wait(seconds=10.0), close_gripper()"
+
+
 def test_what_is_picked_up_to_be_turned_is_turned_where_it_stands(still: EmbeddedWorkcell) -> None:
     turned = "turn(object=red_cube, angle=1.570796)"
     assert planned(still, "grab the red cube, turn it a quarter turn and set it down in the same place") == turned
     assert planned(still, "pick up the red cube, turn it a quarter turn and put it on the blue cube") == (
         f"{turned}, pick(object=red_cube), place_on(target=blue_cube)"
     )
+    answer = still.agent.plan("pick up the red cube, turn it a quarter turn and put down the blue cube")
+    assert isinstance(answer, Refusal) and answer.code is RefusalCode.IMPOSSIBLE, answer
 
 
 def test_a_pace_counts_from_the_first_word_on(still: EmbeddedWorkcell) -> None:
@@ -111,7 +122,15 @@ def test_a_pace_counts_from_the_first_word_on(still: EmbeddedWorkcell) -> None:
         answer = still.agent.plan(said)
         assert isinstance(answer, Plan)
         assert (answer.tempo, [step.skill for step in answer.steps]) == (tempo, ["move_by"])
-    assert planned(still, "from now on work at half speed") == "set_tempo(tempo=brisk)"
+    for said, tempo in (
+        ("from now on work at half speed", "brisk"),
+        ("go slowly, please", "careful"),
+        ("move at your normal speed", "fast"),
+        ("go back to full speed", "fast"),
+    ):
+        assert planned(still, said) == f"set_tempo(tempo={tempo})"
+    answer = still.agent.plan("from now on tap the red cube")
+    assert isinstance(answer, Refusal) and "from now on" in answer.message, answer
 
 
 def test_a_planner_without_moves_knows_none(still: EmbeddedWorkcell) -> None:

@@ -376,9 +376,6 @@ class _Answers(Seen):
         return Answer(f"I work from {near} to {far} from my base, seen from above.")
 
     def _say_joints(self, asked: Question) -> Answer:
-        if asked.by == "degrees":
-            told = ", ".join(f"{value + 0.0:.1f}" for value in np.degrees(self._arm.q).round(1))
-            return Answer(f"My joints are at {told}, from the base on (degrees).")
         told = ", ".join(f"{value + 0.0:.3f}" for value in self._arm.q.round(3))
         return Answer(f"My joints are at {told}, from the base on (rad; m where one slides).")
 

@@ -155,7 +155,11 @@ class Arranging(Stacking):
                     RefusalCode.IMPOSSIBLE, f"The gripper has put down {listed(carried)} already.", carried
                 )
             return
-        if not held and self.left_standing:
+        if (
+            not held
+            and self.left_standing
+            and not ({*self._objects(command)[0]} if command.objects else set()) - self.left_standing
+        ):
             # "pick up the cube, turn it and put it down"
             return
         if not held:

@@ -11,6 +11,7 @@ from robosandbox.agent.language.intent import Command, Place, Ref, Relation, Sen
 from robosandbox.agent.language.logic import Condition, If, Is, Steps, There, mapped, stripped
 from robosandbox.agent.language.ruleset import COSTS
 from robosandbox.agent.language.vocabulary import EVERYTHING, Vocabulary
+from robosandbox.skills.words import Words
 from robosandbox.types import RefusalCode
 
 UNSAID: Any = ""
@@ -43,22 +44,7 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     """Return a step without a verb as one like the last before it."""
     objects = step.objects
     if step.words is not None:
-        # "hover over the red cube, then over the blue one"; "move up 5 cm, then to (0.3, 0.1, 0.2)"
-        said = last.words
-        alike = said == step.words or (
-            said is not None
-            and not (said.object or step.words.object)
-            and not {*said.verbs}.isdisjoint(step.words.verbs)
-        )
-        told = {argument for argument, _ in step.slots}
-        kept = tuple(
-            slot for slot in last.slots if isinstance(slot[1], Ref) and slot[0] not in told and said == step.words
-        )
-        return (
-            replace(step, verb=last.verb, objects=objects or last.objects, slots=(*kept, *step.slots))
-            if alike
-            else None
-        )
+        return _said_on(last, step, step.words)
     if step.bare and len(made) > 1 and last.objects and last.objects[0].determiner == "it" and made[-2].verb != "pick":
         # "push the box to the left and put it in the bin, do the same with the can": both?
         return None
@@ -114,6 +100,20 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
         return None
     distance = step.distance if step.distance is not None or step.place else last.distance
     return replace(step, verb=last.verb, skill=last.skill, objects=objects or last.objects, distance=distance)
+
+
+def _said_on(last: Command, step: Command, words: Words) -> Command | None:
+    """Return what a skill says for itself with the verb of the last step, if that may be one of its verbs.
+
+    As in "hover over the red cube, then over the blue one"; "move up 5 cm, then to (0.3, 0.1, 0.2)".
+    """
+    if last.words == words:
+        told = {argument for argument, _ in step.slots}
+        kept = (slot for slot in last.slots if isinstance(slot[1], Ref) and slot[0] not in told)
+        return replace(step, verb=last.verb, objects=step.objects or last.objects, slots=(*kept, *step.slots))
+    if last.words is None or last.words.object or words.object or {*last.words.verbs}.isdisjoint(words.verbs):
+        return None
+    return replace(step, verb=last.verb)
 
 
 def _arguments(command: Command) -> tuple[object, ...]:

@@ -142,9 +142,10 @@ class _Builder(Deciding):
         # "put the left cube in the bin, leave the other one": other than what is then moved.
         others = [ref for ref in sentence.avoid if ref.other and ref.determiner != "all"]
         # "weigh the cube, but don't lift it": it may be what was spoken of before, or what this sentence is about.
-        own = [ref for command in sentence.steps for ref in command.objects if ref.determiner != "it"]
-        it = any(ref.determiner == "it" and not ref.plural for ref in sentence.avoid)
-        avoid = self._avoided([ref for ref in (*sentence.avoid, *own[-1:] * it) if ref not in others])
+        left = [ref for ref in sentence.avoid if ref not in others]
+        if any(ref.determiner == "it" and not ref.plural for ref in left):
+            left += [ref for command in sentence.steps for ref in command.objects if ref.determiner != "it"][-1:]
+        avoid = self._avoided(left)
         self.spared = avoid
         if all(command.verb == "nothing" for command in sentence.steps):
             for command in map(_each_spared, sentence.steps):

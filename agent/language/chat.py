@@ -22,9 +22,6 @@ _DESCRIBING = frozenset(
     {"NOUN", "NAME", "ID", "SUFFIX", "COLOUR", "HUE", "SHADE", "SIZE", "SUPER", "ORDINAL", "POS", "SHAPE"}
 )
 _A_THING = 4  # Words of a description, its article among them; clauses without a verb are longer.
-# What says that somebody else is able to do something.
-_INVERTED = frozenset({"should", "had", "were"})
-_CAN = frozenset({"can", "could"})
 _SEEN = frozenset({"STATE", "THAN", "TABLE"})
 _OBJECTS = frozenset({"THE", "A", "ALL", "PRON", "PRONS", "EVERYTHING"})
 _IT = frozenset({"it", "them"})
@@ -102,7 +99,7 @@ def _add_until(
     if clause is None or clause.always:
         return
     told = [token.text for token in tokens[i : clause.end]]
-    if told[:1] and told[0] in _INVERTED:
+    if told and told[0] in lists["inverted"]:
         # "should it rain, ...": a condition.
         return
     first = next((word for word in told if word not in lists["openers"]), "")
@@ -140,7 +137,7 @@ def _add_until(
     if opens and not clause.named and not adjoined and (person or remark) and not clause.nouns and clause.end > i + 1:
         add("REMARK")
     # "so the back row can see it": what others can do then.
-    enabling = any(word in _CAN and "you" not in told[:k] for k, word in enumerate(told[:_A_THING]) if k)
+    enabling = any(word in lists["able"] and "you" not in told[:k] for k, word in enumerate(told[:_A_THING]) if k)
     if i and clause.end > i + 1 and not clause.named and enabling:
         add("PURPOSE")
     if (

@@ -396,7 +396,8 @@ def _for_skill(values: dict[str, Any], words: Words) -> Any:
     made = Command(**{"verb": "", **values, "words": words})
     placed = any(ref.relations or ref.ranks for ref in made.objects)
     if not enough:
-        return Costly((made, COSTS[2]))
+        # A rule says what it costs to say nothing beside the verb.
+        return Costly((made, COSTS[2])) if told else made
     return made if words.required or placed else Costly((made, -COSTS[1] - 0.1))
 
 

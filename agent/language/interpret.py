@@ -34,7 +34,6 @@ _WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|th
 _STAYS_OPEN = re.compile(
     r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
 )
-_FROM_NOW_ON = frozenset({"from now on", "from here on", "from this point on"})
 _ANEW = ("once more", "one more time", "again", "instead", "rather")
 
 
@@ -89,6 +88,27 @@ def _interpreted(
     if isinstance(made, Refusal):
         return made
     return _once_each(prompt if language == ENGLISH else "then" * says_in_turn(language, prompt), made)
+
+
+def _is_of(words: str, name: str) -> bool:
+    """Say whether words are a form of a class of English."""
+    vocabulary = ruleset(ENGLISH).vocabulary
+    return vocabulary.is_form(vocabulary.folded(words), name)
+
+
+def _paced(reading: Sentence) -> Sentence | None:
+    """Return a reading with the pace that its words of manner say, as in "work at half speed"; None where it lacks one."""
+    unsaid = [step for step in reading.steps if step.words and step.words.pace and not step.slots]
+    if not unsaid:
+        return reading
+    said = [words for words in reading.manners if not _is_of(words, "FROM_NOW_ON")]
+    tempo, _ = _tempo_of(said, ("set_tempo",))
+    if not tempo or len(unsaid) > 1:
+        return None
+    step = unsaid[0]
+    paced = step._replace(slots=((step.words.pace, tempo),)) if step.words else step
+    steps = tuple(paced if one is step else one for one in reading.steps)
+    return replace(reading, steps=steps, manners=tuple(words for words in reading.manners if words not in said))
 
 
 def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
@@ -185,14 +205,15 @@ def choose(
     refused: list[tuple[RefusedError, Sentence]] = []
     feelings = ruleset(ENGLISH).vocabulary.classes["FEELING"]
     best, limit = 0.0, float("inf")
-    for cost, reading in readings:
+    paced = [(cost, whole) for cost, reading in readings if (whole := _paced(reading)) is not None]
+    for cost, reading in paced or readings:
         if (plans and cost > best + CLOSE) or cost > limit:
             break
         context = deepcopy(discourse) if discourse else Discourse()
         try:
             draft = build(reading, scene, skills, context, chosen)
             felt = [f"“{word}”" for word in unseen(reading) if word in feelings]
-            standing = [words for words in reading.manners if words.lower() in _FROM_NOW_ON]
+            standing = [words for words in reading.manners if _is_of(words, "FROM_NOW_ON")]
             if standing and {call.skill for call in draft.calls} != {"set_tempo"}:
                 told = f"I do what is asked of me once; “{standing[0]}” I keep a pace alone."
                 raise RefusedError(RefusalCode.UNSUPPORTED, told)

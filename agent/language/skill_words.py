@@ -164,7 +164,9 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     yield "acts"
     with_it = f"said_with_{own}"
     most = min(_MOST_SLOTS, len(words.slots))
-    slots = f" ({with_it}{f' (slot_joint? {with_it})?' * (most - 1)} stays_there?)?" if most else ""
+    # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
+    bare = ("!" if words.pace else "!!") if words.required else ""
+    slots = f" ({with_it}{f' (slot_joint? {with_it})?' * (most - 1)} stays_there? | {bare})" if most else ""
     thing = " objects" if words.object else ""
     for verb, after in told:
         rest = "".join(f' "{word}"' for word in after.split())
@@ -179,7 +181,10 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
             verb.partition("{}")[0].split()[-1] for verb in words.verbs if len(verb.partition("{}")[0].split()) > 1
         }
         yield "gap_worded : Command"
-        yield from (f'  = skill={skill} way={k} "{word}" objects{slots}' for word in sorted(before & _PREPOSITIONS))
+        yield from (
+            f'  = skill={skill} way={k} "{word}" objects{slots}{"?" * bool(slots)}'
+            for word in sorted(before & _PREPOSITIONS)
+        )
 
 
 def _slot(own: str, slot: Slot) -> Iterator[str]:

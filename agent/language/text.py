@@ -242,11 +242,8 @@ def _without_courtesies(told: Sequence[Token], words: SceneWords, vocabulary: Vo
             (hit.end for verb, end in verbs for name, hit in vocabulary.at(told, end) if name == f"WITH_{verb}"),
             default=i,
         )
-        goes_on = own < len(told) and told[own].text not in ENDS and not vocabulary.is_form(told[own].text, "AND")
-        goes_on = goes_on and all(name not in ("MANNER", "COURTESY") for name, _ in vocabulary.at(told, own))
-        how = any(name == "MANNER" for _, end in verbs for name, hit in vocabulary.at(told, end) if hit.end == own)
-        if own > i and not (goes_on and how):
-            # "go half as fast", "slow down": no word of a skill's own verb goes; "go slowly to the left" says how to go.
+        if own > i:
+            # "go half as fast", "slow down": no word of a skill's own verb goes.
             kept += told[i:own]
             i = own
             continue

@@ -440,6 +440,10 @@ class PlantProcess(hidden_plant.PlantServer):
         return time.monotonic()
 
 
+# What a servo's control does to and fro by one count of its encoder, rad/s.
+STANDING = 0.05
+
+
 class Plant(hidden_plant.Plant):
     """A test's end of the socket, and the log of the bus."""
 
@@ -450,6 +454,15 @@ class Plant(hidden_plant.Plant):
     def goals(self) -> np.ndarray:
         """Rows of seconds, servo, counts, torque: every goal that reached a servo."""
         return np.loadtxt(self.folder / "goals.csv", delimiter=",", ndmin=2)
+
+    def at_rest(self) -> dict[int, tuple[float, float]]:
+        """Wait until the arm has stood for half a second; return its joints."""
+        end = time.monotonic() + 10.0
+        while time.monotonic() < end:
+            time.sleep(0.5)
+            if max(speed for _, speed in self.speeds(time.monotonic() - 0.5)) < STANDING:
+                return self.joints()
+        raise AssertionError("the arm does not come to rest")
 
 
 class PlantCameras(hidden_plant.PlantCameras):

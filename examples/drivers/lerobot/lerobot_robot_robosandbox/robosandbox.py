@@ -47,7 +47,7 @@ class Robosandbox(Robot):
 
     @property
     def is_connected(self) -> bool:
-        """Whether its world is open."""
+        """True while its world is open."""
         return self._cell is not None
 
     @property

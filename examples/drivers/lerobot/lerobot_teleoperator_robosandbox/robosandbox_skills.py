@@ -75,7 +75,7 @@ class RobosandboxSkills(Teleoperator):
 
     @property
     def is_connected(self) -> bool:
-        """Whether the twin is open."""
+        """True while the twin is open."""
         return self._twin is not None
 
     @property

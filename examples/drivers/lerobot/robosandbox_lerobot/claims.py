@@ -47,8 +47,6 @@ JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_ro
 FPS = 25
 ENV = ("--env.type=robosandbox", f"--env.task={TASK}", f"--env.fps={FPS}")
 ROBOT = ("--robot.type=robosandbox", f"--robot.task={TASK}", f"--robot.fps={FPS}")
-# What a servo's control does to and fro by one count of its encoder, rad/s.
-STANDING = 0.05
 # Layouts of a task that are looked through for one in which the arm has room.
 _SEEDS = 6
 
@@ -69,7 +67,7 @@ def plugged_in(task: str = TASK, seed: int = 0, **config: object) -> Iterator[tu
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         with emulated(folder, "--robot", str(so101()), "--task", task, "--seed", str(seed)) as plant:
-            at_rest(plant)
+            plant.at_rest()
             (folder / "arm.json").write_text((folder / "calibration.json").read_text())
             written = {"type": "so101_follower", "id": "arm", "port": f"{folder}/bus", "calibration_dir": str(folder)}
             # An emulated bus is a process that this computer may put off; a real servo answers within a millisecond.
@@ -92,16 +90,6 @@ def calibrate(folder: Path) -> None:
         if not lock:
             robot.bus.write_calibration(robot.calibration)
     robot.disconnect()
-
-
-def at_rest(plant: Plant) -> dict[int, tuple[float, float]]:
-    """Wait until the arm has stood for half a second; return its joints."""
-    end = time.monotonic() + 10.0
-    while time.monotonic() < end:
-        time.sleep(0.5)
-        if max(speed for _, speed in plant.speeds(time.monotonic() - 0.5)) < STANDING:
-            return plant.joints()
-    raise AssertionError("the arm does not come to rest")
 
 
 def standard_tasks() -> list[str]:

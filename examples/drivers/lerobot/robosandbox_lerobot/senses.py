@@ -27,7 +27,7 @@ _METRES = 1e-3
 
 @frozen(kw_only=True)
 class Place:
-    """What a file of places says of one camera.
+    """One camera, as a file of places says it.
 
     Attributes:
         lens: Size and pinhole.
