@@ -34,7 +34,7 @@ class MoveOver(HandMove):
     name = "move_over"
     words = (
         Words(
-            verbs=(*HAND_GOES, "hover", "hold your hand", "hold the hand", "put your hand"),
+            verbs=(*HAND_GOES, "hover", "get over", "hold your hand", "hold the hand"),
             slots=_over("over", "above", "to above"),
             required=("object",),
         ),

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Annotated
+
+from pydantic import Field
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
@@ -10,10 +13,28 @@ from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult, find_tempo
 
 _SPEEDS = (
-    *((speed, "fast") for speed in ("full speed", "normal speed", "usual speed", "top speed", "normal pace")),
+    *((speed, "fast") for speed in ("full speed", "normal speed", "usual speed", "top speed", "normal pace", "normal", "the normal speed", "your normal speed", "your usual speed", "the usual speed")),
     *((speed, "brisk") for speed in ("half speed", "half pace")),
     *((speed, "careful") for speed in ("quarter speed", "low speed", "slow speed")),
 )
+_LIMITS = ("limit", "set", "keep", "cap", "restrict", "change", "reduce", "lower", "raise")
+_OF_THE_HAND = ("speed", "hand speed", "top speed", "maximum speed", "pace")
+
+
+def _pacing(verbs: Sequence[str], *hows: str) -> tuple[str, ...]:
+    """Return how people ask for another pace: "go a bit slower", "slow down a little"."""
+    some = ("a bit", "a little", "a little bit", "much", "even", "a lot")
+    compared = [f"{much} {how}".strip() for how in hows for much in ("", *some)]
+    return (
+        *(f"{go} {how}".strip() for how in compared for go in ("", "go", "move", "work")),
+        *(f"{verb} {much}".strip() for verb in verbs for much in ("", "again", *some)),
+    )
+
+
+def _alone(tempo: str) -> tuple[str, ...]:
+    """Return how people name a pace without a verb, or with one that says that it is not the present one."""
+    named = [said for said, meant in _SPEEDS if meant == tempo]
+    return tuple(f"{before} {said}".strip() for said in named for before in ("", "back to", "resume", "use", "at"))
 
 
 class SetTempo(Skill):
@@ -33,21 +54,41 @@ class SetTempo(Skill):
             slots=(Slot(argument="tempo", kind="phrase", phrases=tuple((f"to {said}", t) for said, t in _SPEEDS)),),
             required=("tempo",),
         ),
+        # "never go faster than 10 cm per second"
+        Words(
+            verbs=(
+                *(f"{never} {go} faster than" for never in ("never", "do not") for go in ("go", "move", "work", "travel")),
+                *(f"{go} no faster than" for go in ("go", "move", "work", "travel")),
+                *(f"{set_it} {whose} {speed}" for set_it in _LIMITS for whose in ("your", "the") for speed in _OF_THE_HAND),
+                *(f"{to}" for to in ("slow down to", "speed up to")),
+            ),
+            slots=(Slot(argument="tempo", kind="speed", prepositions=("", "to", "at", "below", "under")),),
+            required=("tempo",),
+        ),
         *(
             Words(verbs=verbs, means=(("tempo", tempo),))
             for tempo, verbs in (
-                ("careful", ("go slower", "move slower", "slow down", "be careful", "be gentle", "slower")),
-                ("brisk", ("go half as fast", "move half as fast")),
-                ("fast", ("go faster", "move faster", "speed up", "hurry up", "faster")),
+                (
+                    "careful",
+                    (
+                        *_pacing(("slow down", "be careful", "be gentle"), "slower", "slowly", "gentler", "more slowly"),
+                        *_alone("careful"),
+                    ),
+                ),
+                ("brisk", ("go half as fast", "move half as fast", *_alone("brisk"))),
+                ("fast", (*_pacing(("speed up", "hurry up"), "faster", "more quickly"), *_alone("fast"))),
             )
         ),
     )
 
-    def run(self, ctx: SkillContext, *, tempo: Literal["careful", "brisk", "fast"]) -> SkillResult:
+    def run(
+        self, ctx: SkillContext, *, tempo: Annotated[str, Field(pattern=r"^(careful|brisk|fast|\d+(\.\d+)? (m/s|s))$")]
+    ) -> SkillResult:
         """Move nothing; what each hand holds stays held.
 
         Args:
-            tempo: Careful keeps to a share of the joints' limits that leaves a person time; brisk takes half of them, fast all.
+            tempo: Careful keeps to a share of the joints' limits that leaves a person time; brisk takes half of them, fast all; a speed
+                as "0.1 m/s" is one that the tool centre point does not pass, a time as "8 s" one that each motion takes at least.
         """
         before = ctx.tempo.name
         ctx.go_at(find_tempo(tempo))

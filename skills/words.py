@@ -6,7 +6,7 @@ from typing import Literal
 
 from robosandbox.values import frozen
 
-SlotKind = Literal["object", "angle", "length", "duration", "force", "share", "number", "point", "name", "phrase"]
+SlotKind = Literal["object", "angle", "length", "duration", "force", "speed", "share", "number", "point", "name", "phrase"]
 
 
 @frozen(kw_only=True)
@@ -15,8 +15,8 @@ class Slot:
 
     Attributes:
         argument: Of the skill; of a point three of them, with spaces between, as "x y z".
-        kind: What is said: an object, a number with the unit of an angle, length, duration or force, a share ("half", "40 %"),
-            a plain number, the three numbers of a point, a name of one word, or nothing but one of `phrases`.
+        kind: What is said: an object, a number with the unit of an angle, length, duration or force, a speed (as a tempo: "0.1 m/s"),
+            a share ("half", "40 %"), a plain number, the three numbers of a point, a name of one word, or nothing but one of `phrases`.
         prepositions: What comes before it, as "by" or "parallel to"; "" where nothing needs to.
         phrases: Whole phrases with the value that each stands for, SI units, as ("a quarter turn", 1.5708).
         beginnings: Phrases before a number with what they multiply it by, as ("down", -1).

@@ -544,7 +544,12 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
     unsaid = bool(told) and any(map(_is_it, told[0].objects)) and not spoken_of
     return Costly(
         (
-            Sentence(tuple(told), tuple(values.get("avoid", ())), anew=bool(values.get("anew"))),
+            Sentence(
+                tuple(told),
+                tuple(values.get("avoid", ())),
+                anew=bool(values.get("anew")),
+                tempos=tuple(dict.fromkeys(values.get("tempos", ()))),
+            ),
             COSTS[2] * (further or back) + COSTS[2] * unsaid,
         )
     )
@@ -1191,7 +1196,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "list": _list,
     "Commas": _commas, "slot": lambda values, text: tuple((name.replace("__", " "), value) for name, value in values.items()),
     "triple": lambda values, text: tuple(map(float, values["of"])),
-    "product": _product, "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
+    "product": _product, "Rate": lambda values, text: f"{_product(values, text):g} m/s", "Lasting": lambda values, text: f"{_product(values, text):g} s", "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
     "Fix": _fix, "Corrected": _corrected, "Specified": _specified,

@@ -265,12 +265,14 @@ class Sentence:
         avoid: What is not to be touched.
         manners: Words of speed and care, which no skill is told.
         anew: "again", "instead" in the first step: something was done before.
+        tempos: How fast or how long, by the names of tempos: "0.05 m/s", "8 s".
     """
 
     steps: tuple[Command, ...]
     avoid: tuple[Ref, ...] = ()
     manners: tuple[str, ...] = ()
     anew: bool = False
+    tempos: tuple[str, ...] = ()
 
 
 def replace(node: N, /, **changes: Any) -> N:

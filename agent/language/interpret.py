@@ -16,7 +16,7 @@ from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.repeated import several_times
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.wordlist import word_set
-from robosandbox.types import ObservedScene, Refusal, RefusalCode
+from robosandbox.types import TEMPOS, ObservedScene, Refusal, RefusalCode
 
 # Costs of readings that differ by no more are of equal right; one whose thing is not there is replaced by none that costs more.
 CLOSE = 0.35
@@ -33,6 +33,10 @@ _AT_HOME = frozenset({"live", "lives", "belong", "belongs"})
 _WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b")
 _STAYS_OPEN = re.compile(
     r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
+)
+# Calls that are one motion, which may last as long as it is told to.
+_ONE_MOTION = frozenset(
+    {"move_by", "move_to", "move_over", "move_to_height", "move_towards", "turn_hand", "move_joint", "move_to_pose", "home"}
 )
 _ANEW = ("once more", "one more time", "again", "instead", "rather")
 
@@ -138,6 +142,28 @@ def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
     return next(iter(asked.values()), ""), " ".join(notes)
 
 
+def _timed(tempos: Sequence[str], draft: Draft, skills: Sequence[str]) -> tuple[str, str]:
+    """Return the tempo that a plan was told in numbers, or by what must not happen, and a note of it.
+
+    Raises:
+        RefusedError: It was told two, or one that it cannot keep.
+    """
+    told = [tempo for tempo in tempos if tempo not in TEMPOS] or [*tempos]
+    if len(told) > 1:
+        raise RefusedError(RefusalCode.AMBIGUOUS, f"At {listed(told, 'or')}?", told)
+    if "set_tempo" not in skills:
+        raise RefusedError(RefusalCode.UNSUPPORTED, "This needs 'set_tempo', which this robot has no skill for.")
+    (tempo,) = told
+    lasts = tempo.endswith(" s")
+    if lasts and [call.skill for call in draft.calls if call.skill not in _ONE_MOTION] + [*draft.calls[1:]]:
+        raise RefusedError(RefusalCode.UNSUPPORTED, "I can say how long one motion of the hand takes, and not this.")
+    if lasts:
+        return tempo, f"The motion lasts {tempo} or longer."
+    if tempo in TEMPOS:
+        return tempo, f"At the {tempo} tempo; what comes of it is not checked."
+    return tempo, f"The hand goes at {tempo} at most; where it touches things, slower."
+
+
 def _once_each(prompt: str, made: Draft) -> Draft | Refusal:
     """Refuse to put a thing in two places one after the other where no word says that it goes on.
 
@@ -218,6 +244,8 @@ def choose(
                 told = f"I do what is asked of me once; “{standing[0]}” I keep a pace alone."
                 raise RefusedError(RefusalCode.UNSUPPORTED, told)
             tempo, told = _tempo_of([words for words in reading.manners if words not in standing], skills)
+            if reading.tempos:
+                tempo, told = _timed(reading.tempos, draft, skills)
             notes = [told] if told else []
             notes += [f"I do not see what is {listed(felt)}."] if felt else []
             draft = replace(draft, note=" ".join(notes), tempo=tempo)

@@ -18,6 +18,7 @@ _QUESTIONS = {
     "duration": "how long",
     "point": "where to",
     "force": "how hard",
+    "speed": "how fast",
 }
 # Number of digits behind the point of a number that is said: a millionth of a radian or a metre.
 _DIGITS = 6
@@ -210,7 +211,7 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
     yield f"said_{own} : slot"
     if plain:
         yield f"  = {field}:{f'PH_{own}'.upper()}"
-    filler = {"object": "alone", "name": "WORD", "point": "point_in_space"}.get(slot.kind) or (
+    filler = {"object": "alone", "name": "WORD", "point": "point_in_space", "speed": "rate"}.get(slot.kind) or (
         f"value_{own}" if numeric else ""
     )
     for preposition in slot.prepositions if filler else ():

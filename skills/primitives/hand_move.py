@@ -21,13 +21,27 @@ from robosandbox.world.relations import bottom, centre, top
 # Configurations at random from which others are looked for where those at hand touch something.
 _SEEDS = 12
 # What people call the hand, and how they say that it goes somewhere.
-HANDS = ("the hand", "your hand", "the gripper", "your gripper", "the arm", "your arm", "the tool", "the fingers")
+HANDS = tuple(
+    f"{whose} {what}"
+    for whose in ("the", "your")
+    for what in ("hand", "gripper", "arm", "fingers", "fingertips", "tool", "tip", "tcp", "end effector")
+)
 HAND_GOES = (
     "move",
     "go",
     "come",
     "shift",
-    *(f"{verb} {hand}" for verb in ("move", "bring", "drive", "shift", "slide", "take") for hand in HANDS),
+    "head",
+    "travel",
+    "glide",
+    "float",
+    "drift",
+    "fly",
+    *(
+        f"{verb} {hand}"
+        for verb in ("move", "bring", "drive", "shift", "slide", "take", "get", "position", "steer", "put", "park")
+        for hand in HANDS
+    ),
 )
 # m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
 # twice that at twice the speed.

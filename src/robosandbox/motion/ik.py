@@ -266,15 +266,21 @@ class DLSMotionPlanner:
 
     def _optimal(self, path: Array, timing: Timing) -> Trajectory:
         """Return the fastest trajectory along a smooth path (k, n)."""
-        robot = self._robot
-        return optimal_trajectory(
-            path,
-            timing.share * robot.velocity_limits,
-            timing.share * robot.acceleration_limits,
-            self.dt,
-            cap=self._cap(path, timing),
-            smoothing=_SMOOTHING,
-        )
+        robot, cap = self._robot, self._cap(path, timing)
+
+        def timed(slower: float) -> Trajectory:
+            return optimal_trajectory(
+                path,
+                slower * timing.share * robot.velocity_limits,
+                slower**2 * timing.share * robot.acceleration_limits,
+                self.dt,
+                cap=None if cap is None else slower * cap,
+                smoothing=_SMOOTHING,
+            )
+
+        trajectory = timed(1.0)
+        # A motion that takes k times as long has a k-th of its speeds and a k-th squared of its accelerations.
+        return timed(trajectory.duration / timing.least) if 0.0 < trajectory.duration < timing.least else trajectory
 
     def _cap(self, path: Array, timing: Timing) -> Array | None:
         """Return the largest path speed, samples/s, shape (k,), at which the TCP is as slow near the ends as it has to be."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 from robosandbox.errors import InputError
@@ -42,6 +43,7 @@ class Timing:
         most: The most that the TCP moves at anywhere, m/s.
         near: How near the ends are, metres along the TCP's way.
         unsure: How far before the end a thing may be met: there the speed grows as the square root of the distance, metres.
+        least: The least time that it takes from rest to rest, s.
     """
 
     share: float
@@ -50,6 +52,7 @@ class Timing:
     most: float = math.inf
     near: float = _NEAR
     unsure: float = _UNSURE
+    least: float = 0.0
 
     def __mul__(self, share: float) -> Timing:
         """Return the motion at a share of these limits."""
@@ -111,18 +114,36 @@ def _optimal(name: str, share: float) -> Tempo:
     )
 
 
+def _limited(tempo: Tempo, *, most: float = math.inf, least: float = 0.0) -> Tempo:
+    """Return a tempo whose motions are no faster than a speed of the TCP, m/s, nor over before a time, s."""
+
+    def limited(speed: Speed) -> Timing:
+        timing = speed if isinstance(speed, Timing) else Timing(share=speed)
+        return replace(timing, most=min(timing.most, most), least=least)
+
+    told = {name: limited(getattr(tempo, name)) for name in ("free", "near", "lift", "carry", "full", "lower", "leave")}
+    return Tempo(name=f"{most:g} m/s" if least == 0.0 else f"{least:g} s", **told)
+
+
 # By name, from the slowest to the fastest. Brisk is half of the limits, as the careful tempo's free motions; fast all of them.
 TEMPOS = {tempo.name: tempo for tempo in (CAREFUL, _optimal("brisk", _FREE), _optimal("fast", 1.0))}
 # The tempo where none is asked for.
 DEFAULT_TEMPO = TEMPOS["fast"]
 
 
+# A speed of the TCP that is not passed, or how long each motion takes.
+_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?) ?(?P<unit>m/s|s)")
+
+
 def find_tempo(name: str) -> Tempo:
-    """Return the tempo of a name.
+    """Return the tempo of a name; of "0.05 m/s" the usual one, in which the TCP goes no faster than that, of "8 s" in which a motion lasts so long.
 
     Raises:
         InputError: There is none.
     """
+    told = _NUMBER.fullmatch(name)
+    if told is not None and (number := float(told["number"])) > 0.0:
+        return _limited(DEFAULT_TEMPO, **{"most" if told["unit"] == "m/s" else "least": number})
     if name not in TEMPOS:
         raise InputError(f"--tempo: no tempo {name[:60]!r}; there is {', '.join(TEMPOS)}{did_you_mean(name, TEMPOS)}")
     return TEMPOS[name]
