@@ -43,6 +43,7 @@ _UP = {
     "downwards": -1.0,
     "lower": -1.0,
 }
+_DOWNWARDS = ("down", "straight down", "downward", "downwards", "down slowly")
 # Metres that a hand goes which is to go a little.
 _LITTLE = 0.02
 # Metres; farther than any arm on a table reaches down.
@@ -182,7 +183,7 @@ class MoveBy(HandMove):
         ),
         Words(verbs=_of_the_hand("raise", "lift"), slots=(_far("dz", 1.0), _UNTIL_TOUCH), required=("dz",)),
         Words(
-            verbs=(*(f"{goes}{how} down" for goes in HAND_GOES for how in ("", " straight")), *_of_the_hand("lower")),
+            verbs=(*(f"{goes} {down}" for goes in HAND_GOES for down in _DOWNWARDS), *_of_the_hand("lower")),
             slots=(_UNTIL_TOUCH,),
             required=("until_force",),
             means=(("dz", -_FAR),),

@@ -21,7 +21,7 @@ def _over(*prepositions: str) -> tuple[Slot, ...]:
         Slot(
             argument="height",
             kind="length",
-            prepositions=("", "by", "at"),
+            prepositions=("", "by", "at", "to within", "within"),
             endings=(("up", 1.0), ("higher", 1.0), ("away", 1.0)),
         ),
         Slot(argument="seconds", kind="duration", prepositions=("for",)),
@@ -35,7 +35,7 @@ class MoveOver(HandMove):
     words = (
         Words(
             verbs=(*HAND_GOES, "hover", "get over", "hold your hand", "hold the hand"),
-            slots=_over("over", "above", "to above"),
+            slots=_over("over", "above", "to above", "over to", "to over", "directly over", "of"),
             required=("object",),
         ),
         Words(

@@ -548,7 +548,7 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
                 tuple(told),
                 tuple(values.get("avoid", ())),
                 anew=bool(values.get("anew")),
-                tempos=tuple(dict.fromkeys(values.get("tempos", ()))),
+                tempos=tuple(dict.fromkeys((*values.get("tempos", ()), *(t for step in told for t in step.tempos)))),
             ),
             COSTS[2] * (further or back) + COSTS[2] * unsaid,
         )

@@ -237,6 +237,7 @@ class Command(NamedTuple):
         skill: For worded: which skill says itself how it is asked for.
         slots: For worded: what else was said, by argument.
         words: For worded: those that were said.
+        tempos: For worded: as those of a sentence.
     """
 
     verb: Verb
@@ -254,6 +255,7 @@ class Command(NamedTuple):
     skill: str = ""
     slots: tuple[tuple[str, Any], ...] = ()
     words: Words | None = None
+    tempos: tuple[str, ...] = ()
 
 
 @frozen

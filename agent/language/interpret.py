@@ -155,7 +155,7 @@ def _timed(tempos: Sequence[str], draft: Draft, skills: Sequence[str]) -> tuple[
         raise RefusedError(RefusalCode.UNSUPPORTED, "This needs 'set_tempo', which this robot has no skill for.")
     (tempo,) = told
     lasts = tempo.endswith(" s")
-    if lasts and [call.skill for call in draft.calls if call.skill not in _ONE_MOTION] + [*draft.calls[1:]]:
+    if lasts and (len(draft.calls) != 1 or draft.calls[0].skill not in _ONE_MOTION):
         raise RefusedError(RefusalCode.UNSUPPORTED, "I can say how long one motion of the hand takes, and not this.")
     if lasts:
         return tempo, f"The motion lasts {tempo} or longer."

@@ -162,9 +162,10 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     if words.slots:
         yield f"said_with_{own}"
         yield from (f"  = slots+:said_{own}_{j}" for j in range(len(words.slots)))
+        yield "  = paced_at"
     yield "acts"
     with_it = f"said_with_{own}"
-    most = min(_MOST_SLOTS, len(words.slots))
+    most = min(_MOST_SLOTS, len(words.slots) + 1) if words.slots else 0
     # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
     bare = ("!" if words.pace else "!!") if words.required else ""
     slots = f" ({with_it}{f' (slot_joint? {with_it})?' * (most - 1)} stays_there? | {bare})" if most else ""
