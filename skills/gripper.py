@@ -25,7 +25,17 @@ _CORRECTIONS = 8
 # Metres between fingers that have closed on nothing.
 _SHUT = 0.001
 
-_FORCE = Slot(argument="force", kind="force", prepositions=("with", "to", "at", ""))
+_FORCE = Slot(
+    argument="force",
+    kind="force",
+    prepositions=(
+        "",
+        *("with", "to", "at", "using", "with a force of", "with about", "at about"),
+        # What is not to be passed is what is set.
+        *("with no more than", "no harder than", "no more than", "with at most", "at most", "not more than", "with a maximum of"),
+        *("but no harder than", "but no more than", "with up to", "up to", "not harder than", "but not more than"),
+    ),
+)
 
 _HARD = ("as hard as you can", "hard", "tightly", "firmly", "tight")
 _WHOLLY = ("all the way", "fully", "completely", "as far as you can", "as far as they go")
@@ -37,6 +47,30 @@ def _of_fingers(verb: str) -> tuple[str, ...]:
         f"{verb} {whose} {what}"
         for whose in ("the", "your")
         for what in ("gripper", "hand", "fingers", "claw", "jaws", "jaw", "pincers", "grip", "grippers")
+    )
+
+
+_LITTLE = 0.01  # Metres by which fingers go that are to go a little; chosen as what one sees.
+
+
+def _more(argument: str, sign: float) -> Slot:
+    """Return how a change of the gap is said: "by 1 cm", "5 mm more", "a bit"."""
+    return Slot(
+        argument=argument,
+        kind="length",
+        prepositions=("", "by", "about", "just"),
+        beginnings=(("by", sign), ("by another", sign), ("another", sign)),
+        endings=tuple(
+            (more, sign)
+            for more in ("more", "wider", "further", "farther", "narrower", "tighter", "closer", "more than now", "wider than now")
+        ),
+        phrases=tuple(
+            (f"{just}{some}{more}", sign * _LITTLE)
+            for just in ("", "just ")
+            for some in ("a bit", "a little", "slightly", "a little bit", "a crack", "a tiny bit", "a touch")
+            for more in ("", " more", " wider", " further")
+        ),
+        bare=False,
     )
 
 
@@ -109,13 +143,20 @@ class OpenGripper(Skill):
             ),
             required=("width",),
         ),
+        # "close the fingers by 1 cm"
+        Words(verbs=_CLOSING, slots=(_more("by", -1.0),), required=("by",)),
+        Words(
+            verbs=(*_OPENING, *_SET),
+            slots=(_more("by", 1.0),),
+            required=("by",),
+        ),
         Words(
             verbs=(*_OPENING, *(f"{verb} wide" for verb in _OPENING), "open wide", "open up wide", *_GAPS, *_SET),
             slots=(
                 Slot(
                     argument="width",
                     kind="length",
-                    prepositions=("to", "up to", "by", "as wide as", "to a gap of", "to a width of", "at", ""),
+                    prepositions=("to", "up to", "as wide as", "to a gap of", "to a width of", "at", "to about", ""),
                     endings=(("wide", 1.0), ("apart", 1.0), ("open", 1.0)),
                 ),
                 Slot(
@@ -127,6 +168,31 @@ class OpenGripper(Skill):
                 ),
             ),
         ),
+        # "I need the jaws 45 mm apart", "half open"
+        Words(
+            verbs=tuple(
+                f"{verb} {whose} {what}"
+                for verb in ("keep", "hold", "have", "put", "bring", "place", "move")
+                for whose in ("the", "your")
+                for what in ("jaws", "fingers", "fingertips", "gripper", "claw")
+            ),
+            slots=(
+                Slot(
+                    argument="width",
+                    kind="length",
+                    prepositions=("", "exactly", "about", "to"),
+                    endings=(("apart", 1.0), ("open", 1.0), ("away from each other", 1.0)),
+                    bare=False,
+                ),
+                Slot(argument="share", kind="share", phrases=_SHARES, endings=(("open", 1.0),), bare=False),
+            ),
+            required=("width", "share"),
+        ),
+        Words(
+            verbs=("half open", "halfway open", "open half way", "open halfway", "gripper half open", "fingers half open"),
+            means=(("share", 0.5),),
+        ),
+        Words(verbs=("open up", "gripper open", "fingers open", "hand open", "open hand", "open fingers")),
     )
 
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_OPEN, "spanish": _SPANISH_OPEN}
@@ -137,12 +203,14 @@ class OpenGripper(Skill):
         *,
         width: Annotated[float, Field(ge=0.0)] | None = None,
         share: Annotated[float, Field(ge=0.0, le=1.0)] | None = None,
+        by: float | None = None,
     ) -> SkillResult:
         """Open the gripper where the arm is; what is held has to be put down by a skill.
 
         Args:
             width: Gap between the fingers, metres; all the way when left out.
             share: The same as a share of the widest gap.
+            by: How much wider than now it is to be, metres; narrower where negative.
 
         Raises:
             AlreadyHoldingError: Something is held, which would fall.
@@ -156,10 +224,14 @@ class OpenGripper(Skill):
                 phase=Phase.CHECK,
             )
         widest = arm.geometry.max_aperture
+        told = {"width": width, "share": share, "by": by}
+        said = [name for name, value in told.items() if value is not None]
+        if len(said) > 1:
+            raise InvalidArgumentError(f"{said[1]}: {said[0]} says the gap already", phase=Phase.CHECK)
         if share is not None:
-            if width is not None:
-                raise InvalidArgumentError("share: width says the gap already", phase=Phase.CHECK)
             width = share * widest
+        elif by is not None:
+            width = max(arm.gripper.width + by, 0.0)
         if width is not None and width > widest:
             raise InvalidArgumentError(
                 f"width: {1e3 * width:.0f} mm; the gripper opens to {1e3 * widest:.0f} mm", phase=Phase.CHECK

@@ -168,7 +168,7 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     most = min(_MOST_SLOTS, len(words.slots) + 1) if words.slots else 0
     # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
     bare = ("!" if words.pace else "!!") if words.required else ""
-    slots = f" ({with_it}{f' (slot_joint? {with_it})?' * (most - 1)} stays_there? | {bare})" if most else ""
+    slots = f' (","? {with_it}{f" (slot_joint? {with_it})?" * (most - 1)} stays_there? | {bare})' if most else ""
     thing = " objects" if words.object else ""
     for verb, after in told:
         rest = "".join(f' "{word}"' for word in after.split())
