@@ -183,12 +183,21 @@ class AgentContext(GoalContext):
 
     def _of_this_arm(self, seen: ObservedScene) -> ObservedScene:
         """Return what was seen as it concerns the arm that calls are made with, and what that arm says of itself."""
+        poses = tuple(sorted(name for arm, name in self.poses if arm == self.arm.name))
         if len(self.driver.arms) == 1:
-            return replace(seen, arm=self.arm.state())
+            return replace(seen, arm=self.arm.state(), poses=poses)
         robot = self.arm.spec
         base = float(robot.base_position[0]), float(robot.base_position[1])
         hand = None if self.hand is None else self.hand.name
-        return replace(seen, hand=hand, base_xy=base, reach=robot.reach, grips=hand is not None, arm=self.arm.state())
+        return replace(
+            seen,
+            hand=hand,
+            base_xy=base,
+            reach=robot.reach,
+            grips=hand is not None,
+            arm=self.arm.state(),
+            poses=poses,
+        )
 
     def feel(self) -> ObservedScene:
         """Return what is believed now without a look, where perception remembers: what the hand holds is where the hand is."""

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from robosandbox.errors import FaultError, Phase, SkillError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.abilities import GripperAbilities
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.types import ObservedScene, SkillResult
+from robosandbox.types import BEFORE, ObservedScene, SkillResult
 from robosandbox.world.alternatives import FailedCall
 from robosandbox.world.contracts import Contract, apply_effects, error_for, first_refuted, lost
 from robosandbox.world.facts import fact
 from robosandbox.world.operators import BoundCall
 from robosandbox.world.predicate import View
 from robosandbox.world.side_effects import disturbed
+
+# How far a joint goes, rad or m, where the arm has moved; an arm that stands sways less.
+_MOVED = 0.01
 
 
 class Executor:
@@ -36,6 +41,7 @@ class Executor:
         ctx.permit(call)
         before = ctx.look()
         contract = call.contract.resolved(before)
+        stood = ctx.arm.state().q
         try:
             return self._kept(call, contract, before)
         except SkillError as error:
@@ -48,6 +54,9 @@ class Executor:
             advice = ctx.advice_for(error.failure)
             said_already = error.message.endswith(advice)
             raise error.with_(message=error.message + ("" if said_already else advice), repairs=repairs) from error
+        finally:
+            if np.abs(ctx.arm.state().q - stood).max(initial=0.0) > _MOVED:
+                ctx.poses[ctx.arm.name, BEFORE] = stood
 
     def _kept(self, call: BoundCall[Skill], contract: Contract, before: ObservedScene) -> SkillResult:
         """Run the skill between a look at what it needs and one at what it promises.

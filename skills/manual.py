@@ -20,7 +20,7 @@ from robosandbox.skills.move_to import MoveTo
 from robosandbox.skills.move_to_height import MoveToHeight
 from robosandbox.skills.move_towards import MoveTowards
 from robosandbox.skills.point_at import PointAt
-from robosandbox.skills.poses import MoveToPose, SavePose
+from robosandbox.skills.poses import ForgetPose, MoveToPose, SavePose
 from robosandbox.skills.press_down import PressDown
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
@@ -43,6 +43,7 @@ MANUAL: tuple[Skill, ...] = (
     MoveJoints(),
     SavePose(),
     MoveToPose(),
+    ForgetPose(),
     OpenGripper(),
     CloseGripper(),
     SetTempo(),

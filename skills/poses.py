@@ -12,12 +12,20 @@ from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.suggestions import did_you_mean
-from robosandbox.types import SkillResult
+from robosandbox.types import BEFORE, SkillResult
 
 _Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
 _HOME = "home"
-# Name of a pose to which nobody gives one.
+# Name of a pose to which nobody gives one, and of that in which the arm stands when an order begins.
 _HERE = "here"
+_START = "start"
+_PLACES = ("pose", "position", "spot", "place", "point", "location")
+_BACK = ("go back", "return", "come back", "move back", "get back", "head back", "go", "move the hand back", "move your hand back")
+_EARLIER = ("before", "before that", "before the last move", "before your last move", "just now", "a moment ago", "just before", "a second ago")
+_NAMED = (
+    *("to pose", "to the pose", "back to pose", "to position", "to the position", "back to the", "to the", "to", "back to", "to my"),
+    *(f"{to} the {what} {called}" for to in ("to", "back to") for what in _PLACES for called in ("called", "named")),
+)
 
 
 class SavePose(HandMove):
@@ -27,23 +35,19 @@ class SavePose(HandMove):
     words = (
         Words(
             verbs=(
-                "save this pose",
-                "save this position",
-                "save the pose",
-                "remember this pose",
-                "remember this position",
-                "remember this",
-                "remember this spot",
                 *(
                     f"{verb} {what}"
-                    for verb in ("save", "store", "memorise", "memorize", "remember")
+                    for verb in ("save", "store", "memorise", "memorize", "remember", "record", "note", "keep", "mark")
                     for what in (
-                        "the current pose",
-                        "the current position",
-                        "your pose",
-                        "your position",
+                        *(f"{which} {place}" for which in ("the current", "your", "your current", "this", "the") for place in _PLACES),
                         "where you are",
+                        "where you are now",
                         "where you stand",
+                        "where your hand is",
+                        "where the hand is",
+                        "this",
+                        "it",
+                        "that",
                     )
                 ),
             ),
@@ -51,7 +55,11 @@ class SavePose(HandMove):
             required=("pose",),
         ),
         Words(
-            verbs=("call this pose", "call this position", "name this pose", "call this", "call this spot"),
+            verbs=tuple(
+                f"{call} {what}"
+                for call in ("call", "name", "label", "let us call", "we call")
+                for what in ("this", "that", "it", "where you are", *(f"this {place}" for place in _PLACES))
+            ),
             slots=(Slot(argument="pose", kind="name"),),
             required=("pose",),
         ),
@@ -81,28 +89,32 @@ class MoveToPose(HandMove):
     name = "move_to_pose"
     words = (
         Words(
-            verbs=(*HAND_GOES, "return", "travel"),
-            slots=(
-                Slot(
-                    argument="pose",
-                    kind="name",
-                    prepositions=(
-                        "to pose",
-                        "to the pose",
-                        "back to pose",
-                        "to position",
-                        *(
-                            f"{to} the {what} {called}"
-                            for to in ("to", "back to")
-                            for what in ("pose", "position", "spot")
-                            for called in ("called", "named")
-                        ),
-                    ),
-                ),
-            ),
+            verbs=(*HAND_GOES, "return", "go back", "come back", "get back", "go on"),
+            slots=(Slot(argument="pose", kind="pose", prepositions=_NAMED),),
             required=("pose",),
         ),
-        Words(verbs=("go back to where you were", "return to where you were"), means=(("pose", _HERE),)),
+        Words(
+            verbs=(*(f"{go} to where you were" for go in _BACK), "back to where you were"),
+            means=(("pose", _HERE),),
+        ),
+        Words(
+            verbs=(
+                *(f"{go} to where you were {when}" for go in _BACK for when in _EARLIER),
+                *(f"{go} to {the} {last} {place}" for go in _BACK for the in ("your", "the") for last in ("previous", "last") for place in _PLACES),
+                *(f"undo {what}" for what in ("that move", "the move", "the last move", "your last move", "that motion", "that movement", "the last movement")),
+                "go back to where you came from",
+                "return to where you came from",
+            ),
+            means=(("pose", BEFORE),),
+        ),
+        Words(
+            verbs=tuple(
+                f"{go} to where you {began}"
+                for go in (*_BACK, "back")
+                for began in ("started", "began", "started from", "were at the start", "were at the beginning", "were when you started")
+            ),
+            means=(("pose", _START),),
+        ),
     )
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
@@ -119,6 +131,9 @@ class MoveToPose(HandMove):
         """
         saved = {name: q for (arm, name), q in ctx.poses.items() if arm == ctx.arm.name}
         saved[_HOME] = ctx.arm.spec.home_q
+        if pose == _HERE and BEFORE in saved:
+            # Nobody said "remember where you are": where it was before it went.
+            saved.setdefault(_HERE, saved[BEFORE])
         if pose not in saved:
             raise InvalidArgumentError(
                 f"pose: none is called {pose!r}; there is {', '.join(sorted(saved))}{did_you_mean(pose, saved)}",
@@ -127,3 +142,31 @@ class MoveToPose(HandMove):
         arm = Mover(ctx)
         arm.follow(arm.way_to(saved[pose]), Phase.APPROACH)
         return SkillResult(skill=self.name, detail={"joint_error": float(np.abs(arm.q - saved[pose]).max())})
+
+
+class ForgetPose(HandMove):
+    """Forget a pose."""
+
+    name = "forget_pose"
+    words = Words(
+        verbs=tuple(
+            f"{verb} {the}"
+            for verb in ("forget", "delete", "remove", "erase", "drop", "clear")
+            for the in ("pose", "the pose", "position", "the", "my", "the pose called", "the position called", "the saved", "the spot called")
+        ),
+        slots=(Slot(argument="pose", kind="pose"),),
+        required=("pose",),
+    )
+
+    def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:
+        """Move nothing; the arm's posture of that name is no longer known.
+
+        Args:
+            pose: Its name.
+
+        Raises:
+            InvalidArgumentError: No pose of that name was saved.
+        """
+        if ctx.poses.pop((ctx.arm.name, pose), None) is None:
+            raise InvalidArgumentError(f"pose: none that was saved is called {pose!r}", phase=Phase.CHECK)
+        return SkillResult(skill=self.name, detail={"pose": pose})

@@ -6,7 +6,7 @@ from typing import Literal
 
 from robosandbox.values import frozen
 
-SlotKind = Literal["object", "angle", "length", "duration", "force", "speed", "share", "number", "point", "name", "phrase"]
+SlotKind = Literal["object", "angle", "length", "duration", "force", "speed", "share", "number", "point", "name", "pose", "phrase"]
 
 
 @frozen(kw_only=True)

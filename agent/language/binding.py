@@ -45,6 +45,12 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     objects = step.objects
     if step.words is not None:
         return _said_on(last, step, step.words)
+    if last.words is not None and not last.words.object and len(objects) == 1 and step.place is None:
+        # "hover over the red cube, then the green one"
+        things = {slot.argument for slot in last.words.slots if slot.kind == "object"}
+        if any(name in things for name, _ in last.slots):
+            slots = tuple((name, objects[0] if name in things else value) for name, value in last.slots)
+            return last._replace(slots=slots)
     if step.bare and len(made) > 1 and last.objects and last.objects[0].determiner == "it" and made[-2].verb != "pick":
         # "push the box to the left and put it in the bin, do the same with the can": both?
         return None

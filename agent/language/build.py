@@ -20,7 +20,7 @@ from robosandbox.agent.language.apart import (
 )
 from robosandbox.agent.language.deciding import Deciding
 from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
-from robosandbox.agent.language.draft import Draft, Rest
+from robosandbox.agent.language.draft import Draft, Rest, Step
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
     Command,
@@ -36,7 +36,7 @@ from robosandbox.agent.language.readings import check_sides, fused, is_tower, sw
 from robosandbox.agent.language.skill_words import resolved, words_of
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
-from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
+from robosandbox.types import BEFORE, ObservedScene, RefusalCode, Side, SkillCall
 from robosandbox.world.parts import is_part
 
 
@@ -121,6 +121,8 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
     return False
 
 
+# The pose in which the arm stands when an order begins.
+_START = "start"
 _PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
 _ONCE = frozenset({"pick", "put", "release", "stack", "pour", "open", "close", "home"})
 _SELVES = frozenset({"itself", "themselves"})
@@ -406,6 +408,12 @@ class _Builder(Deciding):
         if words.object:
             names, _ = self._objects(command, fits=self._has_opening) if is_of_parts else self._objects(command)
         others = resolved(words, command.slots, lambda ref: self.ground.one(ref, lambda other: True, names).ids[0])
+        for slot in words.slots:
+            if slot.kind == "pose" and slot.argument in others:
+                others[slot.argument] = self._pose_called(str(others[slot.argument]))
+        if command.skill == "move_to_pose":
+            self._go_to_pose(str(others["pose"]))
+            return
         if not words.object:
             self._add(command.skill, **others)
         for name in names:
@@ -423,6 +431,36 @@ class _Builder(Deciding):
             if words.holds and self.world.held is None:
                 self._note_moved(name)
                 self.world.take(name)
+
+    def _pose_called(self, name: str) -> str:
+        """Return the pose of a name: "dock" may be said as "the dock position".
+
+        Raises:
+            RefusedError: Nobody has saved one that is called so, nor will have by then.
+        """
+        known = sorted({*self.world.poses, *self._poses_saved(), "home"})
+        longer = [pose for pose in known if pose.startswith(f"{name}_") and pose[len(name) + 1 :].isalpha()]
+        bare, _, kind = name.rpartition("_")
+        found = next((pose for pose in (name, *([bare] if kind.isalpha() else []), *longer) if pose in known), None)
+        if found is None:
+            told = f"I know no pose called “{name.replace('_', ' ')}”; I know {listed(known)}."
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, told, known)
+        return found
+
+    def _poses_saved(self) -> list[str]:
+        return [str(step.call.arguments["pose"]) for step in self.steps if step.call.skill == "save_pose"]
+
+    def _go_to_pose(self, pose: str) -> None:
+        if pose == "home":
+            self._add("home")
+            return
+        if pose == _START and pose not in self._poses_saved():
+            # Where the arm stood when this order began, or before the last one.
+            if self.steps:
+                self.steps.insert(0, Step(SkillCall(skill="save_pose", arguments={"pose": pose})))
+            else:
+                pose = BEFORE
+        self._add("move_to_pose", pose=pose)
 
     def _home(self, command: Command) -> None:
         if not self.steps or self.steps[-1].call.skill != "home":

@@ -212,7 +212,7 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
     yield f"said_{own} : slot"
     if plain:
         yield f"  = {field}:{f'PH_{own}'.upper()}"
-    filler = {"object": "alone", "name": "WORD", "point": "point_in_space", "speed": "rate"}.get(slot.kind) or (
+    filler = {"object": "alone", "name": "name", "pose": "name", "point": "point_in_space", "speed": "rate"}.get(slot.kind) or (
         f"value_{own}" if numeric else ""
     )
     for preposition in slot.prepositions if filler else ():

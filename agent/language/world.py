@@ -100,6 +100,7 @@ class World:
         self._near, self._far = scene.reach
         self.area: Area = scene.table_area
         self._grid = _grid(self.area)
+        self.poses = scene.poses
         self.objects: dict[str, DetectedObject] = {item.id: item for item in scene.objects}
         self.at: dict[str, tuple[float, float]] = {
             item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects

@@ -33,6 +33,7 @@ from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomi
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.types.scene import TABLE_HEIGHT, Scene, SceneArm
 from robosandbox.types.sensed import (
+    BEFORE,
     ArmState,
     DetectedObject,
     GripperState,
@@ -48,6 +49,7 @@ from robosandbox.types.tempo import CAREFUL, DEFAULT_TEMPO, TEMPOS, Speed, Tempo
 from robosandbox.types.truth import ArmTruth, Convex, ObjectTruth, Touch, Truth, Verdict
 
 __all__ = [
+    "BEFORE",
     "CAREFUL",
     "DEFAULT_TEMPO",
     "DIRECTION_AXES",

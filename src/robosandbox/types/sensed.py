@@ -251,6 +251,10 @@ class DetectedObject:
         return self.kind in FIXED_KINDS
 
 
+BEFORE = "before"
+"""Name of the pose in which an arm stood before its last motion."""
+
+
 @frozen(kw_only=True)
 class ObservedScene:
     """The planner's scene: what perception sees, and what each hand holds.
@@ -270,6 +274,7 @@ class ObservedScene:
         notes: What could not be seen well and why, in sentences.
         arm: State of that arm and its gripper at the look, as they told it; None where they were not asked.
         is_turned: Whether it is told in the frame of a person who faces the robot, turned by half a turn about its base.
+        poses: Names of the poses to which that arm can be sent, beside its home.
     """
 
     time: float
@@ -284,6 +289,7 @@ class ObservedScene:
     table_area: Area = TABLE_AREA
     arm: ArmState | None = field(default=None, compare=False)
     is_turned: bool = False
+    poses: tuple[str, ...] = field(default=(), compare=False)
 
     def __hash__(self) -> int:
         """Return a hash of the look and of what was seen: what is worked out of a scene is kept by it."""
