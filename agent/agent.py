@@ -190,8 +190,10 @@ class Agent(Generic[WorldT]):
             failure = report.failure
             if failure is None:
                 if isinstance(answer, PromptDone) or not course.goes_on:
-                    answered = answer.answer if isinstance(answer, Plan) else ""
-                    return FinalReason.PLAN_COMPLETE, answered or summary(told.steps)
+                    done = summary(told.steps)
+                    if isinstance(answer, PromptDone):
+                        return FinalReason.PLAN_COMPLETE, f"{done}; {answer.answer}" if answer.answer else done
+                    return FinalReason.PLAN_COMPLETE, answer.answer or done
                 continue
             final = self._final(failure, told, max_replans)
             if final is FinalReason.REPLANS_EXHAUSTED:

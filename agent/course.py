@@ -24,9 +24,11 @@ class PromptDone:
 
     Attributes:
         summary: What it says was done; a claim, unlike the steps.
+        answer: What the person is told who asked for it.
     """
 
     summary: str
+    answer: str = ""
 
 
 @frozen(kw_only=True)
@@ -147,7 +149,7 @@ class PlannedCourse:
         later = bool(self._then)
         self._then = answer.then if isinstance(answer, Plan) and isinstance(self._planner, Continuing) else ""
         if later and isinstance(answer, Plan) and not answer.steps:
-            return PromptDone(summary=answer.answer)
+            return PromptDone(summary=answer.answer, answer=answer.answer)
         return answer
 
 

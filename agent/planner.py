@@ -112,6 +112,12 @@ class StubPlanner:
     def go_on(self, scene: ObservedScene) -> Plan | Refusal:
         """Return what is done now that the last plan's steps are, by what is seen now."""
         prompt, draft = self._last or ("", Draft(()))
+        if draft.question:
+            discourse = self._dialogue.discourse if self._dialogue else Discourse()
+            seen = turned_scene(scene) if self._is_turned else scene
+            reply = answered(draft.question, seen, discourse, self._skills)
+            self._last = (prompt, Draft(()))
+            return reply if isinstance(reply, Refusal) else Plan(steps=(), answer=reply.text if reply else "")
         later = resumed(draft, turned_scene(scene) if self._is_turned else scene, self._skills)
         if isinstance(later, Refusal):
             return later
@@ -132,7 +138,7 @@ def _plan_of(draft: Draft) -> Plan:
     return Plan(
         steps=draft.calls,
         answer=answer,
-        then=draft.rest.text if draft.rest else "",
+        then=draft.rest.text if draft.rest else draft.question,
         note=draft.note,
         tempo=draft.tempo if draft.calls else "",
     )

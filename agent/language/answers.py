@@ -52,6 +52,8 @@ _THERE = {
 _LESS = frozenset({"small", "short", "narrow", "near"})
 # How near the gripper is to open or closed, of the way between them, to be called so; and the speed of a joint that stands, rad/s.
 _ALMOST, _STANDS = 0.05, 0.01
+# Degrees off straight down that nobody sees.
+_UPRIGHT = 0.5
 _ANYTHING = Ref(text="things", determiner="a", nouns=("thing",), plural=True)
 
 
@@ -377,7 +379,64 @@ class _Answers(Seen):
 
     def _say_joints(self, asked: Question) -> Answer:
         told = ", ".join(f"{value + 0.0:.3f}" for value in self._arm.q.round(3))
-        return Answer(f"My joints are at {told}, from the base on (rad; m where one slides).")
+        degrees = ", ".join(f"{value + 0.0:.1f}" for value in np.degrees(self._arm.q).round(1))
+        return Answer(f"My joints are at {told}, from the base on (rad; m where one slides); in degrees {degrees}.")
+
+    def _say_joint_count(self, asked: Question) -> Answer:
+        return Answer(f"My arm has {len(self._arm.q)} joints.")
+
+    def _say_poses(self, asked: Question) -> Answer:
+        return Answer(f"I know {listed(sorted({*self._scene.poses, 'home'}))}.")
+
+    def _say_widest(self, asked: Question) -> Answer:
+        gripper = self._arm.gripper
+        if gripper is None or gripper.seal is not None:
+            return self._say_grip(asked)
+        if gripper.closed >= 1.0:
+            told = "My fingers are shut, and how far they open I do not see; say “open the gripper”."
+            raise RefusedError(RefusalCode.UNSUPPORTED, told)
+        widest = gripper.width / (1.0 - gripper.closed)
+        return Answer(f"My fingers open to {1000.0 * widest:.0f} mm; now {1000.0 * gripper.width:.0f} mm are between them.")
+
+    def _say_squeezing(self, asked: Question) -> Answer:
+        if self._scene.held is None:
+            return Answer("I hold nothing, and press on nothing.")
+        pressing = self._arm.gripper.force if self._arm.gripper else None
+        if pressing is None:
+            told = f"I hold {self._scene.held}; nothing in my gripper measures how hard."
+            raise RefusedError(RefusalCode.UNSUPPORTED, told)
+        return Answer(f"I hold {self._scene.held}; the motor of my gripper presses with {pressing:.1f} N (N m where fingers turn).")
+
+    def _from_hand(self, item: DetectedObject) -> float:
+        return float(np.linalg.norm(centre(item) - self._arm.tcp_pose.position))
+
+    def _say_nearest(self, asked: Question) -> Answer:
+        others = [item for item in self._looked_for(asked.what or _ANYTHING) if item.id != self._scene.held]
+        if not others:
+            return Answer("I see nothing else.")
+        nearest, *_ = sorted(others, key=self._from_hand)
+        return Answer(f"{nearest.id}: its middle is {length(self._from_hand(nearest))} from my hand.", (nearest.id,))
+
+    def _say_from_hand(self, asked: Question) -> Answer:
+        found = self._meant(asked.things)
+        told = " ".join(f"The middle of {item.id} is {length(self._from_hand(item))} from my hand." for item in found)
+        return Answer(told, ids_of(found))
+
+    def _say_point_reach(self, asked: Question) -> Answer:
+        point = np.array(asked.at)
+        far = float(np.hypot(*(point[:2] - np.array(self._scene.base_xy))))
+        least, most = self._scene.reach
+        if not least <= far <= most:
+            return Answer(f"No: it is {length(far)} from my base, and I work from {length(least)} to {length(most)}.")
+        told = f"It is {length(far)} from my base, and I work from {length(least)} to {length(most)}, seen from above; an order to go there would show."
+        raise RefusedError(RefusalCode.UNSUPPORTED, told)
+
+    def _say_pointing(self, asked: Question) -> Answer:
+        approach, closing = self._arm.tcp_pose.rotation[:, 2], self._arm.tcp_pose.rotation[:, 1]
+        tilt = float(np.degrees(np.arccos(np.clip(-approach[2], -1.0, 1.0))))
+        heading = round(float(np.degrees(np.arctan2(closing[1], closing[0])))) % 180
+        down = "straight down" if tilt < _UPRIGHT else f"{tilt:.0f} degrees away from straight down"
+        return Answer(f"My hand points {down}; its fingers close along {heading} degrees from forward, counterclockwise.")
 
     def _say_speed(self, asked: Question) -> Answer:
         fastest = float(np.max(np.abs(self._arm.qd), initial=0.0))

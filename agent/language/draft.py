@@ -50,6 +50,7 @@ class Draft:
         nothing: Why there are no steps, where a condition does not hold and nothing else is told.
         note: What of the sentence the steps take no account of, or how it is obeyed beside them, for the person; "" for nothing.
         tempo: How fast the steps are gone through; "" at the usual tempo.
+        question: What is to be told when the steps are done; "" for nothing.
     """
 
     steps: tuple[Step, ...]
@@ -58,6 +59,7 @@ class Draft:
     nothing: Refusal | None = None
     note: str = ""
     tempo: str = ""
+    question: str = ""
 
     @property
     def calls(self) -> tuple[SkillCall, ...]:

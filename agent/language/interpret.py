@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
 
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.front import ENGLISH, Readings, language_of, read_in, says_in_turn, told_in
+from robosandbox.agent.language.front import ENGLISH, Readings, language_of, questions_in, read_in, says_in_turn, told_in
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.repeated import several_times
@@ -34,6 +34,11 @@ _WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|th
 _STAYS_OPEN = re.compile(
     r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
 )
+_AND_TELL = re.compile(
+    r"[ ,.;]+(?:(?:and|then|afterwards|after that),? )*(?P<question>(?:tell|show) (?:me|us) (?:then |afterwards )?(?:how|where|what|which|whether|if) .+)$",
+    re.IGNORECASE,
+)
+_NO_QUESTION = Refusal(code=RefusalCode.UNRECOGNIZED, message="No question.")
 # Calls that are one motion, which may last as long as it is told to.
 _ONE_MOTION = frozenset(
     {"move_by", "move_to", "move_over", "move_to_height", "move_towards", "turn_hand", "move_joint", "move_to_pose", "home"}
@@ -67,7 +72,7 @@ def interpret(
         return _interpreted(language, sentence, scene, names, context, chosen)
 
     ids = tuple(item.id for item in scene.objects)
-    over = several_times(prompt, ids, read_anew)
+    over = several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
     return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))
 
 
@@ -92,6 +97,15 @@ def _interpreted(
     if isinstance(made, Refusal):
         return made
     return _once_each(prompt if language == ENGLISH else "then" * says_in_turn(language, prompt), made)
+
+
+def _with_question(prompt: str, ids: tuple[str, ...], read: Callable[[str], Draft | Refusal]) -> Draft | None:
+    """Return the plan of an order behind which something is asked, as in "weigh it and tell me how wide it is"."""
+    told = _AND_TELL.search(prompt)
+    if told is None or isinstance(questions_in(ENGLISH, told["question"], ids) or _NO_QUESTION, Refusal):
+        return None
+    draft = read(prompt[: told.start()])
+    return replace(draft, question=told["question"]) if isinstance(draft, Draft) and draft.rest is None else None
 
 
 def _is_of(words: str, name: str) -> bool:

@@ -166,6 +166,7 @@ class Question:
         bound: How many there are to be; None for any number.
         by: In what they are compared.
         denied: Whether it is asked if that is not so.
+        at: A place that is asked about, metres in the world.
     """
 
     about: str
@@ -177,6 +178,7 @@ class Question:
     bound: Bound | None = None
     by: str = ""
     denied: bool = False
+    at: tuple[float, ...] = ()
 
 
 @frozen

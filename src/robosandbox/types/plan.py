@@ -47,7 +47,7 @@ class Plan(StrictModel):
 
     def __str__(self) -> str:
         steps = ", ".join(map(str, self.steps)) or self.answer or "nothing to do"
-        steps += f", then look whether “{self.then}”" if self.then else ""
+        steps += f", then look: “{self.then}”" if self.then else ""
         return f"{steps} ({self.note})" if self.note else steps
 
 

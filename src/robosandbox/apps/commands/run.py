@@ -174,7 +174,7 @@ def planned(answer: Plan | Refusal) -> str:
     if isinstance(answer, Refusal):
         return f"refused ({answer.code}): {answer.message}"
     lines = [f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)]
-    lines += [f"then look whether “{answer.then}”, and go on"] if answer.then else []
+    lines += [f"then look: “{answer.then}”, and go on"] if answer.then else []
     lines += [f"note: {answer.note}"] if answer.note else []
     return "\n".join(lines) or str(answer)
 

@@ -45,7 +45,7 @@ def _refused(refusal: Refusal) -> list[Line]:
 def _planned(data: Mapping[str, Any]) -> list[Line]:
     if not data["plan"]:
         return [(data.get("answer") or "nothing has to be done", "green")]
-    return [(f"then look whether “{data['then']}”, and go on", "grey")] if "then" in data else []
+    return [(f"then look: “{data['then']}”, and go on", "grey")] if "then" in data else []
 
 
 def _ended(data: Mapping[str, Any], refusal: Refusal | None) -> list[Line]:
