@@ -12,14 +12,31 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Array, Pose, SkillResult
 
-ShapeName = Literal["circle", "square", "triangle"]
+ShapeName = Literal["circle", "square", "triangle", "pentagon", "hexagon", "eight"]
 # Corners of each; a circle's chords are off it by a 500th of its radius.
-_CORNERS: dict[str, int] = {"circle": 50, "square": 4, "triangle": 3}
+_CORNERS: dict[str, int] = {"circle": 50, "square": 4, "triangle": 3, "pentagon": 5, "hexagon": 6, "eight": 50}
+# What goes without corners.
+_ROUND = frozenset({"circle", "eight"})
+_CALLED: tuple[tuple[str, ShapeName], ...] = (
+    *((name, name) for name in ("circle", "square", "triangle", "pentagon", "hexagon")),
+    *((said, "eight") for said in ("figure eight", "figure of eight", "figure 8", "eight", "infinity sign", "infinity symbol")),
+)
 _SHAPES = tuple(
-    (f"{before} {name}{there}".strip(), name)
-    for name in _CORNERS
-    for before in ("a", "in a", "along a", "around in a", "a level", "a flat", "in a level", "in a flat")
+    (f"{before} {called}{there}".strip(), name)
+    for called, name in _CALLED
+    for before in ("", "a", "an", "in a", "along a", "around in a", "wide", "one", "the shape of a", "in the shape of a")
     for there in ("", " in the air", " in the air in front of you", " in front of you")
+)
+_LEVEL = ("level", "flat", "horizontal", "flat like a plate", "horizontally", "level with the table", "parallel to the table")
+_UPRIGHT = ("upright", "vertical", "standing", "vertically", "facing me", "facing you", "facing yourself", "standing up", "like a wheel")
+_PLANES = (*((said, "level") for said in _LEVEL), *((said, "upright") for said in _UPRIGHT))
+_SIZED = tuple(
+    (said, number)
+    for number, words in (
+        (1.0, ("of", "with a diameter of", "with sides of", "with", "a", "an", "in a", "about", "roughly", "of about", "diameter", "size")),
+        (2.0, ("with a radius of", "of radius", "with radius", "radius")),
+    )
+    for said in words
 )
 
 
@@ -28,6 +45,9 @@ _ACROSS = tuple(
     for said in (
         "across",
         "wide",
+        "big",
+        "in size",
+        "long",
         "in diameter",
         "diameter",
         "sides",
@@ -44,15 +64,17 @@ class Trace(HandMove):
 
     name = "trace"
     words = Words(
-        verbs=("draw", "trace", *HAND_GOES),
+        verbs=("draw", "trace", "make", "describe", "sketch", *HAND_GOES),
         slots=(
             Slot(argument="shape", kind="phrase", phrases=_SHAPES),
             Slot(
                 argument="size",
                 kind="length",
-                prepositions=("of", "with a diameter of", "with sides of", "with", ""),
-                endings=_ACROSS,
+                prepositions=("of", "with a diameter of", "with sides of", "with", "about", "roughly", ""),
+                beginnings=_SIZED,
+                endings=(*_ACROSS, ("radius", 2.0), ("in radius", 2.0)),
             ),
+            Slot(argument="plane", kind="phrase", phrases=(*_PLANES, *((f"{a} {said}", plane) for a in ("a", "an", "in a") for said, plane in _PLANES))),
             Slot(argument="times", kind="number", endings=(("times", 1.0),), bare=False, phrases=(("twice", 2.0),)),
         ),
         required=("shape",),
@@ -64,15 +86,17 @@ class Trace(HandMove):
         *,
         shape: ShapeName,
         size: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1,
+        plane: Literal["level", "upright"] = "level",
         times: Annotated[int, Field(ge=1, le=20)] = 1,
     ) -> SkillResult:
-        """Move the tool centre point along a level figure; what is held stays held.
+        """Move the tool centre point along a figure; what is held stays held.
 
-        It begins and ends where the hand is, goes forward first, and lies to the left of there.
+        It begins and ends where the hand is, goes forward first, upright up, and lies to the left of there; an eight on both sides.
 
         Args:
             shape: The figure.
-            size: Its diameter, or the length of its sides, metres.
+            size: Its diameter, or the length of its sides, metres; of an eight the diameter of each half.
+            plane: Whether it is level, or upright from side to side.
             times: How often it goes along it.
 
         Raises:
@@ -83,10 +107,13 @@ class Trace(HandMove):
         """
         arm = Mover(ctx)
         here = arm.state.tcp_pose
-        points = [here.position + corner for corner in _figure(shape, size)]
+        corners = _figure(shape, size)
+        if plane == "upright":
+            corners = corners[:, [2, 1, 0]]
+        points = [here.position + corner for corner in corners]
         poses = [Pose(xyz=tuple(point), quat_xyzw=here.quat_xyzw) for _ in range(times) for point in points]
         way = arm.kept_level(arm.motion.plan_through(arm.q, poses, speed=arm.speed))
-        if shape == "circle":
+        if shape in _ROUND:
             detail = arm.arrive(way, here)
         else:
             # An arm that does not stop cuts corners, or goes beyond them.
@@ -99,6 +126,9 @@ class Trace(HandMove):
 
 def _figure(shape: str, size: float) -> Array:
     """Return the corners of a figure after the one at the origin, in order and back to it, metres, shape (n, 3)."""
+    if shape == "eight":
+        left = _figure("circle", size)
+        return np.vstack([left, left * [1.0, -1.0, 1.0]])
     corners = _CORNERS[shape]
     # A circle's tangent is forward where it begins, and its first chord half a corner off that.
     side, first = (size * np.sin(np.pi / corners), 0.5) if shape == "circle" else (size, 0.0)

@@ -13,7 +13,7 @@ from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.front import ENGLISH, Readings, language_of, questions_in, read_in, says_in_turn, told_in
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.offers import with_offer
-from robosandbox.agent.language.repeated import several_times
+from robosandbox.agent.language.repeated import several_times, to_and_fro
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import TEMPOS, ObservedScene, Refusal, RefusalCode
@@ -38,7 +38,6 @@ _AND_TELL = re.compile(
     r"[ ,.;]+(?:(?:and|then|afterwards|after that),? )*(?P<question>(?:tell|show) (?:me|us) (?:then |afterwards )?(?:how|where|what|which|whether|if) .+)$",
     re.IGNORECASE,
 )
-_NO_QUESTION = Refusal(code=RefusalCode.UNRECOGNIZED, message="No question.")
 # Calls that are one motion, which may last as long as it is told to.
 _ONE_MOTION = frozenset(
     {"move_by", "move_to", "move_over", "move_to_height", "move_towards", "turn_hand", "move_joint", "move_to_pose", "home"}
@@ -72,7 +71,7 @@ def interpret(
         return _interpreted(language, sentence, scene, names, context, chosen)
 
     ids = tuple(item.id for item in scene.objects)
-    over = several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
+    over = to_and_fro(prompt, read_anew) or several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
     return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))
 
 
@@ -102,9 +101,15 @@ def _interpreted(
 def _with_question(prompt: str, ids: tuple[str, ...], read: Callable[[str], Draft | Refusal]) -> Draft | None:
     """Return the plan of an order behind which something is asked, as in "weigh it and tell me how wide it is"."""
     told = _AND_TELL.search(prompt)
-    if told is None or isinstance(questions_in(ENGLISH, told["question"], ids) or _NO_QUESTION, Refusal):
+    asked = questions_in(ENGLISH, told["question"], ids) if told else ()
+    if told is None or not asked or isinstance(asked, Refusal):
         return None
-    draft = read(prompt[: told.start()])
+    order = prompt[: told.start()]
+    if asked[0].about == "weight":
+        # What is not seen is felt.
+        weighed = read(f"{order} and weigh it")
+        return weighed if isinstance(weighed, Draft) else None
+    draft = read(order)
     return replace(draft, question=told["question"]) if isinstance(draft, Draft) and draft.rest is None else None
 
 

@@ -33,7 +33,7 @@ _MEASURES = {
 }
 _PREPOSITIONS = frozenset({"at", "on", "onto", "over", "to", "towards", "above"})
 _FORMS = ("base", "third", "ing", "past", "past")
-_MOST_SLOTS = 3  # Number of phrases that may follow one verb: more than anybody says.
+_MOST_SLOTS = 4  # Number of phrases that may follow one verb: more than anybody says.
 
 
 Filled = tuple[tuple[str, Any], ...]
@@ -105,7 +105,7 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
     filled = (*((name, value) for name, value in words.means if name not in told), *filled)
     arguments: dict[str, Any] = {}
     for argument, value in filled:
-        if argument in arguments:
+        if argument in arguments and arguments[argument] != value:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {argument.replace('_', ' ')}; which?")
         if isinstance(value, Ref):
             arguments[argument] = one(value)
