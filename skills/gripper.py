@@ -44,8 +44,8 @@ _SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLL
 
 def _of_fingers(verb: str) -> tuple[str, ...]:
     return tuple(
-        f"{verb} {whose} {what}"
-        for whose in ("the", "your")
+        " ".join(f"{verb} {whose} {what}".split())
+        for whose in ("the", "your", "")
         for what in ("gripper", "hand", "fingers", "claw", "jaws", "jaw", "pincers", "grip", "grippers")
     )
 
@@ -138,7 +138,11 @@ class OpenGripper(Skill):
                         "but leave a gap of",
                         "leaving",
                         "leaving a gap of",
+                        "till",
+                        *(f"until {it} {is_it}" for it in ("the fingers", "your fingers", "the jaws", "they", "the gripper", "it", "the gap") for is_it in ("are", "is")),
+                        "until there is a gap of",
                     ),
+                    endings=(("apart", 1.0), ("wide", 1.0), ("open", 1.0)),
                 ),
             ),
             required=("width",),

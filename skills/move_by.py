@@ -20,6 +20,8 @@ _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
 # Words for the way along an axis, with its sign.
 _FORWARD = {
     "forward": 1.0,
+    **{f"{to} {whom}": -1.0 for to in ("toward", "towards") for whom in ("yourself", "you", "your base", "the base", "the robot")},
+    **{f"away from {whom}": 1.0 for whom in ("yourself", "you", "your base", "the base", "the robot")},
     "straight ahead": 1.0,
     "straight forward": 1.0,
     "straight back": -1.0,
@@ -177,13 +179,22 @@ class MoveBy(HandMove):
     name = "move_by"
     words = (
         Words(
-            verbs=(*HAND_GOES, "slide over", "reach", "retreat", "withdraw", "rise"),
+            verbs=(
+                *HAND_GOES,
+                *("slide over", "reach", "retreat", "withdraw", "rise", "back off", "back away", "pull back", "pull away"),
+                *("climb", "descend", "sink", "draw a line", "trace a line", "draw a straight line", "lower", "raise"),
+            ),
             slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
             required=("dx", "dy", "dz"),
         ),
         Words(verbs=_of_the_hand("raise", "lift"), slots=(_far("dz", 1.0), _UNTIL_TOUCH), required=("dz",)),
         Words(
-            verbs=(*(f"{goes} {down}" for goes in HAND_GOES for down in _DOWNWARDS), *_of_the_hand("lower")),
+            verbs=(
+                *(f"{goes} {down}" for goes in HAND_GOES for down in _DOWNWARDS),
+                *_of_the_hand("lower"),
+                *("descend", "keep descending", "keep lowering", *_of_the_hand("keep lowering")),
+                *(f"{keep} {going} {down}" for keep in ("keep", "continue") for going in ("going", "moving") for down in _DOWNWARDS),
+            ),
             slots=(_UNTIL_TOUCH,),
             required=("until_force",),
             means=(("dz", -_FAR),),

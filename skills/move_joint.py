@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from robosandbox.errors import InvalidArgumentError, Phase
@@ -10,9 +12,17 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 
-_VERBS = ("move", "turn", "rotate", "set", "bring", "bend")
+_VERBS = ("move", "turn", "rotate", "set", "bring", "bend", "flex", "turn only", "move only", "rotate only")
+# Angle of a turn that is to be a little, rad. Chosen.
+_LITTLE = math.radians(5.0)
 _HOW_FAR = (
-    Slot(argument="by", kind="angle", prepositions=("by", "")),
+    Slot(
+        argument="by",
+        kind="angle",
+        prepositions=("by", "", "through", "another"),
+        phrases=(("a little", _LITTLE), ("a bit", _LITTLE), ("a little bit", _LITTLE), ("slightly", _LITTLE)),
+        endings=(("more", 1.0), ("further", 1.0), ("back", -1.0)),
+    ),
     Slot(argument="to", kind="angle", prepositions=("to",)),
 )
 # Joints by their place along the arm; those that are counted from its end are negative.
@@ -23,6 +33,8 @@ _BY_PLACE = tuple(
         *zip(("first", "second", "third", "fourth", "fifth", "sixth", "seventh"), range(1, 8), strict=True),
         ("base", 1),
         ("last", -1),
+        ("final", -1),
+        ("wrist", -1),
         ("last but one", -2),
     )
 )

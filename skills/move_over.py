@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field
 
 from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
@@ -21,11 +22,18 @@ def _over(*prepositions: str) -> tuple[Slot, ...]:
         Slot(
             argument="height",
             kind="length",
-            prepositions=("", "by", "at", "to within", "within"),
+            prepositions=("", "by", "at", "to", "to about", "about", "to within", "within", "at a height of"),
             endings=(("up", 1.0), ("higher", 1.0), ("away", 1.0)),
         ),
         Slot(argument="seconds", kind="duration", prepositions=("for",)),
     )
+
+
+_BETWEEN = tuple(
+    f"{over}{between}"
+    for over in ("", "over ", "to ", "above ")
+    for between in ("halfway between", "half way between", "midway between", "between", "the middle between", "the midpoint between", "the point between", "the midpoint of")
+)
 
 
 class MoveOver(HandMove):
@@ -35,8 +43,19 @@ class MoveOver(HandMove):
     words = (
         Words(
             verbs=(*HAND_GOES, "hover", "get over", "hold your hand", "hold the hand"),
-            slots=_over("over", "above", "to above", "over to", "to over", "directly over", "of"),
+            slots=_over("over", "above", "to above", "over to", "to over", "directly over", "of", "to", "straight to"),
             required=("object",),
+        ),
+        Words(verbs=("approach", "reach for", "reach out for", "reach towards"), object="object", hand="any"),
+        # "go halfway between the red one and the green one"
+        Words(
+            verbs=(*HAND_GOES, "hover"),
+            slots=(
+                Slot(argument="object", kind="object", prepositions=_BETWEEN),
+                Slot(argument="other", kind="object", prepositions=("and",)),
+                Slot(argument="height", kind="length", prepositions=("", "by", "at"), endings=(("up", 1.0),)),
+            ),
+            required=("other",),
         ),
         Words(
             verbs=("hold", "keep"), object="held", slots=_over("over", "above"), required=("object",), hand="holding"
@@ -56,14 +75,16 @@ class MoveOver(HandMove):
         height: Annotated[float, Field(ge=0.0, le=2.0)] = 0.1,
         held: str | None = None,
         seconds: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0,
+        other: str | None = None,
     ) -> SkillResult:
-        """Bring the hand over the middle of a thing on a free way, pointing down; what it holds stays held.
+        """Bring the hand over the middle of a thing, or halfway between two, on a free way, pointing down; what it holds stays held.
 
         Args:
             object: Id of the thing.
             height: From the thing's top to the tool centre point, or to the underside of what is held, metres.
             held: Id of what is to be held there; nothing, or whatever is held, when left out.
             seconds: How long it stays there.
+            other: Id of the other thing, where it is halfway between two, and `height` from the higher one's top.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -76,8 +97,9 @@ class MoveOver(HandMove):
         arm = Mover(ctx)
         below = arm.find(object)
         hangs = 0.0 if arm.start.held == object else arm.hangs
-        x, y, _ = centre(below)
-        detail = arm.bring((float(x), float(y), top(below) + height + hangs))
+        ends = [below] if other is None else [below, arm.find(other)]
+        x, y, _ = np.mean([centre(end) for end in ends], axis=0)
+        detail = arm.bring((float(x), float(y), max(map(top, ends)) + height + hangs))
         if seconds > 0.0:
             arm.driver.wait(seconds)
         return SkillResult(skill=self.name, detail=detail)

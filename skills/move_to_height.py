@@ -2,34 +2,59 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
-from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 
-_ENDS = ("until you are", "until it is", "until your hand is", "until the hand is", "to")
-_OVER = tuple((f"{over} the table", 1.0) for over in ("above", "over", "off", "from"))
+_ENDS = (
+    *(f"{until} {who} {about}".strip() for until in ("until", "till") for who in ("you are", "it is", "your hand is", "the hand is") for about in ("", "about")),
+    *("to", "to about", "at", "down to", "up to", "at about", "to a height of", "at a height of"),
+)
+_OVER = tuple(
+    (f"{over} {table}", 1.0) for over in ("above", "over", "off", "from") for table in ("the table", "table", "the tabletop", "the table top")
+)
+
+
+_HEIGHT = Slot(argument="height", kind="length", prepositions=_ENDS, endings=_OVER, bare=False)
 
 
 class MoveToHeight(HandMove):
     """Bring the hand to a height."""
 
     name = "move_to_height"
-    words = Words(
-        verbs=(*HAND_GOES, *(f"{goes} {way}" for goes in HAND_GOES for way in ("down", "up"))),
-        slots=(Slot(argument="height", kind="length", prepositions=_ENDS, endings=_OVER, bare=False),),
-        required=("height",),
+    words = (
+        Words(
+            verbs=(
+                *HAND_GOES,
+                *(f"{goes} {way}" for goes in HAND_GOES for way in ("down", "up")),
+                *(f"{verb} {hand}" for verb in ("lower", "raise", "lift", "hold", "keep") for hand in HANDS),
+            ),
+            slots=(_HEIGHT,),
+            required=("height",),
+        ),
+        Words(verbs=("lower", "lift", "raise", "hold", "bring", "lower {} down"), object="held", slots=(_HEIGHT,), required=("height",), hand="holding"),
     )
 
-    def run(self, ctx: SkillContext, *, height: Annotated[float, Field(ge=0.0, le=3.0)]) -> SkillResult:
+    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
+        """Return that what is to be held there is held, and stays so."""
+        del others
+        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
+
+    def run(
+        self, ctx: SkillContext, *, height: Annotated[float, Field(ge=0.0, le=3.0)], held: str | None = None
+    ) -> SkillResult:
         """Move the tool centre point straight up or down to a height without turning the hand; what it holds stays held.
 
         Args:
-            height: Above the table, metres.
+            height: Above the table, metres; with `held` of the underside of what is held.
+            held: Id of what is held.
 
         Raises:
             UnreachableError: The hand cannot go there in a straight line.
@@ -39,6 +64,7 @@ class MoveToHeight(HandMove):
         """
         arm = Mover(ctx)
         here = arm.state.tcp_pose
-        goal = Pose(xyz=(*here.xyz[:2], arm.start.table_height + height), quat_xyzw=here.quat_xyzw)
+        hangs = 0.0 if held is None else arm.hangs
+        goal = Pose(xyz=(*here.xyz[:2], arm.start.table_height + height + hangs), quat_xyzw=here.quat_xyzw)
         way = arm.kept_level(arm.motion.plan_line(arm.q, goal, speed=arm.speed))
         return SkillResult(skill=self.name, detail=arm.arrive(way, goal))

@@ -24,7 +24,7 @@ _BACK = ("go back", "return", "come back", "move back", "get back", "head back",
 _EARLIER = ("before", "before that", "before the last move", "before your last move", "just now", "a moment ago", "just before", "a second ago")
 _NAMED = (
     *("to pose", "to the pose", "back to pose", "to position", "to the position", "back to the", "to the", "to", "back to", "to my"),
-    *(f"{to} the {what} {called}" for to in ("to", "back to") for what in _PLACES for called in ("called", "named")),
+    *(f"{to} the {what} {called}" for to in ("to", "back to") for what in _PLACES for called in ("called", "named", "i called", "i named", "that i called", "we called", "i saved as")),
 )
 
 

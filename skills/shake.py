@@ -42,8 +42,13 @@ _WAVED_AT = (
     ),
 )
 
-_WIDTH = Slot(argument="width", kind="length", prepositions=("", "by"))
-_SIDEWAYS = ("left and right", "from left to right", "from side to side", "to and fro")
+_WIDTH = Slot(
+    argument="width",
+    kind="length",
+    prepositions=("", "by"),
+    endings=(("each", 1.0), ("each time", 1.0), ("every time", 1.0), ("each way", 2.0)),
+)
+_SIDEWAYS = ("left and right", "from left to right", "from side to side", "to and fro", "back and forth", "sideways")
 _UP_AND_DOWN = ("up and down", "down and up")
 
 

@@ -19,7 +19,17 @@ _WRISTS = (*HANDS, "the wrist", "your wrist")
 _LEANING = tuple(
     (f"{said}{by}", sign)
     for said, sign in (("forward", 1.0), ("forwards", 1.0), ("back", -1.0), ("backward", -1.0), ("backwards", -1.0))
-    for by in ("", " by")
+    for by in ("", " by", " a bit", " a bit ,", " a little", " a little ,", " slightly", " slightly ,")
+)
+
+
+# Angle of a turn that is to be a little. Chosen.
+_LITTLE = math.radians(10.0)
+_STRAIGHT = (
+    *(f"{point} {what} straight down" for point in ("point", "turn", "aim", "hold", "keep", "face", "make") for what in _WRISTS),
+    *(f"{level} {what}" for level in ("straighten", "straighten out", "straighten up", "level", "level out") for what in _WRISTS),
+    *(f"{make} {what} {upright}" for make in ("make", "hold", "keep", "bring", "put", "turn") for what in _WRISTS for upright in ("vertical", "upright", "level", "straight")),
+    *(f"point straight down {with_it}" for with_it in ("with your hand", "with the hand", "")),
 )
 
 
@@ -42,6 +52,12 @@ class TurnHand(HandMove):
                         ("a quarter of a turn", math.pi / 2.0),
                         ("half a turn", math.pi),
                         ("a half turn", math.pi),
+                        ("halfway around", math.pi),
+                        ("half way round", math.pi),
+                        ("upside down", math.pi),
+                        ("a little", _LITTLE),
+                        ("a bit", _LITTLE),
+                        ("slightly", _LITTLE),
                     ),
                     beginnings=SENSES,
                     endings=SENSES,
@@ -62,14 +78,18 @@ class TurnHand(HandMove):
             ),
             required=("tilt",),
         ),
+        Words(verbs=_STRAIGHT, means=(("upright", True),)),
     )
 
-    def run(self, ctx: SkillContext, *, angle: _Angle = 0.0, tilt: _Angle = 0.0) -> SkillResult:
+    def run(
+        self, ctx: SkillContext, *, angle: _Angle = 0.0, tilt: _Angle = 0.0, upright: bool = False
+    ) -> SkillResult:
         """Turn the hand about the tool centre point, which stays where it is; what it holds stays held.
 
         Args:
             angle: About the vertical, rad; counterclockwise seen from above is positive.
             tilt: About the axis along which the fingers close, after the turn, rad; the fingertips go away from the base where positive.
+            upright: Whether it is to point straight down, however it is tilted now.
 
         Raises:
             UnreachableError: The hand cannot stand so.
@@ -79,6 +99,8 @@ class TurnHand(HandMove):
         """
         arm = Mover(ctx)
         here = arm.state.tcp_pose
+        if upright:
+            return SkillResult(skill=self.name, detail=arm.bring(here.xyz))
         turned = matrix_about_axis(np.array([0.0, 0.0, 1.0]), angle) @ here.rotation
         away = np.array([*(here.position[:2] - np.array(arm.start.base_xy)), 0.0])
         axis = turned[:, 1]

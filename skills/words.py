@@ -67,6 +67,11 @@ _SENSES = (
     ("left", 1.0),
     ("to the right", -1.0),
     ("right", -1.0),
+    ("one way", 1.0),
+    ("the other way", -1.0),
+    ("back the other way", -1.0),
+    ("in the other direction", -1.0),
+    ("back", -1.0),
 )
 # "from above" goes without saying, and is passed over.
 SENSES = tuple(

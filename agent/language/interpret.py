@@ -34,13 +34,19 @@ _WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|th
 _STAYS_OPEN = re.compile(
     r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
 )
-_AND_TELL = re.compile(
-    r"[ ,.;]+(?:(?:and|then|afterwards|after that),? )*(?P<question>(?:tell|show) (?:me|us) (?:then |afterwards )?(?:how|where|what|which|whether|if) .+)$",
-    re.IGNORECASE,
-)
 # Calls that are one motion, which may last as long as it is told to.
 _ONE_MOTION = frozenset(
     {"move_by", "move_to", "move_over", "move_to_height", "move_towards", "turn_hand", "move_joint", "move_to_pose", "home"}
+)
+# Calls that touch nothing, and those that grip nothing, by what they may be asked to be.
+_UNTOUCHED = _ONE_MOTION | {"move_beside", "move_through", "move_joints", "point_at", "wait", "save_pose", "set_tempo", "trace"}
+_TERMS = {
+    "untouched": _UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
+    "ungripped": _UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper"},
+}
+_AND_TELL = re.compile(
+    r"[ ,.;]+(?:(?:and|then|afterwards|after that),? )*(?P<question>(?:tell|show) (?:me|us) (?:then |afterwards )?(?:how|where|what|which|whether|if) .+)$",
+    re.IGNORECASE,
 )
 _ANEW = ("once more", "one more time", "again", "instead", "rather")
 
@@ -183,6 +189,18 @@ def _timed(tempos: Sequence[str], draft: Draft, skills: Sequence[str]) -> tuple[
     return tempo, f"The hand goes at {tempo} at most; where it touches things, slower."
 
 
+def _check_terms(terms: Sequence[str], draft: Draft) -> None:
+    """Refuse a plan that does what it was told not to do on the way.
+
+    Raises:
+        RefusedError: A call of it touches, or grips, things.
+    """
+    for term in terms:
+        other = next((call for call in draft.calls if call.skill not in _TERMS[term]), None)
+        if other is not None:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"You asked for it {term}, and {other} would not be.", firm=True)
+
+
 def _once_each(prompt: str, made: Draft) -> Draft | Refusal:
     """Refuse to put a thing in two places one after the other where no word says that it goes on.
 
@@ -259,12 +277,14 @@ def choose(
             draft = build(reading, scene, skills, context, chosen)
             felt = [f"“{word}”" for word in unseen(reading) if word in feelings]
             standing = [words for words in reading.manners if _is_of(words, "FROM_NOW_ON")]
-            if standing and {call.skill for call in draft.calls} != {"set_tempo"}:
+            if standing and "set_tempo" not in {call.skill for call in draft.calls}:
                 told = f"I do what is asked of me once; “{standing[0]}” I keep a pace alone."
                 raise RefusedError(RefusalCode.UNSUPPORTED, told)
             tempo, told = _tempo_of([words for words in reading.manners if words not in standing], skills)
-            if reading.tempos:
-                tempo, told = _timed(reading.tempos, draft, skills)
+            terms = [term for term in reading.tempos if term in _TERMS]
+            _check_terms(terms, draft)
+            if len(reading.tempos) > len(terms):
+                tempo, told = _timed([each for each in reading.tempos if each not in terms], draft, skills)
             notes = [told] if told else []
             notes += [f"I do not see what is {listed(felt)}."] if felt else []
             draft = replace(draft, note=" ".join(notes), tempo=tempo)

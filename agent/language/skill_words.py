@@ -195,12 +195,13 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
     begins = [(phrase, value) for phrase, value in slot.beginnings if phrase and "," not in phrase]
     yield from _class(f"PH_{own}", plain)
     yield from _class(f"BE_{own}", begins)
-    yield from _class(f"EN_{own}", slot.endings)
+    yield from _class(f"EN_{own}", [(phrase, value) for phrase, value in slot.endings if "," not in phrase])
     numeric = slot.kind in _MEASURES
     if numeric:
         measure = f"ABOUT? of+:{_MEASURES[slot.kind]} or_so?"
         told = [measure] if slot.bare or any(not phrase for phrase, _ in slot.beginnings) else []
-        told += [f"of+:BE_{own}".upper().replace("OF+", "of+") + f" {measure}"] if begins else []
+        # "forward a bit, like 20 degrees"
+        told += [f"{_of(f'BE_{own}')} (a_bit \",\"?)? {measure}"] if begins else []
         told += [f"{measure} {_of(f'EN_{own}')}"] if slot.endings else []
         told += [f"{_of(f'PH_{own}')} {_of(f'EN_{own}')}"] if plain and slot.endings else []
         sign = next((value for phrase, value in slot.beginnings if not phrase), 1.0)

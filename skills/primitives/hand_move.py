@@ -22,8 +22,8 @@ from robosandbox.world.relations import bottom, centre, top
 _SEEDS = 12
 # What people call the hand, and how they say that it goes somewhere.
 HANDS = tuple(
-    f"{whose} {what}"
-    for whose in ("the", "your")
+    f"{whose} {what}".strip()
+    for whose in ("the", "your", "")
     for what in ("hand", "gripper", "arm", "fingers", "fingertips", "tool", "tip", "tcp", "end effector")
 )
 HAND_GOES = (
