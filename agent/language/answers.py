@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace as changed
 
@@ -49,6 +50,13 @@ _THERE = {
     "reach": "within my reach",
     "beyond": "out of my reach",
 }
+# Where one question ends and another one begins.
+_AND_ASKED = re.compile(
+    r"[?.]\s+(?:and\s+)?|,?\s+and\s+(?=(?:what|which|how|where|are|is|do|does|did|can|have)\b)", re.IGNORECASE
+)
+# What is asked of the robot itself: "it", behind such a question, is its hand.
+_OWN = frozenset({"hand", "grip", "pointing", "joints", "last", "poses", "speed", "widest", "which", "joint_count"})
+_IT = re.compile(r"\bit\b(?! (?:work|succeed|go|fail)\b)", re.IGNORECASE)
 _LESS = frozenset({"small", "short", "narrow", "near"})
 # How near the gripper is to open or closed, of the way between them, to be called so; and the speed of a joint that stands, rad/s.
 _ALMOST, _STANDS = 0.05, 0.01
@@ -85,7 +93,16 @@ def answered(
     Returns:
         None for what is no question that is known here; a refusal where it asks for what is not there or may be several things.
     """
-    asked = questions_in(ENGLISH, prompt, tuple(item.id for item in scene.objects))
+    ids = tuple(item.id for item in scene.objects)
+    asked = questions_in(ENGLISH, prompt, ids)
+    if not asked or isinstance(asked, Refusal):
+        # "how high is your hand, and which cube is nearest to it?"
+        parts = [_IT.sub("your hand", part) if k else part for k, part in enumerate(_several_asked(prompt, ids))]
+        answers = [answered(part, scene, discourse, skills, told) for part in parts]
+        said = [answer for answer in answers if isinstance(answer, Answer)]
+        if said and len(said) == len(parts):
+            about = tuple(name for answer in said for name in answer.about)
+            return Answer(" ".join(dict.fromkeys(answer.text for answer in said)), about)
     if isinstance(asked, Refusal):
         return asked
     refusal: Refusal | None = None
@@ -97,6 +114,15 @@ def answered(
         except NotSeenError as error:
             return Answer(str(error))
     return refusal
+
+
+def _several_asked(prompt: str, ids: tuple[str, ...]) -> list[str]:
+    """Return the questions of a prompt, where it is made of several about the robot itself; nothing where it is not."""
+    parts = [part for part in _AND_ASKED.split(prompt) if part.strip()]
+    read = [questions_in(ENGLISH, part, ids) for part in parts]
+    known = all(asked and not isinstance(asked, Refusal) for asked in read)
+    own = known and all(not isinstance(asked, Refusal) and asked[0].about in _OWN for asked in read[:1])
+    return parts if len(parts) > 1 and own else []
 
 
 class _Answers(Seen):

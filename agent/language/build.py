@@ -25,6 +25,7 @@ from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
     Command,
     Ref,
+    Region,
     Relation,
     Sentence,
     Spot,
@@ -121,6 +122,10 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
     return False
 
 
+# Where on the seeds' table the hand is before it goes to a part of one that names no other.
+_BEFORE_IT = (0.1, 0.0)
+# Metres above the table at which the hand is over a part of it; chosen as above what stands there.
+_OVER_TABLE = 0.2
 # The pose in which the arm stands when an order begins.
 _START = "start"
 _PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
@@ -461,6 +466,14 @@ class _Builder(Deciding):
             else:
                 pose = BEFORE
         self._add("move_to_pose", pose=pose)
+
+    def _hand_to(self, command: Command) -> None:
+        """As in "move your hand over the far left corner of the table": straight above where things would be put there."""
+        if not isinstance(command.place, Region):
+            raise ValueError(f"{command.place} is no part of the table")
+        x, y = self._middle_of(command.place, self.world.placed(_BEFORE_IT))
+        z = self.world.table_height + _OVER_TABLE
+        self._add("move_to", x=round(x, 4), y=round(y, 4), z=round(z, 4))
 
     def _home(self, command: Command) -> None:
         if not self.steps or self.steps[-1].call.skill != "home":

@@ -15,6 +15,7 @@ N = TypeVar("N", bound=NamedTuple)
 Determiner = Literal["the", "a", "all", "it", "bare"]
 Verb = Literal[
     "pick",
+    "hand_to",
     "put",
     "release",
     "stack",

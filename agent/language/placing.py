@@ -453,9 +453,9 @@ class Placing(Hands):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Two corners are as near to {anchor}; which one?", (anchor,))
         return order[0]
 
-    def _put_region(self, name: str, region: Region, radius: float) -> None:
-        """As in "in the far left corner", "on the left side", "at the edge", "in the middle"."""
-        x, y = self.world.on_seeds_table(self.world.at[name])
+    def _middle_of(self, region: Region, xy: tuple[float, float]) -> tuple[float, float]:
+        """Return where a part of the table is for what is at a place: "in the far left corner", "on the left side", "in the middle"."""
+        x, y = self.world.on_seeds_table(xy)
         sides = region.sides
         aside, near_robot = (0.38, -0.06) if region.name == "edge" else (0.32, -0.02)
         across = aside if "left" in sides else -aside if "right" in sides else None
@@ -476,7 +476,11 @@ class Placing(Hands):
             near = (along if along is not None else x, across if across is not None else y)
             if not sides:
                 near = (x, 0.36 if y >= 0 else -0.36)
-        near = self.world.placed(near)
+        return self.world.placed(near)
+
+    def _put_region(self, name: str, region: Region, radius: float) -> None:
+        """Put a thing on a part of the table."""
+        near, sides = self._middle_of(region, self.world.at[name]), region.sides
         if region.name in ("edge", "side") and sides:
             # Anywhere along that edge or side is as good, and nowhere else.
             x0, x1, y0 = BOUNDS[region.name]

@@ -16,7 +16,7 @@ TIMES |= {f"{phrase} each": count for phrase, count in TIMES.items()}
 # How often something may be done over.
 _MOST = 20
 _OFTEN = "|".join(
-    sorted((*(words for words, times in TIMES.items() if times > 1), r"\d+ times"), key=len, reverse=True)
+    sorted((*(words for words, times in TIMES.items() if times > 1), r"\d+ times?"), key=len, reverse=True)
 )
 _TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?\b", re.IGNORECASE)
 _EVERY = re.compile(r"\b(?:once )?every (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
@@ -29,8 +29,12 @@ _BETWEEN = re.compile(
 _LEADS = re.compile(r"^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b", re.IGNORECASE)
 # What says behind an order that it is done over.
 _TAIL = re.compile(
-    r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that)(?P<more> again)?$",
+    r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that)(?P<more> again)?$|[ ,.;]*(?:and )?(?:then )?repeat$",
     re.IGNORECASE,
+)
+# What asks whether that is understood, or for what is told anyway.
+_TAGS = re.compile(
+    r"[ ,]*\b(?:ok(?:ay)?|alright|please|thanks|thank you|right|got it|and count(?: for me| aloud| out loud)?)[?!. ]*$|[?]+$", re.IGNORECASE
 )
 _MARKS = " ,:;.!"
 
@@ -113,7 +117,7 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
         if isinstance(waits, Refusal):
             return None
         pause = waits
-    order = order.strip(_MARKS)
+    order = _TAGS.sub("", order).strip(_MARKS)
     leads = _LEADS.match(order) is not None or often.start() == 0
     if (tail := _TAIL.search(order)) is not None:
         order, times = order[: tail.start()], times + (tail["more"] is not None)

@@ -108,7 +108,7 @@ class World:
         self.is_turned = scene.is_turned
         self.start_at: dict[str, tuple[float, float]] = dict(self.at)
         self.held = scene.held
-        self._table_height = scene.table_height
+        self.table_height = scene.table_height
         self._extents, parents = _seen(scene)
         self.put_in: set[str] = set()
         self.parent: dict[str, Parent] = dict(parents)
@@ -173,7 +173,7 @@ class World:
 
     def is_carried(self, name: str) -> bool:
         """Say whether a held object has been lifted; one that is merely gripped may still be picked up."""
-        return bottom(self.objects[name]) - self._table_height > LIFTED
+        return bottom(self.objects[name]) - self.table_height > LIFTED
 
     def movable(self, name: str) -> bool:
         """Say whether an object is one of those that get carried about."""
