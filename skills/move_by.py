@@ -11,7 +11,7 @@ from pydantic import Field
 from robosandbox.driver import require
 from robosandbox.errors import Phase
 from robosandbox.skills.primitives.guarded import follow_until
-from robosandbox.skills.primitives.hand_move import HAND_GOES, HANDS, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import BARE_HANDS, HAND_GOES, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
@@ -83,7 +83,7 @@ def _far(argument: str, sign: float) -> Slot:
 
 
 def _of_the_hand(*verbs: str) -> tuple[str, ...]:
-    return tuple(f"{verb} {hand}" for verb in verbs for hand in HANDS)
+    return tuple(f"{verb} {hand}" for verb in verbs for hand in (*HANDS, *BARE_HANDS))
 
 
 _TOUCHES = (

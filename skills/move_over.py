@@ -42,7 +42,7 @@ class MoveOver(HandMove):
     name = "move_over"
     words = (
         Words(
-            verbs=(*HAND_GOES, "hover", "get over", "hold your hand", "hold the hand"),
+            verbs=(*HAND_GOES, "hover", "get", "hold your hand", "hold the hand"),
             slots=_over("over", "above", "to above", "over to", "to over", "directly over", "of", "to", "straight to"),
             required=("object",),
         ),
@@ -51,11 +51,10 @@ class MoveOver(HandMove):
         Words(
             verbs=(*HAND_GOES, "hover"),
             slots=(
-                Slot(argument="object", kind="object", prepositions=_BETWEEN),
-                Slot(argument="other", kind="object", prepositions=("and",)),
+                Slot(argument="object other", kind="pair", prepositions=_BETWEEN),
                 Slot(argument="height", kind="length", prepositions=("", "by", "at"), endings=(("up", 1.0),)),
             ),
-            required=("other",),
+            required=("object other",),
         ),
         Words(
             verbs=("hold", "keep"), object="held", slots=_over("over", "above"), required=("object",), hand="holding"

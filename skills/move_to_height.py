@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from robosandbox.skills.primitives.hand_move import HAND_GOES, HANDS, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import BARE_HANDS, HAND_GOES, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
@@ -34,7 +34,7 @@ class MoveToHeight(HandMove):
             verbs=(
                 *HAND_GOES,
                 *(f"{goes} {way}" for goes in HAND_GOES for way in ("down", "up")),
-                *(f"{verb} {hand}" for verb in ("lower", "raise", "lift", "hold", "keep") for hand in HANDS),
+                *(f"{verb} {hand}" for verb in ("lower", "raise", "lift", "hold", "keep") for hand in (*HANDS, *BARE_HANDS)),
             ),
             slots=(_HEIGHT,),
             required=("height",),

@@ -58,7 +58,7 @@ class SavePose(HandMove):
             verbs=tuple(
                 f"{call} {what}"
                 for call in ("call", "name", "label", "let us call", "we call")
-                for what in ("this", "that", "it", "where you are", *(f"this {place}" for place in _PLACES))
+                for what in (*(f"this {place}" for place in _PLACES), *(() if call == "name" else ("this", "that", "it", "where you are")))
             ),
             slots=(Slot(argument="pose", kind="name"),),
             required=("pose",),
@@ -151,7 +151,7 @@ class ForgetPose(HandMove):
     words = Words(
         verbs=tuple(
             f"{verb} {the}"
-            for verb in ("forget", "delete", "remove", "erase", "drop", "clear")
+            for verb in ("forget", "delete", "remove", "erase", "clear")
             for the in ("pose", "the pose", "position", "the", "my", "the pose called", "the position called", "the saved", "the spot called")
         ),
         slots=(Slot(argument="pose", kind="pose"),),

@@ -18,7 +18,7 @@ _SPEEDS = (
     *((speed, "careful") for speed in ("quarter speed", "low speed", "slow speed")),
 )
 _LIMITS = ("limit", "set", "keep", "cap", "restrict", "change", "reduce", "lower", "raise")
-_OF_THE_HAND = ("speed", "hand speed", "top speed", "maximum speed", "pace")
+_OF_THE_HAND = ("speed", "top speed", "maximum speed", "pace")
 
 
 def _pacing(verbs: Sequence[str], *hows: str) -> tuple[str, ...]:
@@ -33,8 +33,9 @@ def _pacing(verbs: Sequence[str], *hows: str) -> tuple[str, ...]:
 
 def _alone(tempo: str) -> tuple[str, ...]:
     """Return how people name a pace without a verb, or with one that says that it is not the present one."""
-    named = [said for said, meant in _SPEEDS if meant == tempo]
-    return tuple(f"{before} {said}".strip() for said in named for before in ("", "back to", "resume", "use", "at"))
+    # An article is no verb, nor is an adjective alone.
+    named = [said for said, meant in _SPEEDS if meant == tempo and len(said.split()) == 2 and not said.startswith("the ")]
+    return tuple(f"{before} {said}".strip() for said in named for before in ("", "back to", "resume", "use"))
 
 
 class SetTempo(Skill):
@@ -58,7 +59,6 @@ class SetTempo(Skill):
         Words(
             verbs=(
                 *(f"{never} {go} faster than" for never in ("never", "do not") for go in ("go", "move", "work", "travel")),
-                *(f"{go} no faster than" for go in ("go", "move", "work", "travel")),
                 *(f"{set_it} {whose} {speed}" for set_it in _LIMITS for whose in ("your", "the") for speed in _OF_THE_HAND),
                 *(f"{to}" for to in ("slow down to", "speed up to")),
             ),
@@ -71,7 +71,7 @@ class SetTempo(Skill):
                 (
                     "careful",
                     (
-                        *_pacing(("slow down", "be careful", "be gentle"), "slower", "slowly", "gentler", "more slowly"),
+                        *_pacing(("slow down", "be careful", "be gentle"), "slower", "gentler", "more slowly"),
                         *_alone("careful"),
                     ),
                 ),

@@ -64,7 +64,7 @@ class Trace(HandMove):
 
     name = "trace"
     words = Words(
-        verbs=("draw", "trace", "make", "do", "describe", "sketch", *HAND_GOES),
+        verbs=("draw", "trace", "make", "do", "sketch", *HAND_GOES),
         slots=(
             Slot(argument="shape", kind="phrase", phrases=_SHAPES),
             Slot(

@@ -8,13 +8,13 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from robosandbox.skills.primitives.hand_move import HANDS, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import BARE_HANDS, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import SENSES, Slot, Words
 from robosandbox.types import Pose, SkillResult, matrix_about_axis
 
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
-_WRISTS = (*HANDS, "the wrist", "your wrist")
+_WRISTS = (*HANDS, *BARE_HANDS, "the wrist", "your wrist", "wrist")
 
 _LEANING = tuple(
     (f"{said}{by}", sign)

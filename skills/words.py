@@ -6,7 +6,7 @@ from typing import Literal
 
 from robosandbox.values import frozen
 
-SlotKind = Literal["object", "angle", "length", "duration", "force", "speed", "share", "number", "point", "name", "pose", "phrase"]
+SlotKind = Literal["object", "pair", "angle", "length", "duration", "force", "speed", "share", "number", "point", "name", "pose", "phrase"]
 
 
 @frozen(kw_only=True)
@@ -14,8 +14,8 @@ class Slot:
     """Words that may follow a verb and its object, and the argument that they fill.
 
     Attributes:
-        argument: Of the skill; of a point three of them, with spaces between, as "x y z".
-        kind: What is said: an object, a number with the unit of an angle, length, duration or force, a speed (as a tempo: "0.1 m/s"),
+        argument: Of the skill; of a pair two, of a point three of them, with spaces between, as "x y z".
+        kind: What is said: an object, two of them ("the cube and the ball"), a number with the unit of an angle, length, duration or force, a speed (as a tempo: "0.1 m/s"),
             a share ("half", "40 %"), a plain number, the three numbers of a point, a name of one word, or nothing but one of `phrases`.
         prepositions: What comes before it, as "by" or "parallel to"; "" where nothing needs to.
         phrases: Whole phrases with the value that each stands for, SI units, as ("a quarter turn", 1.5708).

@@ -131,13 +131,16 @@ def _paced(reading: Sentence) -> Sentence | None:
     if not unsaid:
         return reading
     said = [words for words in reading.manners if not _is_of(words, "FROM_NOW_ON")]
-    tempo, _ = _tempo_of(said, ("set_tempo",))
+    numbers = [tempo for tempo in reading.tempos if tempo not in _TERMS]
+    tempo = numbers[0] if numbers else _tempo_of(said, ("set_tempo",))[0]
     if not tempo or len(unsaid) > 1:
         return None
     step = unsaid[0]
     paced = step._replace(slots=((step.words.pace, tempo),)) if step.words else step
     steps = tuple(paced if one is step else one for one in reading.steps)
-    return replace(reading, steps=steps, manners=tuple(words for words in reading.manners if words not in said))
+    tempos = tuple(each for each in reading.tempos if each != tempo)
+    manners = tuple(words for words in reading.manners if numbers or words not in said)
+    return replace(reading, steps=steps, manners=manners, tempos=tempos)
 
 
 def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:

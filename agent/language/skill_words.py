@@ -110,7 +110,8 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         if isinstance(value, Ref):
             arguments[argument] = one(value)
         elif isinstance(value, tuple):
-            arguments.update(zip(argument.split(), map(_rounded, value), strict=True))
+            told = (one(each) if isinstance(each, Ref) else _rounded(each) for each in value)
+            arguments.update(zip(argument.split(), told, strict=True))
         else:
             arguments[argument] = _rounded(value)
     return arguments
@@ -213,7 +214,7 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
     yield f"said_{own} : slot"
     if plain:
         yield f"  = {field}:{f'PH_{own}'.upper()}"
-    filler = {"object": "alone", "name": "name", "pose": "name", "point": "point_in_space", "speed": "rate"}.get(slot.kind) or (
+    filler = {"object": "alone", "pair": "two_things", "name": "name", "pose": "name", "point": "point_in_space", "speed": "rate"}.get(slot.kind) or (
         f"value_{own}" if numeric else ""
     )
     for preposition in slot.prepositions if filler else ():

@@ -22,10 +22,12 @@ from robosandbox.world.relations import bottom, centre, top
 _SEEDS = 12
 # What people call the hand, and how they say that it goes somewhere.
 HANDS = tuple(
-    f"{whose} {what}".strip()
-    for whose in ("the", "your", "")
+    f"{whose} {what}"
+    for whose in ("the", "your")
     for what in ("hand", "gripper", "arm", "fingers", "fingertips", "tool", "tip", "tcp", "end effector")
 )
+# The same as who writes notes has it, or whose language has no articles.
+BARE_HANDS = ("hand", "gripper", "arm")
 HAND_GOES = (
     "move",
     "go",
@@ -42,6 +44,7 @@ HAND_GOES = (
         for verb in ("move", "bring", "drive", "shift", "slide", "take", "get", "position", "steer", "put", "park")
         for hand in HANDS
     ),
+    *(f"{verb} {hand}" for verb in ("move", "bring", "shift") for hand in BARE_HANDS),
 )
 # m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
 # twice that at twice the speed.
