@@ -26,7 +26,8 @@ def _pacing(verbs: Sequence[str], *hows: str) -> tuple[str, ...]:
     some = ("a bit", "a little", "a little bit", "much", "even", "a lot")
     compared = [f"{much} {how}".strip() for how in hows for much in ("", *some)]
     return (
-        *(f"{go} {how}".strip() for how in compared for go in ("", "go", "move", "work")),
+        *(f"{go} {how}" for how in compared for go in ("go", "move", "work")),
+        *hows,
         *(f"{verb} {much}".strip() for verb in verbs for much in ("", "again", *some)),
     )
 

@@ -397,7 +397,7 @@ def _for_skill(values: dict[str, Any], words: Words) -> Any:
     placed = any(ref.relations or ref.ranks for ref in made.objects)
     if not enough:
         # A rule says what it costs to say nothing beside the verb.
-        return Costly((made, COSTS[2])) if told else made
+        return Costly((made, COSTS[1] if words.pace else COSTS[2])) if told or made.tempos else made
     return made if words.required or placed else Costly((made, -COSTS[1] - 0.1))
 
 
@@ -548,6 +548,7 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
                 tuple(told),
                 tuple(values.get("avoid", ())),
                 anew=bool(values.get("anew")),
+                asides=tuple(values.get("asides", ())),
                 tempos=tuple(dict.fromkeys((*values.get("tempos", ()), *(t for step in told for t in step.tempos)))),
             ),
             COSTS[2] * (further or back) + COSTS[2] * unsaid,
@@ -1196,7 +1197,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "list": _list,
     "Commas": _commas, "slot": lambda values, text: tuple((name.replace("__", " "), value) for name, value in values.items()),
     "triple": lambda values, text: tuple(map(float, values["of"])),
-    "product": _product, "Pair": lambda values, text: with_nouns(tuple(values["of"])), "Name": lambda values, text: "_".join(str(part) for part in values["of"]), "Rate": lambda values, text: f"{_product(values, text):g} m/s", "Lasting": lambda values, text: f"{_product(values, text):g} s", "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
+    "product": _product, "Aside": lambda values, text: text, "Pair": lambda values, text: with_nouns(tuple(values["of"])), "Name": lambda values, text: "_".join(str(part) for part in values["of"]), "Rate": lambda values, text: f"{_product(values, text):g} m/s", "Lasting": lambda values, text: f"{_product(values, text):g} s", "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
     "Fix": _fix, "Corrected": _corrected, "Specified": _specified,

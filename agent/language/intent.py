@@ -268,7 +268,8 @@ class Sentence:
         avoid: What is not to be touched.
         manners: Words of speed and care, which no skill is told.
         anew: "again", "instead" in the first step: something was done before.
-        tempos: How fast or how long, by the names of tempos: "0.05 m/s", "8 s".
+        tempos: How fast or how long, by the names of tempos: "0.05 m/s", "8 s"; and what the way there is not to do.
+        asides: What no plan takes account of, as it was said.
     """
 
     steps: tuple[Command, ...]
@@ -276,6 +277,7 @@ class Sentence:
     manners: tuple[str, ...] = ()
     anew: bool = False
     tempos: tuple[str, ...] = ()
+    asides: tuple[str, ...] = ()
 
 
 def replace(node: N, /, **changes: Any) -> N:

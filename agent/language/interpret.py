@@ -289,6 +289,7 @@ def choose(
             if len(reading.tempos) > len(terms):
                 tempo, told = _timed([each for each in reading.tempos if each not in terms], draft, skills)
             notes = [told] if told else []
+            notes += [f"I take no account of {listed([f'“{aside}”' for aside in reading.asides])}."] if reading.asides else []
             notes += [f"I do not see what is {listed(felt)}."] if felt else []
             draft = replace(draft, note=" ".join(notes), tempo=tempo)
         except RefusedError as error:
