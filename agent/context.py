@@ -185,7 +185,7 @@ class AgentContext(GoalContext):
         """Return what was seen as it concerns the arm that calls are made with, and what that arm says of itself."""
         poses = tuple(sorted(name for arm, name in self.poses if arm == self.arm.name))
         if len(self.driver.arms) == 1:
-            return replace(seen, arm=self.arm.state(), poses=poses)
+            return replace(seen, arm=self.arm.state(), poses=poses, tempo=self.tempo.name)
         robot = self.arm.spec
         base = float(robot.base_position[0]), float(robot.base_position[1])
         hand = None if self.hand is None else self.hand.name
@@ -197,6 +197,7 @@ class AgentContext(GoalContext):
             grips=hand is not None,
             arm=self.arm.state(),
             poses=poses,
+            tempo=self.tempo.name,
         )
 
     def feel(self) -> ObservedScene:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -15,12 +15,16 @@ from robosandbox.skills.primitives.hand_move import BARE_HANDS, HAND_GOES, HANDS
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
 # Words for the way along an axis, with its sign.
 _FORWARD = {
     "forward": 1.0,
     **{f"{to} {whom}": -1.0 for to in ("toward", "towards") for whom in ("yourself", "you", "your base", "the base", "the robot")},
+    # Who is there stands before the arm, as where it hands things over.
+    **{f"{to} {whom}": 1.0 for to in ("toward", "towards") for whom in ("me", "us", "the person", "the user")},
     **{f"away from {whom}": 1.0 for whom in ("yourself", "you", "your base", "the base", "the robot")},
     "straight ahead": 1.0,
     "straight forward": 1.0,
@@ -101,7 +105,8 @@ _UNTIL_TOUCH = Slot(
     argument="until_force",
     kind="phrase",
     phrases=tuple(
-        (f"until {what}{then}", _LIGHT)
+        (f"{until} {what}{then}", _LIGHT)
+        for until in ("until", "till")
         for what in _TOUCHES
         for then in ("", " and stop there", " and stop", " then stop")
     ),
@@ -200,8 +205,21 @@ class MoveBy(HandMove):
             means=(("dz", -_FAR),),
         ),
         Words(verbs=_of_the_hand("lower"), slots=(_far("dz", -1.0), _UNTIL_TOUCH), required=("dz",)),
+        Words(
+            verbs=("lower", "lower {} down", "bring {} down", "lower {} slowly"),
+            object="held",
+            slots=(_UNTIL_TOUCH,),
+            required=("until_force",),
+            hand="holding",
+            means=(("dz", -_FAR),),
+        ),
     )
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN, "spanish": _SPANISH}
+
+    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
+        """Return that what is to be moved is held, and stays so."""
+        del others
+        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
 
     def run(
         self,
@@ -211,6 +229,7 @@ class MoveBy(HandMove):
         dy: _Way = 0.0,
         dz: _Way = 0.0,
         until_force: Annotated[float, Field(ge=0.0, le=20.0)] = 0.0,
+        held: str | None = None,
     ) -> SkillResult:
         """Move the tool centre point in a straight line without turning the hand; what it holds stays held.
 
@@ -220,6 +239,7 @@ class MoveBy(HandMove):
             dz: Up, metres.
             until_force: Force on anything at which it stops, N; it then goes slowly, may touch things, and goes no farther than it
                 reaches. 0 touches nothing.
+            held: Id of what is held meanwhile; nothing, or whatever is held, when left out.
 
         Raises:
             UnreachableError: The hand cannot go there in a straight line.
@@ -228,6 +248,7 @@ class MoveBy(HandMove):
             UnsupportedError: The driver feels no touch.
             TrackingError: The arm did not arrive.
         """
+        del held
         arm = Mover(ctx)
         start = arm.state.tcp_pose
         goal = Pose(xyz=tuple(start.position + np.array([dx, dy, dz])), quat_xyzw=start.quat_xyzw)

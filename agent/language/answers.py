@@ -457,6 +457,12 @@ class _Answers(Seen):
         told = f"It is {length(far)} from my base, and I work from {length(least)} to {length(most)}, seen from above; an order to go there would show."
         raise RefusedError(RefusalCode.UNSUPPORTED, told)
 
+    def _say_pace(self, asked: Question) -> Answer:
+        if not self._scene.tempo:
+            raise RefusedError(RefusalCode.UNSUPPORTED, "I do not know at which tempo I go.")
+        told = self._scene.tempo
+        return Answer(f"My hand goes at {told} at most." if told.endswith("m/s") else f"I go at the {told} tempo.")
+
     def _say_pointing(self, asked: Question) -> Answer:
         approach, closing = self._arm.tcp_pose.rotation[:, 2], self._arm.tcp_pose.rotation[:, 1]
         tilt = float(np.degrees(np.arccos(np.clip(-approach[2], -1.0, 1.0))))

@@ -45,7 +45,7 @@ _TERMS = {
     "ungripped": _UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper"},
 }
 _AND_TELL = re.compile(
-    r"[ ,.;]+(?:(?:and|then|afterwards|after that),? )*(?P<question>(?:tell|show) (?:me|us) (?:then |afterwards )?(?:how|where|what|which|whether|if) .+)$",
+    r"[ ,.;]+(?:(?:and|then|afterwards|after that),? )*(?P<question>(?:tell|show|give) (?:me|us) (?:then |afterwards )?(?:how|where|what|which|whether|if|the|your|its|all) .+)$",
     re.IGNORECASE,
 )
 _ANEW = ("once more", "one more time", "again", "instead", "rather")

@@ -275,6 +275,7 @@ class ObservedScene:
         arm: State of that arm and its gripper at the look, as they told it; None where they were not asked.
         is_turned: Whether it is told in the frame of a person who faces the robot, turned by half a turn about its base.
         poses: Names of the poses to which that arm can be sent, beside its home.
+        tempo: Name of the tempo at which calls are made; "" where that is not told.
     """
 
     time: float
@@ -290,6 +291,7 @@ class ObservedScene:
     arm: ArmState | None = field(default=None, compare=False)
     is_turned: bool = False
     poses: tuple[str, ...] = field(default=(), compare=False)
+    tempo: str = field(default="", compare=False)
 
     def __hash__(self) -> int:
         """Return a hash of the look and of what was seen: what is worked out of a scene is kept by it."""
