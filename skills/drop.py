@@ -25,7 +25,7 @@ class Drop(Skill):
     words = Words(
         verbs=("drop", "let {} fall", "let {} drop"),
         object="object",
-        slots=(Slot(argument="height", kind="length", prepositions=("from", "from a height of")),),
+        slots=(Slot(argument="height", kind="length", prepositions=("from", "from a height of"), endings=(("up", 1.0), ("above the table", 1.0), ("high", 1.0), ("over the table", 1.0))),),
         hand="holding",
     )
 

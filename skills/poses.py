@@ -99,7 +99,7 @@ class MoveToPose(HandMove):
         ),
         Words(
             verbs=(
-                *(f"{go} to where you were {when}" for go in _BACK for when in _EARLIER),
+                *(f"{go} to where you were {when}" for go in (*_BACK, "back") for when in _EARLIER),
                 *(f"{go} to {the} {last} {place}" for go in _BACK for the in ("your", "the") for last in ("previous", "last") for place in _PLACES),
                 *(f"undo {what}" for what in ("that move", "the move", "the last move", "your last move", "that motion", "that movement", "the last movement")),
                 "go back to where you came from",

@@ -48,6 +48,14 @@ _WIDTH = Slot(
     prepositions=("", "by"),
     endings=(("each", 1.0), ("each time", 1.0), ("every time", 1.0), ("each way", 2.0)),
 )
+_AXIS = Slot(
+    argument="axis",
+    kind="phrase",
+    phrases=(
+        *((said, "sideways") for said in ("side to side", "left and right", "from side to side", "left right", "sideways")),
+        *((said, "vertical") for said in ("up and down", "vertically")),
+    ),
+)
 _SIDEWAYS = ("left and right", "from left to right", "from side to side", "to and fro", "back and forth", "sideways")
 _UP_AND_DOWN = ("up and down", "down and up")
 
@@ -72,7 +80,7 @@ class Shake(HandMove):
                 *(f"give {{}} a {some}shake" for some in ("", "little ", "good ", "gentle ", "quick ", "short ")),
             ),
             object="object",
-            slots=(_TIMES,),
+            slots=(_TIMES, _WIDTH, _AXIS),
             hand="holding",
         ),
         Words(

@@ -44,6 +44,7 @@ class Words:
         required: Arguments of which at least one has to be said; none asks for nothing.
         hand: What the hand is before the call: empty, holding the object, which is picked up first where it is not held, or any.
         holds: Whether the object is in the hand afterwards, whatever it was before.
+        returns: Whether the object is put back to where it was picked up for this.
         pace: The argument that words of manner say, as "slowly" does; "" where they say how the act is done.
         means: Arguments with the values that the verb itself stands for, as ("tempo", "careful"), unless others are said.
     """
@@ -54,6 +55,7 @@ class Words:
     required: tuple[str, ...] = ()
     hand: Literal["empty", "holding", "any"] = "empty"
     holds: bool = False
+    returns: bool = False
     pace: str = ""
     means: tuple[tuple[str, float | str], ...] = ()
 

@@ -124,6 +124,10 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
 
 # Where on the seeds' table the hand is before it goes to a part of one that names no other.
 _BEFORE_IT = (0.1, 0.0)
+# Calls after which the hand comes back to where it was, rather than home.
+_OF_THE_HAND = frozenset(
+    {"move_by", "move_to", "move_over", "move_beside", "move_to_height", "move_towards", "move_joint", "turn_hand", "wait", "set_tempo", "save_pose"}
+)
 # Metres above the table at which the hand is over a part of it; chosen as above what stands there.
 _OVER_TABLE = 0.2
 # The pose in which the arm stands when an order begins.
@@ -422,6 +426,7 @@ class _Builder(Deciding):
         if not words.object:
             self._add(command.skill, **others)
         for name in names:
+            took = words.hand == "holding" and self.world.held != name
             if words.hand == "holding":
                 self._take(name)
             elif words.hand == "empty":
@@ -433,6 +438,10 @@ class _Builder(Deciding):
             if words.hand == "empty":
                 self._note_moved(name)
             self._add(command.skill, **{words.object: name, **others})
+            if words.returns and took:
+                x, y = self.discourse.origins[name][0]
+                self._add("place_at", x=round(x, 4), y=round(y, 4))
+                self.world.put(name, (x, y))
             if words.holds and self.world.held is None:
                 self._note_moved(name)
                 self.world.take(name)
@@ -476,6 +485,10 @@ class _Builder(Deciding):
         self._add("move_to", x=round(x, 4), y=round(y, 4), z=round(z, 4))
 
     def _home(self, command: Command) -> None:
+        if command.direction == "back" and self.steps and all(step.call.skill in _OF_THE_HAND for step in self.steps):
+            # "move left 10 cm, then come back": to where it was.
+            self._go_to_pose(_START)
+            return
         if not self.steps or self.steps[-1].call.skill != "home":
             self._add("home")
 
@@ -501,7 +514,7 @@ _SLOTS: dict[str, frozenset[str]] = {
     "sort": frozenset({"place"}),
     "swap": frozenset(),
     "line_up": frozenset(),
-    "home": frozenset(),
+    "home": frozenset({"direction"}),
 }
 _TOLD = {
     "place": "a place",
