@@ -74,7 +74,8 @@ def _is_about_the_same(call: SkillCall, failed: SkillCall) -> bool:
 
 
 def summary(steps: Sequence[Step]) -> str:
-    """Return what was done and what else changed meanwhile, in a line."""
+    """Return what was done, found out and changed besides, in a line."""
+    found = [step.result.found for step in steps if step.result.found]
     changed = [effect for step in steps for effect in step.result.side_effects]
     done = str(Plan(steps=tuple(step.call for step in steps)))
-    return f"{done}; {'; '.join(changed)}" if changed else done
+    return "; ".join([done, *found, *changed])

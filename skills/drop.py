@@ -10,6 +10,7 @@ from pydantic import Field
 from robosandbox.errors import GraspError, Phase
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.hand_move import Mover
+from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillResult
@@ -25,7 +26,14 @@ class Drop(Skill):
     words = Words(
         verbs=("drop", "let {} fall", "let {} drop"),
         object="object",
-        slots=(Slot(argument="height", kind="length", prepositions=("from", "from a height of"), endings=(("up", 1.0), ("above the table", 1.0), ("high", 1.0), ("over the table", 1.0))),),
+        slots=(
+            Slot(
+                argument="height",
+                kind="length",
+                prepositions=("from", "from a height of"),
+                endings=(("up", 1.0), ("above the table", 1.0), ("high", 1.0), ("over the table", 1.0)),
+            ),
+        ),
         hand="holding",
     )
 
@@ -67,6 +75,11 @@ class Drop(Skill):
         detail: dict[str, float | str | bool] = {"object": object}
         if there is not None:
             x, y, _ = there.pose.xyz
+            if top(there) > arm.state.tcp_pose.xyz[2]:
+                # It lies between the fingers, which go up past it.
+                arm.use(seen)
+                arm.motion.allow(object)
+                arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=arm.tempo.leave)
             detail |= {"fell_mm": 1e3 * (before - bottom(there)), "x": x, "y": y}
         return SkillResult(skill=self.name, detail=detail)
 

@@ -32,7 +32,15 @@ _FORCE = Slot(
         "",
         *("with", "to", "at", "using", "with a force of", "with about", "at about"),
         # What is not to be passed is what is set.
-        *("with no more than", "no harder than", "no more than", "with at most", "at most", "not more than", "with a maximum of"),
+        *(
+            "with no more than",
+            "no harder than",
+            "no more than",
+            "with at most",
+            "at most",
+            "not more than",
+            "with a maximum of",
+        ),
         *("but no harder than", "but no more than", "with up to", "up to", "not harder than", "but not more than"),
     ),
 )
@@ -62,7 +70,17 @@ def _more(argument: str, sign: float) -> Slot:
         beginnings=(("by", sign), ("by another", sign), ("another", sign)),
         endings=tuple(
             (more, sign)
-            for more in ("more", "wider", "further", "farther", "narrower", "tighter", "closer", "more than now", "wider than now")
+            for more in (
+                "more",
+                "wider",
+                "further",
+                "farther",
+                "narrower",
+                "tighter",
+                "closer",
+                "more than now",
+                "wider than now",
+            )
         ),
         phrases=tuple(
             (f"{just}{some}{more}", sign * _LITTLE)
@@ -139,7 +157,19 @@ class OpenGripper(Skill):
                         "leaving",
                         "leaving a gap of",
                         "till",
-                        *(f"until {it} {is_it}" for it in ("the fingers", "your fingers", "the jaws", "they", "the gripper", "it", "the gap") for is_it in ("are", "is")),
+                        *(
+                            f"until {it} {is_it}"
+                            for it in (
+                                "the fingers",
+                                "your fingers",
+                                "the jaws",
+                                "they",
+                                "the gripper",
+                                "it",
+                                "the gap",
+                            )
+                            for is_it in ("are", "is")
+                        ),
                         "until there is a gap of",
                     ),
                     endings=(("apart", 1.0), ("wide", 1.0), ("open", 1.0)),
@@ -193,7 +223,14 @@ class OpenGripper(Skill):
             required=("width", "share"),
         ),
         Words(
-            verbs=("half open", "halfway open", "open half way", "open halfway", "gripper half open", "fingers half open"),
+            verbs=(
+                "half open",
+                "halfway open",
+                "open half way",
+                "open halfway",
+                "gripper half open",
+                "fingers half open",
+            ),
             means=(("share", 0.5),),
         ),
         Words(verbs=("open up", "gripper open", "fingers open", "hand open", "open hand", "open fingers")),

@@ -10,8 +10,8 @@ from robosandbox.skills.drop import Drop
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
 from robosandbox.skills.hand_over import HandOver
 from robosandbox.skills.lift import Lift
-from robosandbox.skills.move_beside import MoveBeside
 from robosandbox.skills.measure import Measure
+from robosandbox.skills.move_beside import MoveBeside
 from robosandbox.skills.move_by import MoveBy
 from robosandbox.skills.move_joint import MoveJoint
 from robosandbox.skills.move_joints import MoveJoints

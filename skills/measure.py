@@ -43,10 +43,14 @@ class Measure(HandMove):
             GraspError: They have closed on nothing.
         """
         arm = Mover(ctx)
-        arm.enter(Phase.VERIFY)
         gripper = arm.state.gripper
         if gripper is None or gripper.seal is not None:
             raise UnsupportedError("the robot has no fingers to measure with", phase=Phase.CHECK)
         if arm.look().held != object:
             raise GraspError(f"{object} is not between the fingers", phase=Phase.VERIFY)
-        return SkillResult(skill=self.name, detail={"object": object, "width_mm": 1e3 * gripper.width})
+        width = 1e3 * gripper.width
+        return SkillResult(
+            skill=self.name,
+            detail={"object": object, "width_mm": width},
+            found=f"{object} is {width:.1f} mm wide between the fingers",
+        )

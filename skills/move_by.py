@@ -22,7 +22,11 @@ _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
 # Words for the way along an axis, with its sign.
 _FORWARD = {
     "forward": 1.0,
-    **{f"{to} {whom}": -1.0 for to in ("toward", "towards") for whom in ("yourself", "you", "your base", "the base", "the robot")},
+    **{
+        f"{to} {whom}": -1.0
+        for to in ("toward", "towards")
+        for whom in ("yourself", "you", "your base", "the base", "the robot")
+    },
     # Who is there stands before the arm, as where it hands things over.
     **{f"{to} {whom}": 1.0 for to in ("toward", "towards") for whom in ("me", "us", "the person", "the user")},
     **{f"away from {whom}": 1.0 for whom in ("yourself", "you", "your base", "the base", "the robot")},
@@ -186,7 +190,17 @@ class MoveBy(HandMove):
         Words(
             verbs=(
                 *HAND_GOES,
-                *("slide over", "reach", "retreat", "withdraw", "rise", "back off", "back away", "pull back", "pull away"),
+                *(
+                    "slide over",
+                    "reach",
+                    "retreat",
+                    "withdraw",
+                    "rise",
+                    "back off",
+                    "back away",
+                    "pull back",
+                    "pull away",
+                ),
                 *("climb", "descend", "sink", "draw a line", "trace a line", "draw a straight line", "lower", "raise"),
             ),
             slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
@@ -198,7 +212,12 @@ class MoveBy(HandMove):
                 *(f"{goes} {down}" for goes in HAND_GOES for down in _DOWNWARDS),
                 *_of_the_hand("lower"),
                 *("descend", "keep descending", "keep lowering", *_of_the_hand("keep lowering")),
-                *(f"{keep} {going} {down}" for keep in ("keep", "continue") for going in ("going", "moving") for down in _DOWNWARDS),
+                *(
+                    f"{keep} {going} {down}"
+                    for keep in ("keep", "continue")
+                    for going in ("going", "moving")
+                    for down in _DOWNWARDS
+                ),
             ),
             slots=(_UNTIL_TOUCH,),
             required=("until_force",),
@@ -277,4 +296,6 @@ class MoveBy(HandMove):
                 "touched": touched,
                 "force_n": most,
             },
+            found=f"{'touched something' if touched else 'touched nothing'} after {100.0 * float(np.linalg.norm(gone)):.1f} cm, "
+            f"{100.0 * (arm.state.tcp_pose.xyz[2] - arm.start.table_height):.1f} cm above the table, with {most:.1f} N",
         )

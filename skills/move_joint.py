@@ -15,14 +15,12 @@ from robosandbox.types import SkillResult
 _VERBS = ("move", "turn", "rotate", "set", "bring", "bend", "flex", "turn only", "move only", "rotate only")
 # Angle of a turn that is to be a little, rad. Chosen.
 _LITTLE = math.radians(5.0)
-_BY = (
-    Slot(
-        argument="by",
-        kind="angle",
-        prepositions=("by", "", "through", "another"),
-        phrases=(("a little", _LITTLE), ("a bit", _LITTLE), ("a little bit", _LITTLE), ("slightly", _LITTLE)),
-        endings=(("more", 1.0), ("further", 1.0), ("back", -1.0)),
-    )
+_BY = Slot(
+    argument="by",
+    kind="angle",
+    prepositions=("by", "", "through", "another"),
+    phrases=(("a little", _LITTLE), ("a bit", _LITTLE), ("a little bit", _LITTLE), ("slightly", _LITTLE)),
+    endings=(("more", 1.0), ("further", 1.0), ("back", -1.0)),
 )
 _HOW_FAR = (
     _BY,
@@ -60,7 +58,10 @@ class MoveJoint(HandMove):
         ),
         Words(
             verbs=("decrease joint", "reduce joint", "lower joint"),
-            slots=(Slot(argument="joint", kind="number"), Slot(argument="by", kind="angle", beginnings=(("by", -1.0),), bare=False)),
+            slots=(
+                Slot(argument="joint", kind="number"),
+                Slot(argument="by", kind="angle", beginnings=(("by", -1.0),), bare=False),
+            ),
             required=("by",),
         ),
         Words(

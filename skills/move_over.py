@@ -32,7 +32,16 @@ def _over(*prepositions: str) -> tuple[Slot, ...]:
 _BETWEEN = tuple(
     f"{over}{between}"
     for over in ("", "over ", "to ", "above ")
-    for between in ("halfway between", "half way between", "midway between", "between", "the middle between", "the midpoint between", "the point between", "the midpoint of")
+    for between in (
+        "halfway between",
+        "half way between",
+        "midway between",
+        "between",
+        "the middle between",
+        "the midpoint between",
+        "the point between",
+        "the midpoint of",
+    )
 )
 
 

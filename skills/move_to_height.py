@@ -14,11 +14,18 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
 _ENDS = (
-    *(f"{until} {who} {about}".strip() for until in ("until", "till") for who in ("you are", "it is", "your hand is", "the hand is") for about in ("", "about")),
+    *(
+        f"{until} {who} {about}".strip()
+        for until in ("until", "till")
+        for who in ("you are", "it is", "your hand is", "the hand is")
+        for about in ("", "about")
+    ),
     *("to", "to about", "at", "down to", "up to", "at about", "to a height of", "at a height of"),
 )
 _OVER = tuple(
-    (f"{over} {table}", 1.0) for over in ("above", "over", "off", "from") for table in ("the table", "table", "the tabletop", "the table top")
+    (f"{over} {table}", 1.0)
+    for over in ("above", "over", "off", "from")
+    for table in ("the table", "table", "the tabletop", "the table top")
 )
 
 
@@ -34,12 +41,22 @@ class MoveToHeight(HandMove):
             verbs=(
                 *HAND_GOES,
                 *(f"{goes} {way}" for goes in HAND_GOES for way in ("down", "up")),
-                *(f"{verb} {hand}" for verb in ("lower", "raise", "lift", "hold", "keep") for hand in (*HANDS, *BARE_HANDS)),
+                *(
+                    f"{verb} {hand}"
+                    for verb in ("lower", "raise", "lift", "hold", "keep")
+                    for hand in (*HANDS, *BARE_HANDS)
+                ),
             ),
             slots=(_HEIGHT,),
             required=("height",),
         ),
-        Words(verbs=("lower", "lift", "raise", "hold", "bring", "lower {} down"), object="held", slots=(_HEIGHT,), required=("height",), hand="holding"),
+        Words(
+            verbs=("lower", "lift", "raise", "hold", "bring", "lower {} down"),
+            object="held",
+            slots=(_HEIGHT,),
+            required=("height",),
+            hand="holding",
+        ),
     )
 
     def contract(self, *, held: str | None = None, **others: Any) -> Contract:

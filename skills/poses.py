@@ -20,11 +20,46 @@ _HOME = "home"
 _HERE = "here"
 _START = "start"
 _PLACES = ("pose", "position", "spot", "place", "point", "location")
-_BACK = ("go back", "return", "come back", "move back", "get back", "head back", "go", "move the hand back", "move your hand back")
-_EARLIER = ("before", "before that", "before the last move", "before your last move", "just now", "a moment ago", "just before", "a second ago")
+_BACK = (
+    "go back",
+    "return",
+    "come back",
+    "move back",
+    "get back",
+    "head back",
+    "go",
+    "move the hand back",
+    "move your hand back",
+)
+_EARLIER = (
+    "before",
+    "before that",
+    "before the last move",
+    "before your last move",
+    "just now",
+    "a moment ago",
+    "just before",
+    "a second ago",
+)
 _NAMED = (
-    *("to pose", "to the pose", "back to pose", "to position", "to the position", "back to the", "to the", "to", "back to", "to my"),
-    *(f"{to} the {what} {called}" for to in ("to", "back to") for what in _PLACES for called in ("called", "named", "i called", "i named", "that i called", "we called", "i saved as")),
+    *(
+        "to pose",
+        "to the pose",
+        "back to pose",
+        "to position",
+        "to the position",
+        "back to the",
+        "to the",
+        "to",
+        "back to",
+        "to my",
+    ),
+    *(
+        f"{to} the {what} {called}"
+        for to in ("to", "back to")
+        for what in _PLACES
+        for called in ("called", "named", "i called", "i named", "that i called", "we called", "i saved as")
+    ),
 )
 
 
@@ -39,7 +74,11 @@ class SavePose(HandMove):
                     f"{verb} {what}"
                     for verb in ("save", "store", "memorise", "memorize", "remember", "record", "note", "keep", "mark")
                     for what in (
-                        *(f"{which} {place}" for which in ("the current", "your", "your current", "this", "the") for place in _PLACES),
+                        *(
+                            f"{which} {place}"
+                            for which in ("the current", "your", "your current", "this", "the")
+                            for place in _PLACES
+                        ),
                         "where you are",
                         "where you are now",
                         "where you stand",
@@ -58,7 +97,10 @@ class SavePose(HandMove):
             verbs=tuple(
                 f"{call} {what}"
                 for call in ("call", "name", "label", "let us call", "we call")
-                for what in (*(f"this {place}" for place in _PLACES), *(() if call == "name" else ("this", "that", "it", "where you are")))
+                for what in (
+                    *(f"this {place}" for place in _PLACES),
+                    *(() if call == "name" else ("this", "that", "it", "where you are")),
+                )
             ),
             slots=(Slot(argument="pose", kind="name"),),
             required=("pose",),
@@ -100,8 +142,25 @@ class MoveToPose(HandMove):
         Words(
             verbs=(
                 *(f"{go} to where you were {when}" for go in (*_BACK, "back") for when in _EARLIER),
-                *(f"{go} to {the} {last} {place}" for go in _BACK for the in ("your", "the") for last in ("previous", "last") for place in _PLACES),
-                *(f"undo {what}" for what in ("that move", "the move", "the last move", "your last move", "that motion", "that movement", "the last movement")),
+                *(
+                    f"{go} to {the} {last} {place}"
+                    for go in _BACK
+                    for the in ("your", "the")
+                    for last in ("previous", "last")
+                    for place in _PLACES
+                ),
+                *(
+                    f"undo {what}"
+                    for what in (
+                        "that move",
+                        "the move",
+                        "the last move",
+                        "your last move",
+                        "that motion",
+                        "that movement",
+                        "the last movement",
+                    )
+                ),
                 "go back to where you came from",
                 "return to where you came from",
             ),
@@ -111,7 +170,14 @@ class MoveToPose(HandMove):
             verbs=tuple(
                 f"{go} to where you {began}"
                 for go in (*_BACK, "back")
-                for began in ("started", "began", "started from", "were at the start", "were at the beginning", "were when you started")
+                for began in (
+                    "started",
+                    "began",
+                    "started from",
+                    "were at the start",
+                    "were at the beginning",
+                    "were when you started",
+                )
             ),
             means=(("pose", _START),),
         ),
@@ -152,7 +218,17 @@ class ForgetPose(HandMove):
         verbs=tuple(
             f"{verb} {the}"
             for verb in ("forget", "delete", "remove", "erase", "clear")
-            for the in ("pose", "the pose", "position", "the", "my", "the pose called", "the position called", "the saved", "the spot called")
+            for the in (
+                "pose",
+                "the pose",
+                "position",
+                "the",
+                "my",
+                "the pose called",
+                "the position called",
+                "the saved",
+                "the spot called",
+            )
         ),
         slots=(Slot(argument="pose", kind="pose"),),
         required=("pose",),

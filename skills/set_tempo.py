@@ -13,7 +13,21 @@ from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult, find_tempo
 
 _SPEEDS = (
-    *((speed, "fast") for speed in ("full speed", "normal speed", "usual speed", "top speed", "normal pace", "normal", "the normal speed", "your normal speed", "your usual speed", "the usual speed")),
+    *(
+        (speed, "fast")
+        for speed in (
+            "full speed",
+            "normal speed",
+            "usual speed",
+            "top speed",
+            "normal pace",
+            "normal",
+            "the normal speed",
+            "your normal speed",
+            "your usual speed",
+            "the usual speed",
+        )
+    ),
     *((speed, "brisk") for speed in ("half speed", "half pace")),
     *((speed, "careful") for speed in ("quarter speed", "low speed", "slow speed")),
 )
@@ -35,7 +49,9 @@ def _pacing(verbs: Sequence[str], *hows: str) -> tuple[str, ...]:
 def _alone(tempo: str) -> tuple[str, ...]:
     """Return how people name a pace without a verb, or with one that says that it is not the present one."""
     # An article is no verb, nor is an adjective alone.
-    named = [said for said, meant in _SPEEDS if meant == tempo and len(said.split()) == 2 and not said.startswith("the ")]
+    named = [
+        said for said, meant in _SPEEDS if meant == tempo and len(said.split()) == 2 and not said.startswith("the ")
+    ]
     return tuple(f"{before} {said}".strip() for said in named for before in ("", "back to", "resume", "use"))
 
 
@@ -59,8 +75,17 @@ class SetTempo(Skill):
         # "never go faster than 10 cm per second"
         Words(
             verbs=(
-                *(f"{never} {go} faster than" for never in ("never", "do not") for go in ("go", "move", "work", "travel")),
-                *(f"{set_it} {whose} {speed}" for set_it in _LIMITS for whose in ("your", "the") for speed in _OF_THE_HAND),
+                *(
+                    f"{never} {go} faster than"
+                    for never in ("never", "do not")
+                    for go in ("go", "move", "work", "travel")
+                ),
+                *(
+                    f"{set_it} {whose} {speed}"
+                    for set_it in _LIMITS
+                    for whose in ("your", "the")
+                    for speed in _OF_THE_HAND
+                ),
                 *(f"{to}" for to in ("slow down to", "speed up to")),
             ),
             slots=(Slot(argument="tempo", kind="speed", prepositions=("", "to", "at", "below", "under")),),

@@ -52,7 +52,10 @@ _AXIS = Slot(
     argument="axis",
     kind="phrase",
     phrases=(
-        *((said, "sideways") for said in ("side to side", "left and right", "from side to side", "left right", "sideways")),
+        *(
+            (said, "sideways")
+            for said in ("side to side", "left and right", "from side to side", "left right", "sideways")
+        ),
         *((said, "vertical") for said in ("up and down", "vertically")),
     ),
 )

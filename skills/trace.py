@@ -19,21 +19,69 @@ _CORNERS: dict[str, int] = {"circle": 50, "square": 4, "triangle": 3, "pentagon"
 _ROUND = frozenset({"circle", "eight"})
 _CALLED: tuple[tuple[str, ShapeName], ...] = (
     *((name, name) for name in ("circle", "square", "triangle", "pentagon", "hexagon")),
-    *((said, "eight") for said in ("figure eight", "figure of eight", "figure 8", "eight", "infinity sign", "infinity symbol")),
+    *(
+        (said, "eight")
+        for said in ("figure eight", "figure of eight", "figure 8", "eight", "infinity sign", "infinity symbol")
+    ),
 )
 _SHAPES = tuple(
     (f"{before} {called}{there}".strip(), name)
     for called, name in _CALLED
-    for before in ("", "a", "an", "in a", "along a", "around in a", "wide", "one", "the shape of a", "in the shape of a")
+    for before in (
+        "",
+        "a",
+        "an",
+        "in a",
+        "along a",
+        "around in a",
+        "wide",
+        "one",
+        "the shape of a",
+        "in the shape of a",
+    )
     for there in ("", " in the air", " in the air in front of you", " in front of you")
 )
-_LEVEL = ("level", "flat", "horizontal", "flat like a plate", "horizontally", "level with the table", "parallel to the table")
-_UPRIGHT = ("upright", "vertical", "standing", "vertically", "facing me", "facing you", "facing yourself", "standing up", "like a wheel")
+_LEVEL = (
+    "level",
+    "flat",
+    "horizontal",
+    "flat like a plate",
+    "horizontally",
+    "level with the table",
+    "parallel to the table",
+)
+_UPRIGHT = (
+    "upright",
+    "vertical",
+    "standing",
+    "vertically",
+    "facing me",
+    "facing you",
+    "facing yourself",
+    "standing up",
+    "like a wheel",
+)
 _PLANES = (*((said, "level") for said in _LEVEL), *((said, "upright") for said in _UPRIGHT))
 _SIZED = tuple(
     (said, number)
     for number, words in (
-        (1.0, ("of", "with a diameter of", "with sides of", "with", "a", "an", "in a", "about", "roughly", "of about", "diameter", "size")),
+        (
+            1.0,
+            (
+                "of",
+                "with a diameter of",
+                "with sides of",
+                "with",
+                "a",
+                "an",
+                "in a",
+                "about",
+                "roughly",
+                "of about",
+                "diameter",
+                "size",
+            ),
+        ),
         (2.0, ("with a radius of", "of radius", "with radius", "radius")),
     )
     for said in words
@@ -74,7 +122,11 @@ class Trace(HandMove):
                 beginnings=_SIZED,
                 endings=(*_ACROSS, ("radius", 2.0), ("in radius", 2.0)),
             ),
-            Slot(argument="plane", kind="phrase", phrases=(*_PLANES, *((f"{a} {said}", plane) for a in ("a", "an", "in a") for said, plane in _PLANES))),
+            Slot(
+                argument="plane",
+                kind="phrase",
+                phrases=(*_PLANES, *((f"{a} {said}", plane) for a in ("a", "an", "in a") for said, plane in _PLANES)),
+            ),
             Slot(argument="times", kind="number", endings=(("times", 1.0),), bare=False, phrases=(("twice", 2.0),)),
         ),
         required=("shape",),

@@ -26,9 +26,22 @@ _LEANING = tuple(
 # Angle of a turn that is to be a little. Chosen.
 _LITTLE = math.radians(10.0)
 _STRAIGHT = (
-    *(f"{point} {what} straight down" for point in ("point", "turn", "aim", "hold", "keep", "face", "make") for what in _WRISTS),
-    *(f"{level} {what}" for level in ("straighten", "straighten out", "straighten up", "level", "level out") for what in _WRISTS),
-    *(f"{make} {what} {upright}" for make in ("make", "hold", "keep", "bring", "put", "turn") for what in _WRISTS for upright in ("vertical", "upright", "level", "straight")),
+    *(
+        f"{point} {what} straight down"
+        for point in ("point", "turn", "aim", "hold", "keep", "face", "make")
+        for what in _WRISTS
+    ),
+    *(
+        f"{level} {what}"
+        for level in ("straighten", "straighten out", "straighten up", "level", "level out")
+        for what in _WRISTS
+    ),
+    *(
+        f"{make} {what} {upright}"
+        for make in ("make", "hold", "keep", "bring", "put", "turn")
+        for what in _WRISTS
+        for upright in ("vertical", "upright", "level", "straight")
+    ),
     *(f"point straight down {with_it}" for with_it in ("with your hand", "with the hand", "")),
 )
 
@@ -81,9 +94,7 @@ class TurnHand(HandMove):
         Words(verbs=_STRAIGHT, means=(("upright", True),)),
     )
 
-    def run(
-        self, ctx: SkillContext, *, angle: _Angle = 0.0, tilt: _Angle = 0.0, upright: bool = False
-    ) -> SkillResult:
+    def run(self, ctx: SkillContext, *, angle: _Angle = 0.0, tilt: _Angle = 0.0, upright: bool = False) -> SkillResult:
         """Turn the hand about the tool centre point, which stays where it is; what it holds stays held.
 
         Args:

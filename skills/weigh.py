@@ -52,7 +52,9 @@ class Weigh(HandMove):
             arm.driver.wait(arm.driver.control_timestep)
             felt.append(float(arm.force_on(object)[2]) / GRAVITY)
         # Beside the noise of the readings: how much they wander, three times over.
+        mass, error = float(np.mean(felt)), float(3.0 * np.std(felt))
         return SkillResult(
             skill=self.name,
-            detail={"object": object, "mass_kg": float(np.mean(felt)), "error_kg": float(3.0 * np.std(felt))},
+            detail={"object": object, "mass_kg": mass, "error_kg": error},
+            found=f"{object} weighs {1e3 * mass:.0f} g, give or take {max(1e3 * error, 1.0):.0f} g",
         )

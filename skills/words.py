@@ -6,7 +6,21 @@ from typing import Literal
 
 from robosandbox.values import frozen
 
-SlotKind = Literal["object", "pair", "angle", "length", "duration", "force", "speed", "share", "number", "point", "name", "pose", "phrase"]
+SlotKind = Literal[
+    "object",
+    "pair",
+    "angle",
+    "length",
+    "duration",
+    "force",
+    "speed",
+    "share",
+    "number",
+    "point",
+    "name",
+    "pose",
+    "phrase",
+]
 
 
 @frozen(kw_only=True)

@@ -422,7 +422,9 @@ class _Answers(Seen):
             told = "My fingers are shut, and how far they open I do not see; say “open the gripper”."
             raise RefusedError(RefusalCode.UNSUPPORTED, told)
         widest = gripper.width / (1.0 - gripper.closed)
-        return Answer(f"My fingers open to {1000.0 * widest:.0f} mm; now {1000.0 * gripper.width:.0f} mm are between them.")
+        return Answer(
+            f"My fingers open to {1000.0 * widest:.0f} mm; now {1000.0 * gripper.width:.0f} mm are between them."
+        )
 
     def _say_squeezing(self, asked: Question) -> Answer:
         if self._scene.held is None:
@@ -431,7 +433,9 @@ class _Answers(Seen):
         if pressing is None:
             told = f"I hold {self._scene.held}; nothing in my gripper measures how hard."
             raise RefusedError(RefusalCode.UNSUPPORTED, told)
-        return Answer(f"I hold {self._scene.held}; the motor of my gripper presses with {pressing:.1f} N (N m where fingers turn).")
+        return Answer(
+            f"I hold {self._scene.held}; the motor of my gripper presses with {pressing:.1f} N (N m where fingers turn)."
+        )
 
     def _from_hand(self, item: DetectedObject) -> float:
         return float(np.linalg.norm(centre(item) - self._arm.tcp_pose.position))
@@ -468,7 +472,9 @@ class _Answers(Seen):
         tilt = float(np.degrees(np.arccos(np.clip(-approach[2], -1.0, 1.0))))
         heading = round(float(np.degrees(np.arctan2(closing[1], closing[0])))) % 180
         down = "straight down" if tilt < _UPRIGHT else f"{tilt:.0f} degrees away from straight down"
-        return Answer(f"My hand points {down}; its fingers close along {heading} degrees from forward, counterclockwise.")
+        return Answer(
+            f"My hand points {down}; its fingers close along {heading} degrees from forward, counterclockwise."
+        )
 
     def _say_speed(self, asked: Question) -> Answer:
         fastest = float(np.max(np.abs(self._arm.qd), initial=0.0))

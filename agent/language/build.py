@@ -126,7 +126,19 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
 _BEFORE_IT = (0.1, 0.0)
 # Calls after which the hand comes back to where it was, rather than home.
 _OF_THE_HAND = frozenset(
-    {"move_by", "move_to", "move_over", "move_beside", "move_to_height", "move_towards", "move_joint", "turn_hand", "wait", "set_tempo", "save_pose"}
+    {
+        "move_by",
+        "move_to",
+        "move_over",
+        "move_beside",
+        "move_to_height",
+        "move_towards",
+        "move_joint",
+        "turn_hand",
+        "wait",
+        "set_tempo",
+        "save_pose",
+    }
 )
 # Metres above the table at which the hand is over a part of it; chosen as above what stands there.
 _OVER_TABLE = 0.2
@@ -438,7 +450,7 @@ class _Builder(Deciding):
             if words.hand == "empty":
                 self._note_moved(name)
             self._add(command.skill, **{words.object: name, **others})
-            if words.returns and took:
+            if words.returns and took and "place_at" in self.skills:
                 x, y = self.discourse.origins[name][0]
                 self._add("place_at", x=round(x, 4), y=round(y, 4))
                 self.world.put(name, (x, y))

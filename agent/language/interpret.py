@@ -10,7 +10,15 @@ from dataclasses import replace
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.front import ENGLISH, Readings, language_of, questions_in, read_in, says_in_turn, told_in
+from robosandbox.agent.language.front import (
+    ENGLISH,
+    Readings,
+    language_of,
+    questions_in,
+    read_in,
+    says_in_turn,
+    told_in,
+)
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.repeated import several_times, to_and_fro
@@ -36,10 +44,29 @@ _STAYS_OPEN = re.compile(
 )
 # Calls that are one motion, which may last as long as it is told to.
 _ONE_MOTION = frozenset(
-    {"move_by", "move_to", "move_over", "move_to_height", "move_towards", "turn_hand", "move_joint", "move_to_pose", "home"}
+    {
+        "move_by",
+        "move_to",
+        "move_over",
+        "move_to_height",
+        "move_towards",
+        "turn_hand",
+        "move_joint",
+        "move_to_pose",
+        "home",
+    }
 )
 # Calls that touch nothing, and those that grip nothing, by what they may be asked to be.
-_UNTOUCHED = _ONE_MOTION | {"move_beside", "move_through", "move_joints", "point_at", "wait", "save_pose", "set_tempo", "trace"}
+_UNTOUCHED = _ONE_MOTION | {
+    "move_beside",
+    "move_through",
+    "move_joints",
+    "point_at",
+    "wait",
+    "save_pose",
+    "set_tempo",
+    "trace",
+}
 _TERMS = {
     "untouched": _UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
     "ungripped": _UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper"},
@@ -77,7 +104,9 @@ def interpret(
         return _interpreted(language, sentence, scene, names, context, chosen)
 
     ids = tuple(item.id for item in scene.objects)
-    over = to_and_fro(prompt, read_anew) or several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
+    over = (
+        to_and_fro(prompt, read_anew) or several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
+    )
     return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))
 
 
@@ -289,7 +318,11 @@ def choose(
             if len(reading.tempos) > len(terms):
                 tempo, told = _timed([each for each in reading.tempos if each not in terms], draft, skills)
             notes = [told] if told else []
-            notes += [f"I take no account of {listed([f'“{aside}”' for aside in reading.asides])}."] if reading.asides else []
+            notes += (
+                [f"I take no account of {listed([f'“{aside}”' for aside in reading.asides])}."]
+                if reading.asides
+                else []
+            )
             notes += [f"I do not see what is {listed(felt)}."] if felt else []
             draft = replace(draft, note=" ".join(notes), tempo=tempo)
         except RefusedError as error:

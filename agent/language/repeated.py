@@ -34,7 +34,8 @@ _TAIL = re.compile(
 )
 # What asks whether that is understood, or for what is told anyway.
 _TAGS = re.compile(
-    r"[ ,]*\b(?:ok(?:ay)?|alright|please|thanks|thank you|right|got it|and count(?: for me| aloud| out loud)?)[?!. ]*$|[?]+$", re.IGNORECASE
+    r"[ ,]*\b(?:ok(?:ay)?|alright|please|thanks|thank you|right|got it|and count(?: for me| aloud| out loud)?)[?!. ]*$|[?]+$",
+    re.IGNORECASE,
 )
 _MARKS = " ,:;.!"
 
@@ -76,7 +77,9 @@ def to_and_fro(prompt: str, read: Callable[[str], Draft | Refusal]) -> Draft | R
     if not times:
         return Refusal(code=RefusalCode.AMBIGUOUS, message="How many times?")
     if times > _MOST:
-        return Refusal(code=RefusalCode.UNSUPPORTED, message=f"I do things at most {_MOST} times over; say it again then.")
+        return Refusal(
+            code=RefusalCode.UNSUPPORTED, message=f"I do things at most {_MOST} times over; say it again then."
+        )
     lead, (one, other) = order[: between.start()], (between["one"], between["other"])
     if one.lower().startswith("the ") and not other.lower().startswith("the ") and " " not in other:
         other = f"the {other}"

@@ -110,8 +110,8 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         if isinstance(value, Ref):
             arguments[argument] = one(value)
         elif isinstance(value, tuple):
-            told = (one(each) if isinstance(each, Ref) else _rounded(each) for each in value)
-            arguments.update(zip(argument.split(), told, strict=True))
+            values = (one(each) if isinstance(each, Ref) else _rounded(each) for each in value)
+            arguments.update(zip(argument.split(), values, strict=True))
         else:
             arguments[argument] = _rounded(value)
     return arguments
@@ -202,7 +202,7 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
         measure = f"ABOUT? of+:{_MEASURES[slot.kind]} or_so?"
         told = [measure] if slot.bare or any(not phrase for phrase, _ in slot.beginnings) else []
         # "forward a bit, like 20 degrees"
-        told += [f"{_of(f'BE_{own}')} (a_bit \",\"?)? {measure}"] if begins else []
+        told += [f'{_of(f"BE_{own}")} (a_bit ","?)? {measure}'] if begins else []
         told += [f"{measure} {_of(f'EN_{own}')}"] if slot.endings else []
         told += [f"{_of(f'PH_{own}')} {_of(f'EN_{own}')}"] if plain and slot.endings else []
         sign = next((value for phrase, value in slot.beginnings if not phrase), 1.0)
@@ -214,9 +214,14 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
     yield f"said_{own} : slot"
     if plain:
         yield f"  = {field}:{f'PH_{own}'.upper()}"
-    filler = {"object": "alone", "pair": "two_things", "name": "name", "pose": "name", "point": "point_in_space", "speed": "rate"}.get(slot.kind) or (
-        f"value_{own}" if numeric else ""
-    )
+    filler = {
+        "object": "alone",
+        "pair": "two_things",
+        "name": "name",
+        "pose": "name",
+        "point": "point_in_space",
+        "speed": "rate",
+    }.get(slot.kind) or (f"value_{own}" if numeric else "")
     for preposition in slot.prepositions if filler else ():
         words = "".join(f'"{word}" ' for word in preposition.split())
         yield f"  = {'RIGHTLY? ' if words else ''}{words}{field}:{filler}"

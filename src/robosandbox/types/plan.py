@@ -84,8 +84,10 @@ class SkillResult(StrictModel):
         skill: Its name.
         detail: The measured post-condition.
         side_effects: What else changed, in sentences.
+        found: What it has found out, in a sentence, where somebody asks for that; "" for what only does something.
     """
 
     skill: str
     detail: dict[str, float | str | bool] = Field(default_factory=dict)
     side_effects: tuple[str, ...] = ()
+    found: str = ""
