@@ -275,8 +275,10 @@ class MoveBy(HandMove):
             way = arm.motion.plan_line(arm.q, goal, speed=arm.speed)
             return SkillResult(skill=self.name, detail=arm.arrive(way, goal))
         require(ctx.driver, "wrist_wrench", "the way ends where something is felt")
+        if dx == dy == 0.0 and dz < 0.0:
+            arm.come_down_near(-dz)
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
-        trajectory = arm.as_far_as_it_goes(start, goal)
+        trajectory = arm.as_far_as_it_goes(arm.state.tcp_pose, goal)
         before, most = arm.pressed(), 0.0
 
         def felt() -> bool:

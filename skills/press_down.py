@@ -97,6 +97,8 @@ class PressDown(HandMove):
         require(ctx.driver, "wrist_wrench", "what the hand presses with is felt")
         if object is not None:
             arm.come_over(object)
+        else:
+            arm.come_down_near()
         above = arm.state.tcp_pose
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
         deepest = above.xyz[2] - top(arm.find(object)) - arm.hangs + _INTO if object is not None else _DEEPEST

@@ -18,6 +18,7 @@ from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.base import Skill
 from robosandbox.skills.events import PhaseEntered
 from robosandbox.skills.manual import MANUAL
+from robosandbox.skills.primitives.hand_move import Mover
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Plan, Pose, Refusal, RefusalCode, Scene, SceneObject, SkillResult
@@ -282,8 +283,9 @@ def test_a_force_is_pressed_with(driver: str) -> None:
             assert detail["least_n"] > 0.9 * force and detail["most_n"] < 1.1 * force
 
 
-def test_what_is_not_met_is_not_pressed_on(cell: EmbeddedWorkcell) -> None:
+def test_what_is_not_met_is_not_pressed_on(cell: EmbeddedWorkcell, monkeypatch: pytest.MonkeyPatch) -> None:
     cell.do("move_to", x=0.2, y=0.1, z=0.6)
+    monkeypatch.setattr(Mover, "come_down_near", lambda arm: None)
     with pytest.raises(TrackingError, match=r"pressed with 0.0 N at the end, not with 5.0 N"):
         cell.do("press_down", force=5.0)
 
@@ -386,3 +388,69 @@ def test_words_that_fill_what_a_skill_does_not_take_are_found(still: EmbeddedWor
 
     with pytest.raises(AssertionError, match="fill often, which it does not take"):
         check_words(Nod(), still.observe(), {})
+
+
+def speeds(cell: EmbeddedWorkcell, said: str) -> tuple[float, float]:
+    """Carry out an order; return the greatest speed of the tool centre point meanwhile, m/s, and how long it took, s."""
+    places: list[tuple[float, ...]] = []
+    began = cell.driver.time
+    leave = cell.driver.subscribe(lambda: places.append((cell.driver.time, *cell.ctx.arm.state().tcp_pose.xyz)))
+    assert cell.run(said).success, said
+    leave()
+    rows = np.array(places)
+    # Over a tenth of a second: readings of single ticks tremble.
+    ticks = max(1, round(0.1 / cell.driver.control_timestep))
+    gone, took = rows[ticks:, 1:] - rows[:-ticks, 1:], rows[ticks:, 0] - rows[:-ticks, 0]
+    return float((np.linalg.norm(gone, axis=1) / took).max()), cell.driver.time - began
+
+
+def test_a_speed_and_a_time_in_numbers_are_kept(cell: EmbeddedWorkcell) -> None:
+    fastest, _ = speeds(cell, "move up 10 cm at 5 cm per second")
+    assert fastest == pytest.approx(0.05, rel=0.1)
+    _, took = speeds(cell, "take a full 4 seconds to move 10 cm to the left")
+    assert took == pytest.approx(4.0, abs=0.4)
+    assert cell.run("from now on never go faster than 8 cm per second").success
+    fastest, _ = speeds(cell, "pick up the red cube")
+    assert fastest < 1.1 * 0.08
+    assert cell.run("what is your speed set to?").answer == "My hand goes at 0.08 m/s at most."
+    assert cell.run("normal speed please").success and cell.ctx.tempo.name == "fast"
+
+
+def test_what_is_asked_behind_an_order_is_answered_when_it_is_done(cell: EmbeddedWorkcell) -> None:
+    done = cell.run("open the gripper to 3 cm and tell me the gap")
+    assert done.success and "30 mm between my fingers" in done.final_detail
+    measured = cell.run("how wide is the blue cube? use your gripper to measure it")
+    assert measured.success and "blue_cube is 30.1 mm wide between the fingers" in measured.final_detail
+    assert cell.observe().held is None
+
+
+def test_the_hand_goes_back_to_where_it_was(cell: EmbeddedWorkcell) -> None:
+    home = cell.ctx.arm.state().q
+    assert cell.run("move left 10 cm, then come back").success
+    assert np.allclose(cell.ctx.arm.state().q, home, atol=0.01)
+    assert cell.run("hover over the red cube").success and cell.run("undo the last move").success
+    assert np.allclose(cell.ctx.arm.state().q, home, atol=0.01)
+    assert cell.run("which poses do you know?").answer == "I know before, home and start."
+    assert cell.run("forget the start position").success
+    unknown = cell.agent.plan("go to the dock position")
+    assert isinstance(unknown, Refusal) and "no pose called “dock position”" in unknown.message
+
+
+def test_what_was_asked_to_be_left_undone_is_refused(still: EmbeddedWorkcell) -> None:
+    for said, why in (
+        ("pick up the red cube without touching anything", "untouched"),
+        ("move the red cube 30 cm up, no lifting", "ungripped"),
+        ("go back and forth between the red cube and the blue cube", "How many times"),
+        ("go back and forth between the red cube and the blue cube 40 times", "at most 20"),
+        ("pick up the red cube over 8 seconds", "one motion"),
+    ):
+        answer = still.agent.plan(said)
+        assert isinstance(answer, Refusal) and why in answer.message, (said, answer)
+
+
+def test_a_hand_between_the_fingers_of_which_something_fell_gets_away(cell: EmbeddedWorkcell) -> None:
+    assert cell.run("pick up the red cube, lower it till it is 1 cm above the table, then drop it").success
+    before = cell.observe().find("red_cube")
+    assert cell.run("move left 10 cm").success
+    after = cell.observe().find("red_cube")
+    assert before and after and np.allclose(before.pose.xyz, after.pose.xyz, atol=0.001)

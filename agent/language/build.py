@@ -441,6 +441,9 @@ class _Builder(Deciding):
             took = words.hand == "holding" and self.world.held != name
             if words.hand == "holding":
                 self._take(name)
+            elif words.hand == "any" and words.holds:
+                # "grab the cube, lift it 12 cm": it is lifted by so much from where it stands.
+                self._leave_standing(name)
             elif words.hand == "empty":
                 self._leave_standing(name)
                 self._need_empty(f"{command.skill.replace('_', ' ')} {name}")

@@ -29,6 +29,7 @@ _IT = frozenset({"it", "them"})
 _ORDER_SUBJECTS = frozenset({"it", "this", "that", "they", "you"})
 _THING_SUBJECTS = frozenset({"it", "they"})
 _REPORT_WORDS = 3  # Words of "she told me".
+_YOURS = frozenset({"the", "your"})
 _DENYING = frozenset({"not", "no", "never", "nobody", "nothing"})
 
 
@@ -108,6 +109,10 @@ def _add_until(
     somebody = first in lists["persons"] and not clause.binding and not (clause.denies and "you" in told)
     # What they wish is asked for where it names something.
     person = somebody and not (clause.wishing and clause.named)
+    own_hand = any("ARM" in found[k] and tokens[k - 1].text in _YOURS for k in range(i + 1, clause.end))
+    if first in lists["persons"] and clause.wishing and own_hand:
+        # "I want the fingers to point down"
+        return
     # "I will count how many you find"
     own = first in ("i", "we") and told[told.index(first) + 1 : told.index(first) + 2] in (["will"], ["am"], ["can"])
     if clause.acts and (not person or clause.named or "us" in told or ("you" in told and not own)):

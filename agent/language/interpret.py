@@ -56,6 +56,9 @@ _ONE_MOTION = frozenset(
         "home",
     }
 )
+# What is slower than the careful tempo, and how fast the hand goes then, at most. Chosen.
+_VERY_SLOWLY = re.compile(r"\b(?:very|really|so|extremely|as)\b.*\bslow(?:ly)?\b|\bslow motion\b", re.IGNORECASE)
+_SLOWEST = "0.05 m/s"
 # Calls that touch nothing, and those that grip nothing, by what they may be asked to be.
 _UNTOUCHED = _ONE_MOTION | {
     "move_beside",
@@ -192,7 +195,12 @@ def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
     others = [words for words in manners if words not in asked]
     if "set_tempo" not in names or len({*asked.values()}) != 1:
         asked, others = {}, [*manners]
-    notes = [f"At the {tempo} tempo: {listed([f'“{words}”' for words in asked])}." for tempo in {*asked.values()}]
+    if any(_VERY_SLOWLY.search(words) for words in asked):
+        asked = dict.fromkeys(asked, _SLOWEST)
+    notes = [
+        f"{f'At {tempo} at most' if tempo == _SLOWEST else f'At the {tempo} tempo'}: {listed([f'“{words}”' for words in asked])}."
+        for tempo in {*asked.values()}
+    ]
     if others:
         usual = "" if asked else ": I go at my usual speed"
         notes.append(f"No skill takes {listed([f'“{words}”' for words in others])}{usual}.")
@@ -312,7 +320,10 @@ def choose(
             if standing and "set_tempo" not in {call.skill for call in draft.calls}:
                 told = f"I do what is asked of me once; “{standing[0]}” I keep a pace alone."
                 raise RefusedError(RefusalCode.UNSUPPORTED, told)
-            tempo, told = _tempo_of([words for words in reading.manners if words not in standing], skills)
+            turned = any(call.skill == "turn_hand" for call in draft.calls)
+            manners = [words for words in reading.manners if words not in standing]
+            # Clockwise is seen from above.
+            tempo, told = _tempo_of([words for words in manners if not (turned and words == "from above")], skills)
             terms = [term for term in reading.tempos if term in _TERMS]
             _check_terms(terms, draft)
             if len(reading.tempos) > len(terms):
