@@ -53,7 +53,10 @@ _UP = {
     "downwards": -1.0,
     "lower": -1.0,
 }
-_DOWNWARDS = ("down", "straight down", "downward", "downwards", "down slowly")
+_DOWNWARDS = (
+    *("down", "straight down", "downward", "downwards", "down slowly"),
+    *("down on the table", "down onto the table", "down to the table", "down towards the table"),
+)
 # Metres that a hand goes which is to go a little.
 _LITTLE = 0.02
 # Metres; farther than any arm on a table reaches down.
@@ -102,7 +105,17 @@ _TOUCHES = (
     *(
         f"{who} {does}{what}"
         for who, does in (("it", "touches"), ("you", "touch"), ("you", "feel"), ("you", "hit"), ("you", "meet"))
-        for what in ("", " it", " something", " anything", " the table", " the tabletop", " the surface", " resistance")
+        for what in (
+            "",
+            " it",
+            " contact",
+            " something",
+            " anything",
+            " the table",
+            " the tabletop",
+            " the surface",
+            " resistance",
+        )
     ),
 )
 _UNTIL_TOUCH = Slot(
@@ -224,6 +237,8 @@ class MoveBy(HandMove):
             means=(("dz", -_FAR),),
         ),
         Words(verbs=_of_the_hand("lower"), slots=(_far("dz", -1.0), _UNTIL_TOUCH), required=("dz",)),
+        # From what it points at.
+        Words(verbs=("back off", "back away", "pull back", "retreat"), slots=(_far("dz", 1.0),), required=("dz",)),
         Words(
             verbs=("lower", "lower {} down", "bring {} down", "lower {} slowly"),
             object="held",

@@ -42,6 +42,7 @@ _STRAIGHT = (
         for what in _WRISTS
         for upright in ("vertical", "upright", "level", "straight")
     ),
+    *("straighten it", "straighten it again", "straighten up", "straighten out"),
     *(f"point straight down {with_it}" for with_it in ("with your hand", "with the hand", "")),
 )
 

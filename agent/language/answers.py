@@ -97,7 +97,7 @@ def answered(
     asked = questions_in(ENGLISH, prompt, ids)
     if not asked or isinstance(asked, Refusal):
         # "how high is your hand, and which cube is nearest to it?"
-        parts = [_IT.sub("your hand", part) if k else part for k, part in enumerate(_several_asked(prompt, ids))]
+        parts = _several_asked(prompt, ids)
         answers = [answered(part, scene, discourse, skills, told) for part in parts]
         said = [answer for answer in answers if isinstance(answer, Answer)]
         if said and len(said) == len(parts):
@@ -119,6 +119,7 @@ def answered(
 def _several_asked(prompt: str, ids: tuple[str, ...]) -> list[str]:
     """Return the questions of a prompt, where it is made of several about the robot itself; nothing where it is not."""
     parts = [part for part in _AND_ASKED.split(prompt) if part.strip()]
+    parts = [_IT.sub("your hand", part) if k else part for k, part in enumerate(parts)]
     read = [questions_in(ENGLISH, part, ids) for part in parts]
     known = all(asked and not isinstance(asked, Refusal) for asked in read)
     own = known and all(not isinstance(asked, Refusal) and asked[0].about in _OWN for asked in read[:1])

@@ -428,14 +428,27 @@ class _Builder(Deciding):
         names: tuple[str, ...] = ()
         if words.object:
             names, _ = self._objects(command, fits=self._has_opening) if is_of_parts else self._objects(command)
-        others = resolved(words, command.slots, lambda ref: self.ground.one(ref, lambda other: True, names).ids[0])
+        several = [
+            (n, ref) for n, ref in command.slots if isinstance(ref, Ref) and (ref.plural or ref.determiner == "all")
+        ]
+
+        def meant(ref: Ref) -> str:
+            found = self.ground.many if any(ref is each for _, each in several) else self.ground.one
+            return found(ref, lambda other: True, names).ids[0]
+
+        others = resolved(words, command.slots, meant)
         for slot in words.slots:
             if slot.kind == "pose" and slot.argument in others:
                 others[slot.argument] = self._pose_called(str(others[slot.argument]))
         if command.skill == "move_to_pose":
             self._go_to_pose(str(others["pose"]))
             return
-        if not words.object:
+        if not words.object and several:
+            # "hover over each cube"
+            (argument, ref), *_ = several
+            for each in self.ground.many(ref, lambda other: True, names).ids:
+                self._add(command.skill, **{**others, argument: each})
+        elif not words.object:
             self._add(command.skill, **others)
         for name in names:
             took = words.hand == "holding" and self.world.held != name
