@@ -30,8 +30,15 @@ class Drop(Skill):
             Slot(
                 argument="height",
                 kind="length",
-                prepositions=("from", "from a height of"),
-                endings=(("up", 1.0), ("above the table", 1.0), ("high", 1.0), ("over the table", 1.0)),
+                prepositions=("from", "from a height of", "from about"),
+                endings=(
+                    ("up", 1.0),
+                    ("above the table", 1.0),
+                    ("high", 1.0),
+                    ("height", 1.0),
+                    ("of height", 1.0),
+                    ("over the table", 1.0),
+                ),
             ),
         ),
         hand="holding",

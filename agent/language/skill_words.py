@@ -105,6 +105,9 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
     filled = (*((name, value) for name, value in words.means if name not in told), *filled)
     arguments: dict[str, Any] = {}
     for argument, value in filled:
+        if argument in arguments and isinstance(value, Ref) and value.determiner == "it":
+            # "above the green cube, 15 cm over it"
+            continue
         if argument in arguments and arguments[argument] != value:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {argument.replace('_', ' ')}; which?")
         if isinstance(value, Ref):
