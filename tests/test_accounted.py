@@ -44,7 +44,6 @@ LEFT_OVER = {
     "assuming nobody minds, tap the green cube": "assuming",
     "tap the hot green cube": "hot",
     "should it snow, tap the green cube": "should",
-    "tap the green cube, forget it": "forget",
 }
 MANNERS = {
     "tap the green cube slowly": "slowly",

@@ -132,7 +132,7 @@ def _read_by(book: Ruleset, prompt: str, ids: tuple[str, ...]) -> Readings | Ref
             readings = [reading for reading in readings if reading[0] <= COSTS[1]]
         if not readings or readings[0][0] >= COSTS[-1]:
             mended = said(prompt, words, book, mend=True)
-            if mended.tokens != told.tokens:
+            if mended.tokens and mended.tokens != told.tokens:
                 told = mended
                 parser, better = _read(told, words, book)
                 readings = sorted([*better, *readings], key=lambda reading: reading[0])

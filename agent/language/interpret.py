@@ -70,8 +70,31 @@ _UNTOUCHED = _ONE_MOTION | {
     "set_tempo",
     "trace",
 }
+# What may be asked behind an order: what is told of the hand and of single things, and not how many are "left".
+_ASKED_AFTERWARDS = frozenset(
+    {
+        "what",
+        "where",
+        "far",
+        "from_hand",
+        "hand",
+        "grip",
+        "joints",
+        "pointing",
+        "which",
+        "weight",
+        "squeezing",
+        "whether",
+        "pace",
+    }
+)
+# What is to be held is not let go: here the calls are told that would.
+_HELD = "held"
 _TERMS = {
     "untouched": _UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
+    _HELD: frozenset(
+        {"place_on", "place_in", "place_at", "place_beside", "drop", "hand_over", "pour", "stack", "put_over", "insert"}
+    ),
     "ungripped": _UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper"},
 }
 _AND_TELL = re.compile(
@@ -141,6 +164,8 @@ def _with_question(prompt: str, ids: tuple[str, ...], read: Callable[[str], Draf
     told = _AND_TELL.search(prompt)
     asked = questions_in(ENGLISH, told["question"], ids) if told else ()
     if told is None or not asked or isinstance(asked, Refusal):
+        return None
+    if asked[0].about not in _ASKED_AFTERWARDS:
         return None
     order = prompt[: told.start()]
     if asked[0].about == "weight":
@@ -236,7 +261,7 @@ def _check_terms(terms: Sequence[str], draft: Draft) -> None:
         RefusedError: A call of it touches, or grips, things.
     """
     for term in terms:
-        other = next((call for call in draft.calls if call.skill not in _TERMS[term]), None)
+        other = next((call for call in draft.calls if (call.skill in _TERMS[term]) is (term == _HELD)), None)
         if other is not None:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"You asked for it {term}, and {other} would not be.", firm=True)
 
