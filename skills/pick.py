@@ -11,6 +11,7 @@ from robosandbox.errors import CollisionError, GraspError, LimitError, Phase, Sk
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import require
+from robosandbox.skills.primitives.drawing_out import draw_out
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.primitives.gripping import Grip, empty_aperture
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free, follow_until
@@ -245,12 +246,14 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
     """
     scene = arm.look(*around(target, arm.start))
     arm.use(scene, held=target.id)
-    # Going up, it leaves whatever it stands on, in or against.
-    others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
-    arm.motion.allow("table", *(item.id for item in others if nearer(target, item, _BESIDE)))
     load, grip = LoadMeter(arm, target.id), Grip(arm, target, firm=firm)
     end = arm.driver.subscribe(load)
     try:
+        scene = draw_out(arm, target, scene, (grip,))
+        target = arm.find(target.id, scene)
+        # Going up, it leaves whatever it stands on, in or against.
+        others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
+        arm.motion.allow("table", *(item.id for item in others if nearer(target, item, _BESIDE)))
         try:
             rise = rise_with(arm, target, scene, width, grip)
         except CollisionError:

@@ -69,6 +69,8 @@ _MOST_GRIPS = 96
 _ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
 _PUSH_LEANS = tuple(np.radians([0.0, 35.0, 52.5, 70.0, 90.0]))
 _MOST_FACES = 60
+# Pushes whose approach may be blocked: each is searched for by sampling, which takes longest.
+_MOST_BLOCKED = 12
 # Metres before a face that is pushed at which nothing of the hand touches the part yet.
 _BEFORE = 0.003
 # Metres up to which two places to push at are one.
@@ -273,6 +275,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
     ways = [(share, False) for share in turns] + [(0.0, True)] * jams(arm, part)
     # Nor does the palm meet the part before what pushes, where there is another way.
     free = product(dict.fromkeys((touched(part), around(part))), (True, False))
+    blocked = 0
     for (allowed, tips_first), (aperture, tcp, direction) in product(free, pushes):
         if aperture is not None:
             motion.open_to(aperture)
@@ -284,13 +287,22 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
             try:
                 motion.allow()
                 descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
-                approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
                 if tips_first:
                     motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
                 motion.allow(*allowed)
                 steps = _steps(arm, descent.q[-1], poses)
+                # Last, since it takes longest where it is blocked.
+                motion.allow()
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
+                continue
+            try:
+                approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
+            except CollisionError as error:
+                failures.append(error)
+                blocked += 1
+                if blocked == _MOST_BLOCKED:
+                    raise most_telling(failures) from None
                 continue
             return PartWay(
                 None, approach, descent, (start, *poses), steps, tuple(values), _is_end(part, goal), aperture

@@ -123,7 +123,9 @@ class MetaWorldDriver(MuJoCoBackend):
         net = np.clip(self._inertia * (wanted - speed) / _FINGER_TIME, -self._grip, self._grip)
         # What bounces off is braked as hard as can be: fingers of MetaWorld's have the inertia of 100 kg.
         net -= np.where(wanted * speed < 0.0, self._inertia * speed / _FINGER_TIME, 0.0)
-        return float(np.clip(np.mean(way + (self._damping * speed + net) / self._gain), -1.0, 1.0))
+        efforts = way + (self._damping * speed + net) / self._gain
+        # Fingers that are sent apart hold the one that is pushed in, and the other's stop bears the rest.
+        return float(np.clip(efforts.min() if goal.mean() < way.mean() else efforts.mean(), -1.0, 1.0))
 
     def _show(self) -> None:
         """Take over MetaWorld's state, with the forces at its contacts."""

@@ -34,7 +34,7 @@ _GIVES = 0.005
 # How actions hold the hand: its x points down.
 _LEVEL = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 # N that a finger gives at the most; the motors would give hundreds.
-GRIP = 40.0
+GRIP = 200.0
 
 
 class MetaWorldProcess:
