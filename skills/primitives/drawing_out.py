@@ -19,7 +19,9 @@ _STEP = 0.01
 _DEEPER = 0.004
 
 
-def draw_out(arm: Manipulator, held: DetectedObject, scene: ObservedScene, guards: Sequence[Guard] = ()) -> ObservedScene:
+def draw_out(
+    arm: Manipulator, held: DetectedObject, scene: ObservedScene, guards: Sequence[Guard] = ()
+) -> ObservedScene:
     """Move level, the shortest way, to where the hand can rise with what it holds, if it has to and can; return the scene then.
 
     Only what is fixed counts: what lies on the held thing is somebody else's to clear away.
@@ -70,7 +72,7 @@ def _way_out(arm: Manipulator, here: Pose, q: Array, most: float, axes: Sequence
                 del ways[number]
                 continue
             ways[number] = axis, found
-            if arm.motion.touch(found) is None and _met_rising(arm, there, found, 0.0) is None:
+            if _met_rising(arm, there, found, 0.0) is None:
                 return there
     return None
 

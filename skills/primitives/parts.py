@@ -458,7 +458,8 @@ def _pressed(
         now = float(felt_on @ axis)
         force = max(force, now)
         gone = float((arm.state.tcp_pose.position - tcp.position) @ axis)
-        return now > (MOST_FORCE if most is None else most) or gone > span + _BEYOND
+        # With a force that is asked for the stroke leads on: fingers that yield fall behind the hand.
+        return now > (MOST_FORCE if most is None else most) or (most is None and gone > span + _BEYOND)
 
     # A servo trails its target by its damping over its stiffness, and presses with what it trails by.
     follow_until(arm, nowhere_faster(arm, stroke, _FEELS), Phase.TOUCH, felt)

@@ -19,7 +19,7 @@ from robosandbox_metaworld.environment import FINGER_JOINTS, GRIP, LAST_LINK, Me
 
 # Seconds in which a finger's error dies out to a third, and its top speed, m/s.
 _FINGER_TIME, _FINGER_SPEED = 0.05, 0.1
-# Metres; any depth at which things touch.
+# Metres; any depth at which things touch, and any way that is none.
 _MET = 1e-6
 # Seconds by which the hand trails its moving target: critically damped, twice the time constant of the weld to it.
 LAG = 0.04
@@ -124,8 +124,8 @@ class MetaWorldDriver(MuJoCoBackend):
         # What bounces off is braked as hard as can be: fingers of MetaWorld's have the inertia of 100 kg.
         net -= np.where(wanted * speed < 0.0, self._inertia * speed / _FINGER_TIME, 0.0)
         efforts = way + (self._damping * speed + net) / self._gain
-        # Fingers that are sent apart hold the one that is pushed in, and the other's stop bears the rest.
-        return float(np.clip(efforts.min() if goal.mean() < way.mean() else efforts.mean(), -1.0, 1.0))
+        # Fingers that are sent all the way apart hold the one that is pushed in; the stop of the other bears the rest.
+        return float(np.clip(efforts.min() if goal.max() < _MET else efforts.mean(), -1.0, 1.0))
 
     def _show(self) -> None:
         """Take over MetaWorld's state, with the forces at its contacts."""

@@ -13,7 +13,7 @@ TASKS: dict[str, tuple[str, ...]] = {
     "box-close-v3": ("wait(seconds=1)", "pick(object=boxbodytop)", "place_on(target=boxbody)"),
     "button-press-topdown-v3": ("press(part=box.button, force=150)",),
     "button-press-topdown-wall-v3": ("press(part=box.button, force=150)",),
-    "button-press-v3": ("press(part=box.button, force=150)",),
+    "button-press-v3": ("press(part=box.button, force=190)",),
     "button-press-wall-v3": ("press(part=box.button)",),
     "coffee-button-v3": ("press(part=coffee_machine.cmbutton)",),
     "coffee-pull-v3": ("wait(seconds=1)", "pick(object=obj)", "place_at(x={x}, y={y})"),
