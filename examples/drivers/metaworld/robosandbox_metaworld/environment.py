@@ -33,8 +33,8 @@ _MOST_FORCE = 200.0
 _GIVES = 0.005
 # How actions hold the hand: its x points down.
 _LEVEL = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-# N that a finger gives at the most; the motors would give hundreds.
-GRIP = 200.0
+# N that a finger gives at the most: what the hand may press with; the motors would give 400.
+GRIP = _MOST_FORCE
 
 
 class MetaWorldProcess:
