@@ -53,7 +53,10 @@ class Close(Skill):
         shut, enough = shut_value(before), open_value(before, CLOSED_SHARE)
         try:
             now, force = push(arm, part, shut, enough)
-        except (UnreachableError, CollisionError, GraspError):
+        except (UnreachableError, CollisionError, GraspError) as unpushed:
             # Where there is no face to push on within reach, there may be something to hold.
-            now, force = lead(arm, part, [shut], enough)
+            try:
+                now, force = lead(arm, part, [shut], enough)
+            except (UnreachableError, CollisionError, GraspError) as unled:
+                raise arm.clearest([unled, unpushed]) from unled
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import Annotated
 
 from pydantic import Field
 
+from robosandbox.errors import CollisionError, DrawerError, GraspError, UnreachableError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.parts import MOST_FORCE, RESISTED, lead_latched, lead_or_push
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.types import SkillResult
+from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.parts import OPEN_SHARE, open_share, open_value, sprung_handle
+from robosandbox.world.parts import OPEN_SHARE, TURNED_WITHIN, open_share, open_value, part_value, shut_value, sprung_handle
 
 # Shares of what was asked for that are tried, the most first: a hand that cannot go all the way still opens it.
 _SHARES = (1.0, 0.85, 0.7)
@@ -74,4 +77,20 @@ class Open(Skill):
             now, force = lead_or_push(arm, part, goals, enough, most)
         else:
             now, force = lead_latched(arm, part, handle.id, goals, enough)
+        if share - open_share(now) > TURNED_WITHIN:
+            now = _further(ctx, part, [goal for goal in goals if _beyond(now, goal)], most)
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})
+
+
+def _further(ctx: SkillContext, name: str, goals: Sequence[float], most: float) -> DetectedObject:
+    """Lead or push a part that is open on to one of some values of its joint, where that is possible, and return it as it is then."""
+    arm = Manipulator(ctx)
+    with suppress(UnreachableError, CollisionError, GraspError, DrawerError):
+        return lead_or_push(arm, name, goals, goals[-1], most)[0]
+    return arm.find(name, arm.look())
+
+
+def _beyond(part: DetectedObject, value: float) -> bool:
+    """Tell whether a value of its joint is clearly farther from shut than where a part is."""
+    way, gone = abs(value - shut_value(part)), abs(part_value(part) - shut_value(part))
+    return way - gone > TURNED_WITHIN * abs(open_value(part) - shut_value(part))

@@ -256,6 +256,12 @@ class Manipulator(Fingers):
         assert failure is not None
         raise failure
 
+    def clearest(self, failures: Sequence[SkillError]) -> SkillError:
+        """Return the failure to plan that tells most what to do: one for a loose thing that can be put aside, else as `most_telling`."""
+        loose = {item.id for item in self.start.objects if not item.is_fixed and item.id != self.start.held}
+        met = [one for one in failures if isinstance(one.evidence, CollisionEvidence) and one.evidence.other in loose]
+        return most_telling(met or failures)
+
     @property
     def _swing(self) -> tuple[float, float]:
         """Angles of the first joint between which postures are looked for, radians."""

@@ -67,7 +67,7 @@ _MOST_GRIPS = 96
 # Where on a face it is pushed, shares of its half-extents; how squarely a face looks against the way, as a cosine; leans of the hand
 # from along the way to downwards, radians; and faces that are tried.
 _ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
-_PUSH_LEANS = tuple(np.radians([0.0, 35.0, 52.5, 70.0, 90.0]))
+_PUSH_LEANS = tuple(np.radians([0.0, 35.0, 44.0, 52.5, 70.0, 90.0]))
 _MOST_FACES = 60
 # Pushes whose approach may be blocked: each is searched for by sampling, which takes longest.
 _MOST_BLOCKED = 12
@@ -144,15 +144,18 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     is_knob = _is_knob(arm, part)
     # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
     turns = _TURNS[:1] if is_knob else _turns(arm, part)
-    for rolls in _ROLLS[:1] if is_knob else _ROLLS:
-        grasps = _handles(arm, part, rolls)
-        free: dict[int, Array | None] = {}
-        for goal, share, (number, grasp) in product(goals, turns, enumerate(grasps)):
+    rolled: dict[Sequence[float], list[Grasp]] = {}
+    free: dict[tuple[Sequence[float], int], Array | None] = {}
+    # A grip with the hand turned about the bar that leads it all the way is better than a square one that does not.
+    for goal, rolls in product(goals, _ROLLS[:1] if is_knob else _ROLLS):
+        grasps = rolled.get(rolls) or rolled.setdefault(rolls, _handles(arm, part, rolls))
+        for share, (number, grasp) in product(turns, enumerate(grasps)):
+            key = rolls, number
             try:
-                if number not in free:
-                    free[number] = None
-                    free[number] = _free(arm, grasp)
-                if (near := free[number]) is not None:
+                if key not in free:
+                    free[key] = None
+                    free[key] = _free(arm, grasp)
+                if (near := free[key]) is not None:
                     return _led(arm, part, grasp, goal, share, near)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
@@ -160,7 +163,7 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
         raise no_grip(arm, part, "none_found", arm.gripper.width)
     # What stands in the way tells more than that there is no room for fingers at the part itself.
     in_the_way = [error for error in failures if not _is_own(part, error)]
-    raise most_telling(in_the_way or failures)
+    raise arm.clearest(in_the_way or failures)
 
 
 def plan_latched(arm: Manipulator, part: DetectedObject, handle: DetectedObject, goals: Sequence[float]) -> LatchedWay:
@@ -309,7 +312,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
             )
     if not failures:
         raise no_grip(arm, part, "none_found", 0.0)
-    raise most_telling(failures)
+    raise arm.clearest(failures)
 
 
 def pressing_poses(arm: Manipulator, part: DetectedObject, axis: Array) -> Iterator[Pose]:

@@ -110,14 +110,15 @@ def lead_or_push(
     except (UnreachableError, CollisionError, GraspError, DrawerError) as held:
         if isinstance(held, DrawerError) and not jams(arm, arm.find(name)):
             raise
+        failures: list[SkillError] = [held]
         for goal in goals:
             try:
                 return push(arm, name, goal, enough, most)
-            except (UnreachableError, CollisionError):
-                continue
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
             except (GraspError, DrawerError):
                 break
-        raise held
+        raise arm.clearest(failures) from held
 
 
 def lead_latched(

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from robosandbox.grasp.hand import FINGER_CLEARANCE, THINNEST, UP, hand_pose, turned, unit
+from robosandbox.grasp.hand import FINGER_CLEARANCE, FRICTION, THINNEST, UP, hand_pose, turned, unit
 from robosandbox.grasp.solid import STEEPEST
 from robosandbox.grasp.surface import Surface
 from robosandbox.types import Array, Grasp, cross
@@ -36,6 +36,8 @@ _MEETS = 0.001
 _LEAST_MET, _MOST_ASKEW = 0.05, 0.008
 # Metres and cosine up to which two closing lines are the same one. Chosen: a third of a pad.
 _SAME_PLACE, _SAME_LINE = 0.006, 0.25
+# Radians from which on a closing line is not level: a hand that leans by less is as good as upright.
+_LEVEL = math.radians(5.0)
 # Closing lines that are measured, and grasps that are tried of each tier. Chosen: a tier costs 0.1 s, and half a search.
 _MOST_LINES, _MOST_OF_TIER = 120, 24
 # Quality lost per metre of lever of the weight, per radian of tilt, and for pads that are met by little. Chosen so that a hand from
@@ -76,15 +78,18 @@ class Closings:
     def tiers(self) -> Iterator[list[Grasp]]:
         """Yield lists of grasps, each made when it is asked for: from above first, from the side last; then those at other places.
 
-        Near the middle is best as long as the hand has room there.
+        Near the middle is best as long as the hand has room there. Last comes a hand that is held upright at a wall that leans.
         """
         others: list[list[Grasp]] = []
-        for angle in _ANGLES:
+        upright = [(middle, level, width) for middle, closing, width in self._lines if (level := _level(closing)) is not None]
+        # Pads that lie askew to a wall hold it by their tips.
+        tips = _MOST_ASKEW - self._geometry.tip_depth
+        for lines, angle, depth in [*((self._lines, angle, None) for angle in _ANGLES), (upright, 0.0, tips)]:
             found = [
                 grasp
-                for middle, closing, width in self._lines
+                for middle, closing, width in lines
                 for turn in dict.fromkeys((angle, -angle))
-                if (grasp := self._grasp(middle, closing, width, turn)) is not None
+                if (grasp := self._grasp(middle, closing, width, turn, depth)) is not None
             ]
             found.sort(key=lambda grasp: -grasp.quality)
             if len(found) > _MOST_OF_TIER // 2:
@@ -114,8 +119,10 @@ class Closings:
         near, rest = lines[: _MOST_LINES // 2], lines[_MOST_LINES // 2 :]
         return near + rest[:: max(1, -(-len(rest) // (_MOST_LINES // 2)))]
 
-    def _grasp(self, middle: Array, closing: Array, width: float, angle: float) -> Grasp | None:
-        """Return the grasp on a closing line with the hand turned about it, or None where fingers or palm have no room."""
+    def _grasp(
+        self, middle: Array, closing: Array, width: float, angle: float, depth: float | None = None
+    ) -> Grasp | None:
+        """Return the grasp on a closing line with the hand turned about it, or None where fingers or palm have no room; depth as of `hand_pose`."""
         geometry = self._geometry
         approach = turned(unit(-UP + closing * (closing @ UP)), closing, angle)
         near = self._near(middle, closing, approach, width)
@@ -130,6 +137,7 @@ class Closings:
                 near=near,
                 floor=self._floor,
                 ceiling=self._ceiling,
+                depth=depth,
             )
             if pose is None:
                 return None
@@ -145,7 +153,7 @@ class Closings:
         quality = (
             1.0 - _LEVER_COST * lever - _TILT_COST * tilt + _MET_COST * min(met.share, 0.5) - 0.2 * abs(closing[2])
         )
-        how = "top-down" if angle == 0.0 else "angled" if abs(angle) < math.pi / 4.0 else "side"
+        how = "upright" if depth is not None else "top-down" if angle == 0.0 else "angled" if abs(angle) < math.pi / 4.0 else "side"
         return Grasp(object=self._name, tcp_pose=pose, width=width, quality=float(quality), how=how)
 
     def _elsewhere(self, best: Sequence[Grasp], others: Sequence[Grasp]) -> list[Grasp]:
@@ -212,3 +220,10 @@ class Closings:
         if share < _LEAST_MET or askew > _MOST_ASKEW:
             return None
         return _Meeting(held, (top + bottom) / 2.0, share)
+
+
+def _level(closing: Array) -> Array | None:
+    """Return the level unit vector (3,) nearest to a closing line, or None where pads would slip so, or the line is level."""
+    level = unit(closing * [1.0, 1.0, 0.0])
+    askew = math.acos(min(1.0, float(level @ closing)))
+    return level if _LEVEL < askew < math.atan(FRICTION) else None
