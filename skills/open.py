@@ -16,7 +16,15 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.parts import OPEN_SHARE, TURNED_WITHIN, open_share, open_value, part_value, shut_value, sprung_handle
+from robosandbox.world.parts import (
+    OPEN_SHARE,
+    TURNED_WITHIN,
+    open_share,
+    open_value,
+    part_value,
+    shut_value,
+    sprung_handle,
+)
 
 # Shares of what was asked for that are tried, the most first: a hand that cannot go all the way still opens it.
 _SHARES = (1.0, 0.85, 0.7)

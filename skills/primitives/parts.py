@@ -270,9 +270,10 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -
         gone = part_value(arm.find(part.id, arm.look())) - way.values[0]
         wanted = way.values[number] - way.values[0]
         gone *= math.copysign(1.0, wanted)
-        if way.grasp is None and force == 0.0:
+        behind = abs(wanted) - gone
+        if way.grasp is None and (force == 0.0 or (force < RESISTED and behind * lever(part) < STAND_OFF)):
             # What is pushed may be met later than its believed face says.
-            late = abs(wanted) - gone
+            late = behind
         elif stopped or gone < _FOLLOWS * (abs(wanted) - late):
             break
     return force

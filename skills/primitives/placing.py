@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from robosandbox.errors import CollisionError, ErrorCode, Phase, PlacementError, SkillError, UnreachableError
-from robosandbox.evidence import PlacementEvidence
+from robosandbox.evidence import CollisionEvidence, PlacementEvidence
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
 from robosandbox.skills.primitives.gripping import bearable, landing
 from robosandbox.skills.primitives.manipulator import (
@@ -79,6 +79,9 @@ _ASKEW = math.radians(1.0)
 _EDGE_MM = 4.0
 # Ways that may be blocked; chosen because each is searched for by sampling, which takes longest.
 _MOST_BLOCKED = 5
+
+# Spots and headings with the failure of an object that has no room there by itself.
+Barred = dict[tuple[Placement, float], SkillError]
 
 
 @frozen
@@ -221,6 +224,7 @@ def obstruction_there(
     """
     above = taken(scene, item.id)
     held = above.find(item.id) or item
+    barred: Barred = {}
     if base.shape.holds_things and not on:
         spots, within = spots_within(scene, item, base)
         allowed = touched_within(base, within)
@@ -236,31 +240,49 @@ def obstruction_there(
         tcp_pose = held.pose @ item.pose.inverse() @ grasp.tcp_pose
         state = replace(with_aperture(ctx, grasp.width), tcp_pose=tcp_pose)
         looked_at = spots[:: max(1, len(spots) // _SPOTS)] if briefly else spots
-        plan = partial(plan_put, held=held, scene=above, spots=looked_at, allowed=allowed)
+        plan = partial(plan_put, held=held, scene=above, spots=looked_at, allowed=allowed, barred=barred)
         return rehearse(ctx, hand_planner(ctx), above, state, plan)
 
     return met
 
 
 def plan_put(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Placement], allowed: Sequence[str]
+    arm: Manipulator,
+    held: DetectedObject,
+    scene: ObservedScene,
+    spots: Sequence[Placement],
+    allowed: Sequence[str],
+    barred: Barred | None = None,
 ) -> None:
-    """Plan how an object is put down, as what places it does."""
+    """Plan how an object is put down, as what places it does; `barred` as of `plan_place`."""
     arm.use(scene, held=held.id)
-    plan_place(arm, held, scene, spots, tuple(allowed))
+    plan_place(arm, held, scene, spots, tuple(allowed), barred)
 
 
 def plan_place(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Iterable[Placement], allowed: tuple[str, ...]
+    arm: Manipulator,
+    held: DetectedObject,
+    scene: ObservedScene,
+    spots: Iterable[Placement],
+    allowed: tuple[str, ...],
+    barred: Barred | None = None,
 ) -> PlacePlan:
     """Return the way to the first spot where hand and object have room, coming, opening and going.
+
+    Args:
+        arm: The skill's manipulator.
+        held: What the gripper holds.
+        scene: What is where.
+        spots: In order of preference.
+        allowed: What the object or the fingers may touch.
+        barred: Spots and headings at which the object itself has no room, however it is held: not tried, and added to.
 
     Raises:
         UnreachableError: No spot can be reached.
         CollisionError: All that can be reached touch something.
     """
     arm.ctx.enter(Phase.PLAN)
-    search = _PlaceSearch(arm, held, scene, allowed)
+    search = _PlaceSearch(arm, held, scene, allowed, {} if barred is None else barred)
     for spot in spots:
         for yaw in search.headings(spot):
             way = search.attempt(spot, yaw)
@@ -274,8 +296,16 @@ def plan_place(
 class _PlaceSearch:
     """Tries spots and keeps what stood against them."""
 
-    def __init__(self, arm: Manipulator, held: DetectedObject, scene: ObservedScene, allowed: tuple[str, ...]) -> None:
+    def __init__(
+        self,
+        arm: Manipulator,
+        held: DetectedObject,
+        scene: ObservedScene,
+        allowed: tuple[str, ...],
+        barred: Barred,
+    ) -> None:
         self._arm = arm
+        self._barred = barred
         self._held = held
         self._scene = scene
         self._allowed = allowed
@@ -313,6 +343,9 @@ class _PlaceSearch:
     def attempt(self, spot: Placement, yaw: float) -> PlacePlan | None:
         """Return the way to a spot, or None."""
         arm, motion = self._arm, self._arm.motion
+        if (bar := self._barred.get((spot, yaw))) is not None:
+            self._failures.append(bar)
+            return None
         goal = resting_pose(self._held, spot, about_z(yaw) @ self._level)
         tcp_goal = goal @ self._tcp_in_object
         # Just above the support nothing may be touched; the last millimetres are for the support alone.
@@ -322,6 +355,8 @@ class _PlaceSearch:
             q_above = motion.ik(above, self._q, restarts=_RESTARTS)
             self._hold()
             if (found := motion.touch(q_above)) is not None:
+                if isinstance(found.evidence, CollisionEvidence) and found.evidence.body == self._held.id:
+                    self._barred[spot, yaw] = found
                 raise found
             q_goal = motion.ik(tcp_goal, q_above, restarts=_RESTARTS)
             opening = self._opening(q_goal)

@@ -81,7 +81,9 @@ class Closings:
         Near the middle is best as long as the hand has room there. Last comes a hand that is held upright at a wall that leans.
         """
         others: list[list[Grasp]] = []
-        upright = [(middle, level, width) for middle, closing, width in self._lines if (level := _level(closing)) is not None]
+        upright = [
+            (middle, level, width) for middle, closing, width in self._lines if (level := _level(closing)) is not None
+        ]
         # Pads that lie askew to a wall hold it by their tips.
         tips = _MOST_ASKEW - self._geometry.tip_depth
         for lines, angle, depth in [*((self._lines, angle, None) for angle in _ANGLES), (upright, 0.0, tips)]:
@@ -153,7 +155,15 @@ class Closings:
         quality = (
             1.0 - _LEVER_COST * lever - _TILT_COST * tilt + _MET_COST * min(met.share, 0.5) - 0.2 * abs(closing[2])
         )
-        how = "upright" if depth is not None else "top-down" if angle == 0.0 else "angled" if abs(angle) < math.pi / 4.0 else "side"
+        how = (
+            "upright"
+            if depth is not None
+            else "top-down"
+            if angle == 0.0
+            else "angled"
+            if abs(angle) < math.pi / 4.0
+            else "side"
+        )
         return Grasp(object=self._name, tcp_pose=pose, width=width, quality=float(quality), how=how)
 
     def _elsewhere(self, best: Sequence[Grasp], others: Sequence[Grasp]) -> list[Grasp]:
