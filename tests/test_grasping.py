@@ -12,7 +12,7 @@ from support.listening import on_phases
 
 from robosandbox.apps.bench.bench import run_bench
 from robosandbox.errors import CollisionError, GraspError, Phase
-from robosandbox.evidence import GraspEvidence
+from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.grasp.hand import FRICTION
 from robosandbox.skills.primitives.carrying import MOST_TILT
@@ -286,3 +286,18 @@ def test_ways_off_walls_leave_room_for_a_finger() -> None:
         (away,) = ways_off(arm.find("red_box"), arm.start, 0.03)
         assert away == pytest.approx([-0.027, 0.0, 0.0], abs=1e-3)
         assert list(ways_off(arm.find("red_box"), arm.start, 0.002)) == []
+
+
+def test_the_failure_that_is_told_names_what_can_be_put_aside_before_what_is_fixed() -> None:
+    with world(thing("it", "box", (0.02,) * 3, (0.15, 0.0, 0.061))) as session:
+        arm = Manipulator(session.ctx)
+        met = {
+            other: CollisionError(
+                f"the hand would touch {other}",
+                phase=Phase.PLAN,
+                evidence=CollisionEvidence(body="hand", other=other, waypoint=1, waypoints=1, depth=0.01),
+            )
+            for other in ("table", "it")
+        }
+        assert arm.clearest(list(met.values())).message == met["it"].message
+        assert arm.clearest([met["table"]]).message == met["table"].message

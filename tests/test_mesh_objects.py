@@ -222,6 +222,20 @@ def test_a_wall_of_2_mm_is_held_where_closed_fingers_still_press_on_it(gap: floa
     assert widths == pytest.approx([0.002] * len(widths))
 
 
+@pytest.mark.parametrize(("tilt", "upright"), [(0.0, False), (14.0, True), (35.0, False)])
+def test_a_wall_that_leans_within_friction_is_held_by_an_upright_hand_as_well(tilt: float, upright: bool) -> None:
+    with open_session(Scene(), what_if=False) as session:
+        gripper = session.driver.arms["arm"].spec.gripper
+    assert gripper is not None
+    corners = np.array([*product((-0.02, 0.02), (-0.004, 0.004), (-0.03, 0.03))])
+    half = np.radians(tilt) / 2.0
+    wall = Surface(Pose(xyz=(0.4, 0.0, 0.1), quat_xyzw=(np.sin(half), 0.0, 0.0, np.cos(half))), [corners])
+    found = [grasp for tier in Closings("it", wall, gripper.geometry, lambda grasp: True).tiers() for grasp in tier]
+    straight = [grasp.tcp_pose.rotation for grasp in found if grasp.how == "upright"]
+    assert bool(straight) == upright
+    assert all(rotation[2, 2] == pytest.approx(-1.0) for rotation in straight)
+
+
 def test_how_a_mesh_lies_is_found_from_points_of_its_surface(angle: Path) -> None:
     mesh = known_mesh(angle, 0.001)
     turn = matrix_from_rotation_vector(np.array([0.0, 0.0, 0.7])) @ matrix_from_rotation_vector(
