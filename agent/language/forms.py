@@ -397,7 +397,7 @@ def _for_skill(values: dict[str, Any], words: Words) -> Any:
     placed = any(ref.relations or ref.ranks for ref in made.objects)
     if not enough:
         # A rule says what it costs to say nothing beside the verb.
-        return Costly((made, COSTS[1] if words.pace else COSTS[2])) if told or made.tempos else made
+        return Costly((made, COSTS[1] if words.pace else COSTS[2])) if told or made.terms else made
     return made if words.required or placed else Costly((made, -COSTS[1] - 0.1))
 
 
@@ -549,7 +549,7 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
                 tuple(values.get("avoid", ())),
                 anew=bool(values.get("anew")),
                 asides=tuple(values.get("asides", ())),
-                tempos=tuple(dict.fromkeys((*values.get("tempos", ()), *(t for step in told for t in step.tempos)))),
+                terms=tuple(dict.fromkeys((*values.get("terms", ()), *(t for step in told for t in step.terms)))),
             ),
             COSTS[2] * (further or back) + COSTS[2] * unsaid,
         )

@@ -238,7 +238,7 @@ class Command(NamedTuple):
         skill: For worded: which skill says itself how it is asked for.
         slots: For worded: what else was said, by argument.
         words: For worded: those that were said.
-        tempos: For worded: as those of a sentence.
+        terms: For worded: as those of a sentence.
     """
 
     verb: Verb
@@ -256,7 +256,7 @@ class Command(NamedTuple):
     skill: str = ""
     slots: tuple[tuple[str, Any], ...] = ()
     words: Words | None = None
-    tempos: tuple[str, ...] = ()
+    terms: tuple[str, ...] = ()
 
 
 @frozen
@@ -268,7 +268,7 @@ class Sentence:
         avoid: What is not to be touched.
         manners: Words of speed and care, which no skill is told.
         anew: "again", "instead" in the first step: something was done before.
-        tempos: How fast or how long, by the names of tempos: "0.05 m/s", "8 s"; and what the way there is not to do.
+        terms: How it is to be done: the names of tempos, "0.05 m/s" or "8 s"; and what it is not to do, as "untouched".
         asides: What no plan takes account of, as it was said.
     """
 
@@ -276,7 +276,7 @@ class Sentence:
     avoid: tuple[Ref, ...] = ()
     manners: tuple[str, ...] = ()
     anew: bool = False
-    tempos: tuple[str, ...] = ()
+    terms: tuple[str, ...] = ()
     asides: tuple[str, ...] = ()
 
 

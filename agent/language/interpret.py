@@ -188,16 +188,16 @@ def _paced(reading: Sentence) -> Sentence | None:
     if not unsaid:
         return reading
     said = [words for words in reading.manners if not _is_of(words, "FROM_NOW_ON")]
-    numbers = [tempo for tempo in reading.tempos if tempo not in _TERMS]
+    numbers = [tempo for tempo in reading.terms if tempo not in _TERMS]
     tempo = numbers[0] if numbers else _tempo_of(said, ("set_tempo",))[0]
     if not tempo or len(unsaid) > 1:
         return None
     step = unsaid[0]
     paced = step._replace(slots=((step.words.pace, tempo),)) if step.words else step
     steps = tuple(paced if one is step else one for one in reading.steps)
-    tempos = tuple(each for each in reading.tempos if each != tempo)
+    terms = tuple(each for each in reading.terms if each != tempo)
     manners = tuple(words for words in reading.manners if numbers or words not in said)
-    return replace(reading, steps=steps, manners=manners, tempos=tempos)
+    return replace(reading, steps=steps, manners=manners, terms=terms)
 
 
 def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
@@ -349,10 +349,10 @@ def choose(
             manners = [words for words in reading.manners if words not in standing]
             # Clockwise is seen from above.
             tempo, told = _tempo_of([words for words in manners if not (turned and words == "from above")], skills)
-            terms = [term for term in reading.tempos if term in _TERMS]
+            terms = [term for term in reading.terms if term in _TERMS]
             _check_terms(terms, draft)
-            if len(reading.tempos) > len(terms):
-                tempo, told = _timed([each for each in reading.tempos if each not in terms], draft, skills)
+            if len(reading.terms) > len(terms):
+                tempo, told = _timed([each for each in reading.terms if each not in terms], draft, skills)
             notes = [told] if told else []
             notes += (
                 [f"I take no account of {listed([f'“{aside}”' for aside in reading.asides])}."]
