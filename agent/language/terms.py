@@ -1,0 +1,166 @@
+"""How an order is to be done: its tempo by words and by numbers, and what it is not to do on the way."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.draft import Draft
+from robosandbox.agent.language.front import ENGLISH
+from robosandbox.agent.language.intent import Sentence
+from robosandbox.agent.language.ruleset import ruleset
+from robosandbox.types import TEMPOS, RefusalCode
+
+# Calls that are one motion, which may last as long as it is told to.
+_ONE_MOTION = frozenset(
+    {
+        "move_by",
+        "move_to",
+        "move_over",
+        "move_to_height",
+        "move_towards",
+        "turn_hand",
+        "move_joint",
+        "move_to_pose",
+        "home",
+    }
+)
+# What is slower than the careful tempo, and how fast the hand goes then, at most. Chosen.
+_VERY_SLOWLY = re.compile(r"\b(?:very|really|so|extremely|as)\b.*\bslow(?:ly)?\b|\bslow motion\b", re.IGNORECASE)
+_SLOWEST = "0.05 m/s"
+# Calls that touch nothing, and those that grip nothing, by what they may be asked to be.
+_UNTOUCHED = _ONE_MOTION | {
+    "move_beside",
+    "move_through",
+    "move_joints",
+    "point_at",
+    "wait",
+    "save_pose",
+    "set_tempo",
+    "trace",
+}
+# What is to be held is not let go: here the calls are told that would.
+_HELD = "held"
+_TERMS = {
+    "untouched": _UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
+    _HELD: frozenset(
+        {"place_on", "place_in", "place_at", "place_beside", "drop", "hand_over", "pour", "stack", "put_over", "insert"}
+    ),
+    "ungripped": _UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper"},
+}
+
+
+def done_as_told(reading: Sentence, draft: Draft, skills: Sequence[str]) -> Draft:
+    """Return the draft of a reading with the tempo that it was told, and notes of what it takes account of and what not.
+
+    Raises:
+        RefusedError: It was told two tempos in numbers, or what it cannot keep.
+    """
+    standing = [words for words in reading.manners if is_of(words, "FROM_NOW_ON")]
+    if standing and "set_tempo" not in {call.skill for call in draft.calls}:
+        told = f"I do what is asked of me once; “{standing[0]}” I keep a pace alone."
+        raise RefusedError(RefusalCode.UNSUPPORTED, told)
+    turned = any(call.skill == "turn_hand" for call in draft.calls)
+    manners = [words for words in reading.manners if words not in standing]
+    # Clockwise is seen from above.
+    tempo, told = _tempo_of([words for words in manners if not (turned and words == "from above")], skills)
+    terms = [term for term in reading.terms if term in _TERMS]
+    _check_terms(terms, draft)
+    if len(reading.terms) > len(terms):
+        tempo, told = _timed([each for each in reading.terms if each not in terms], draft, skills)
+    notes = [told] if told else []
+    if reading.asides:
+        notes.append(f"I take no account of {listed([f'“{aside}”' for aside in reading.asides])}.")
+    return replace(draft, note=" ".join(notes), tempo=tempo)
+
+
+def is_of(words: str, name: str) -> bool:
+    """Say whether words are a form of a class of English."""
+    vocabulary = ruleset(ENGLISH).vocabulary
+    return vocabulary.is_form(vocabulary.folded(words), name)
+
+
+def paced(reading: Sentence) -> Sentence | None:
+    """Return a reading with the pace that its words of manner say, as in "work at half speed"; None where it lacks one."""
+    unsaid = [step for step in reading.steps if step.words and step.words.pace and not step.slots]
+    if not unsaid:
+        return reading
+    said = [words for words in reading.manners if not is_of(words, "FROM_NOW_ON")]
+    numbers = [tempo for tempo in reading.terms if tempo not in _TERMS]
+    tempo = numbers[0] if numbers else _tempo_of(said, ("set_tempo",))[0]
+    if not tempo or len(unsaid) > 1:
+        return None
+    step = unsaid[0]
+    paced = step._replace(slots=((step.words.pace, tempo),)) if step.words else step
+    steps = tuple(paced if one is step else one for one in reading.steps)
+    terms = tuple(each for each in reading.terms if each != tempo)
+    manners = tuple(words for words in reading.manners if numbers or words not in said)
+    return replace(reading, steps=steps, manners=manners, terms=terms)
+
+
+def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
+    """Return the tempo that words of speed and care ask for, "" for none, and a note of what comes of them.
+
+    Args:
+        manners: As they were said.
+        names: Of the skills; where none sets the tempo, it stays as it is.
+    """
+    if not manners:
+        return "", ""
+    tempos = ruleset(ENGLISH).vocabulary.classes["TEMPO"]
+    # "not too fast" has a word of each: careful comes first.
+    asked = {
+        words: tempo
+        for words in manners
+        for tempo in reversed(tempos)
+        if not {*tempos[tempo]}.isdisjoint(words.lower().split())
+    }
+    others = [words for words in manners if words not in asked]
+    if "set_tempo" not in names or len({*asked.values()}) != 1:
+        asked, others = {}, [*manners]
+    if any(_VERY_SLOWLY.search(words) for words in asked):
+        asked = dict.fromkeys(asked, _SLOWEST)
+    notes = [
+        f"{f'At {tempo} at most' if tempo == _SLOWEST else f'At the {tempo} tempo'}: {listed([f'“{words}”' for words in asked])}."
+        for tempo in {*asked.values()}
+    ]
+    if others:
+        usual = "" if asked else ": I go at my usual speed"
+        notes.append(f"No skill takes {listed([f'“{words}”' for words in others])}{usual}.")
+    return next(iter(asked.values()), ""), " ".join(notes)
+
+
+def _timed(tempos: Sequence[str], draft: Draft, skills: Sequence[str]) -> tuple[str, str]:
+    """Return the tempo that a plan was told in numbers, or by what must not happen, and a note of it.
+
+    Raises:
+        RefusedError: It was told two, or one that it cannot keep.
+    """
+    told = [tempo for tempo in tempos if tempo not in TEMPOS] or [*tempos]
+    if len(told) > 1:
+        raise RefusedError(RefusalCode.AMBIGUOUS, f"At {listed(told, 'or')}?", told)
+    if "set_tempo" not in skills:
+        raise RefusedError(RefusalCode.UNSUPPORTED, "This needs 'set_tempo', which this robot has no skill for.")
+    (tempo,) = told
+    lasts = tempo.endswith(" s")
+    if lasts and (len(draft.calls) != 1 or draft.calls[0].skill not in _ONE_MOTION):
+        raise RefusedError(RefusalCode.UNSUPPORTED, "I can say how long one motion of the hand takes, and not this.")
+    if lasts:
+        return tempo, f"The motion lasts {tempo} or longer."
+    if tempo in TEMPOS:
+        return tempo, f"At the {tempo} tempo; what comes of it is not checked."
+    return tempo, f"The hand goes at {tempo} at most; where it touches things, slower."
+
+
+def _check_terms(terms: Sequence[str], draft: Draft) -> None:
+    """Refuse a plan that does what it was told not to do on the way.
+
+    Raises:
+        RefusedError: A call of it touches, or grips, things.
+    """
+    for term in terms:
+        other = next((call for call in draft.calls if (call.skill in _TERMS[term]) is (term == _HELD)), None)
+        if other is not None:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"You asked for it {term}, and {other} would not be.", firm=True)
