@@ -195,31 +195,39 @@ def push(
         _withdraw(arm, part)
         return force
 
-    return _until(arm, name, enough, pushed)
+    return _until(arm, name, enough, pushed, to_stop=goal == shut_value(arm.find(name)))
 
 
 def _until(
-    arm: Manipulator, name: str, enough: float, once: Callable[[DetectedObject], float]
+    arm: Manipulator, name: str, enough: float, once: Callable[[DetectedObject], float], *, to_stop: bool = False
 ) -> tuple[DetectedObject, float]:
-    """Move a part until its joint has a value; what slipped is taken anew, and what follows is moved on."""
+    """Move a part until its joint has a value; what slipped is taken anew, and what follows is moved on.
+
+    What goes `to_stop` is moved on until the stop is felt, where it is only seen to be there: sight is off by millimetres.
+    """
     require(arm.driver, "wrist_wrench", "a part that is locked or blocked is told by how hard the hand pulls or pushes")
     first = now = arm.find(name)
-    worst = 0.0
+    worst, reached = 0.0, False
     for attempt in range(_ATTEMPTS):
         before, is_last = now, attempt == _ATTEMPTS - 1
         arm.ctx.enter(Phase.PLAN)
         arm.use(arm.look())
         try:
             force = once(before)
-        except GraspError as error:
-            if is_last or error.phase != Phase.GRASP:
+        except (UnreachableError, CollisionError, GraspError) as error:
+            if reached:
+                break
+            if is_last or not isinstance(error, GraspError) or error.phase != Phase.GRASP:
                 raise
             continue
         worst = max(worst, force)
         now = arm.find(name, arm.settle(name))
         sign = 1.0 if enough > part_value(before) else -1.0
-        if sign * (part_value(now) - enough) >= 0.0:
+        reached = reached or sign * (part_value(now) - enough) >= 0.0
+        if reached and (is_last or not to_stop or worst > RESISTED):
             break
+        if reached:
+            continue
         if is_last or (force > RESISTED and _gone(before, now) <= _LOCKED_WITHIN):
             raise stuck(arm, first, now, enough, force)
     return now, worst
