@@ -117,7 +117,9 @@ class StubPlanner:
             seen = turned_scene(scene) if self._is_turned else scene
             reply = answered(draft.question, seen, discourse, self._skills)
             self._last = (prompt, Draft(()))
-            return reply if isinstance(reply, Refusal) else Plan(steps=(), answer=reply.text if reply else "")
+            # What was ordered is done, whether the question can be answered or not.
+            told = reply.message if isinstance(reply, Refusal) else reply.text if reply else ""
+            return Plan(steps=(), answer=told)
         later = resumed(draft, turned_scene(scene) if self._is_turned else scene, self._skills)
         if isinstance(later, Refusal):
             return later

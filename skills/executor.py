@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from robosandbox.errors import FaultError, Phase, SkillError
@@ -55,8 +57,10 @@ class Executor:
             said_already = error.message.endswith(advice)
             raise error.with_(message=error.message + ("" if said_already else advice), repairs=repairs) from error
         finally:
-            if np.abs(ctx.arm.state().q - stood).max(initial=0.0) > _MOVED:
-                ctx.poses[ctx.arm.name, BEFORE] = stood
+            # An arm that has been lost is told by what lost it.
+            with suppress(SkillError):
+                if np.abs(ctx.arm.state().q - stood).max(initial=0.0) > _MOVED:
+                    ctx.poses[ctx.arm.name, BEFORE] = stood
 
     def _kept(self, call: BoundCall[Skill], contract: Contract, before: ObservedScene) -> SkillResult:
         """Run the skill between a look at what it needs and one at what it promises.

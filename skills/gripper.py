@@ -13,7 +13,7 @@ from robosandbox.errors import AlreadyHoldingError, GraspError, InvalidArgumentE
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import A_LITTLE, Slot, Words
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -58,9 +58,6 @@ def _of_fingers(verb: str) -> tuple[str, ...]:
     )
 
 
-_LITTLE = 0.01  # Metres by which fingers go that are to go a little; chosen as what one sees.
-
-
 def _more(argument: str, sign: float) -> Slot:
     """Return how a change of the gap is said: "by 1 cm", "5 mm more", "a bit"."""
     return Slot(
@@ -83,7 +80,7 @@ def _more(argument: str, sign: float) -> Slot:
             )
         ),
         phrases=tuple(
-            (f"{just}{some}{more}", sign * _LITTLE)
+            (f"{just}{some}{more}", sign * A_LITTLE)
             for just in ("", "just ")
             for some in ("a bit", "a little", "slightly", "a little bit", "a crack", "a tiny bit", "a touch")
             for more in ("", " more", " wider", " further")

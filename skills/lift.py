@@ -10,20 +10,18 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.primitives.hand_move import Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import A_LITTLE, Slot, Words
 from robosandbox.types import Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import bottom
 
-# Metres that a thing is lifted which is to be lifted a little.
-_LITTLE = 0.03
 _UP = ("up", "off the table", "higher", "into the air")
 _BY = Slot(
     argument="height",
     kind="length",
     prepositions=("", "by", "up", "up by"),
-    phrases=tuple((f"{up}{some}", _LITTLE) for up in ("", "up ") for some in ("a little", "a bit", "slightly")),
+    phrases=tuple((f"{up}{some}", A_LITTLE) for up in ("", "up ") for some in ("a little", "a bit", "slightly")),
     endings=tuple((said, 1.0) for said in _UP),
 )
 # Metres that a thing is lifted which is to be held up. Chosen.

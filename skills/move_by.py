@@ -13,7 +13,7 @@ from robosandbox.errors import Phase
 from robosandbox.skills.primitives.guarded import follow_until
 from robosandbox.skills.primitives.hand_move import BARE_HANDS, HAND_GOES, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import A_LITTLE, Slot, Words
 from robosandbox.types import Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -57,8 +57,6 @@ _DOWNWARDS = (
     *("down", "straight down", "downward", "downwards", "down slowly"),
     *("down on the table", "down onto the table", "down to the table", "down towards the table"),
 )
-# Metres that a hand goes which is to go a little.
-_LITTLE = 0.02
 # Metres; farther than any arm on a table reaches down.
 _FAR = 2.0
 # N; what a hand that comes slowly feels before it presses hard.
@@ -72,14 +70,10 @@ def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
         argument=argument,
         kind="length",
         prepositions=("", "by"),
-        beginnings=tuple(
-            (f"{word}{by}", sign)
-            for word, sign in way
-            for by in ("", " by", " a bit ,", " a little ,", " a bit", " a little")
-        ),
+        beginnings=tuple((f"{word}{by}", sign) for word, sign in way for by in ("", " by")),
         endings=way,
         phrases=tuple(
-            (said, sign * _LITTLE)
+            (said, sign * A_LITTLE)
             for word, sign in way
             for some in ("a little", "a bit", "a little bit", "slightly")
             for said in (f"{word} {some}", f"{some} {word}")

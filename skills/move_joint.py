@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import A_LITTLE_TURN, Slot, Words
 from robosandbox.types import SkillResult
 
 _VERBS = ("move", "turn", "rotate", "set", "bring", "bend", "flex", "turn only", "move only", "rotate only")
-# Angle of a turn that is to be a little, rad. Chosen.
-_LITTLE = math.radians(5.0)
 _BY = Slot(
     argument="by",
     kind="angle",
     prepositions=("by", "", "through", "another"),
-    phrases=(("a little", _LITTLE), ("a bit", _LITTLE), ("a little bit", _LITTLE), ("slightly", _LITTLE)),
+    phrases=(
+        ("a little", A_LITTLE_TURN),
+        ("a bit", A_LITTLE_TURN),
+        ("a little bit", A_LITTLE_TURN),
+        ("slightly", A_LITTLE_TURN),
+    ),
     endings=(("more", 1.0), ("further", 1.0), ("back", -1.0)),
 )
 _HOW_FAR = (

@@ -45,6 +45,27 @@ _BETWEEN = tuple(
 )
 
 
+# Times that the hand is sent over things in one call, as orders are done over.
+_MOST_PASSES = 40
+# What may come before a count.
+_UNTIL = (
+    "",
+    *(
+        f"until {who} {did}".strip()
+        for who in ("you have", "i have", "it has")
+        for did in (
+            "counted",
+            "made",
+            "done",
+            "been at each one",
+            "been at each",
+            "been at each of them",
+            "been over each",
+        )
+    ),
+)
+
+
 class MoveOver(HandMove):
     """Bring the hand over a thing."""
 
@@ -65,6 +86,33 @@ class MoveOver(HandMove):
             ),
             required=("object other",),
         ),
+        # "swing back and forth between the red and the green cube three times"
+        Words(
+            verbs=tuple(
+                f"{go} {to_and_fro}"
+                for go in (
+                    *("go", "move", "swing", "travel"),
+                    *(f"keep {going}" for going in ("going", "moving", "swinging")),
+                )
+                for to_and_fro in ("back and forth between", "to and fro between")
+            )
+            + ("alternate between", "go between", "shuttle between", "move your hand back and forth between"),
+            slots=(
+                Slot(argument="object other", kind="pair"),
+                Slot(
+                    argument="passes",
+                    kind="number",
+                    prepositions=_UNTIL,
+                    phrases=(("once", 2.0), ("twice", 4.0), ("a couple of times", 4.0), ("a few times", 6.0)),
+                    endings=(
+                        *((round_trips, 2.0) for round_trips in ("times", "time", "rounds", "visits", "times each")),
+                        *((one_way, 1.0) for one_way in ("passes", "moves", "trips", "crossings", "swings", "legs")),
+                    ),
+                    bare=False,
+                ),
+            ),
+            required=("passes",),
+        ),
         Words(
             verbs=("hold", "keep"), object="held", slots=_over("over", "above"), required=("object",), hand="holding"
         ),
@@ -84,6 +132,7 @@ class MoveOver(HandMove):
         held: str | None = None,
         seconds: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0,
         other: str | None = None,
+        passes: Annotated[int, Field(ge=1, le=_MOST_PASSES)] | None = None,
     ) -> SkillResult:
         """Bring the hand over the middle of a thing, or halfway between two, on a free way, pointing down; what it holds stays held.
 
@@ -93,6 +142,7 @@ class MoveOver(HandMove):
             held: Id of what is to be held there; nothing, or whatever is held, when left out.
             seconds: How long it stays there.
             other: Id of the other thing, where it is halfway between two, and `height` from the higher one's top.
+            passes: How many times it goes over one of the two, in turn, in place of halfway between them.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -106,6 +156,12 @@ class MoveOver(HandMove):
         below = arm.find(object)
         hangs = 0.0 if arm.start.held == object else arm.hangs
         ends = [below] if other is None else [below, arm.find(other)]
+        for number in range(passes or 0):
+            end = ends[number % len(ends)]
+            x, y, _ = centre(end)
+            detail = arm.bring((float(x), float(y), top(end) + height + hangs))
+        if passes:
+            return SkillResult(skill=self.name, detail=detail)
         x, y, _ = np.mean([centre(end) for end in ends], axis=0)
         detail = arm.bring((float(x), float(y), max(map(top, ends)) + height + hangs))
         if seconds > 0.0:

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from robosandbox.skills.primitives.hand_move import BARE_HANDS, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import SENSES, Slot, Words
+from robosandbox.skills.words import A_LITTLE_TURN, SENSES, Slot, Words
 from robosandbox.types import Pose, SkillResult, matrix_about_axis
 
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
@@ -19,12 +19,10 @@ _WRISTS = (*HANDS, *BARE_HANDS, "the wrist", "your wrist", "wrist")
 _LEANING = tuple(
     (f"{said}{by}", sign)
     for said, sign in (("forward", 1.0), ("forwards", 1.0), ("back", -1.0), ("backward", -1.0), ("backwards", -1.0))
-    for by in ("", " by", " a bit", " a bit ,", " a little", " a little ,", " slightly", " slightly ,")
+    for by in ("", " by")
 )
 
 
-# Angle of a turn that is to be a little. Chosen.
-_LITTLE = math.radians(10.0)
 _STRAIGHT = (
     *(
         f"{point} {what} straight down"
@@ -69,9 +67,9 @@ class TurnHand(HandMove):
                         ("halfway around", math.pi),
                         ("half way round", math.pi),
                         ("upside down", math.pi),
-                        ("a little", _LITTLE),
-                        ("a bit", _LITTLE),
-                        ("slightly", _LITTLE),
+                        ("a little", A_LITTLE_TURN),
+                        ("a bit", A_LITTLE_TURN),
+                        ("slightly", A_LITTLE_TURN),
                     ),
                     beginnings=SENSES,
                     endings=SENSES,

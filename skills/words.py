@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from robosandbox.values import frozen
@@ -29,8 +30,9 @@ class Slot:
 
     Attributes:
         argument: Of the skill; of a pair two, of a point three of them, with spaces between, as "x y z".
-        kind: What is said: an object, two of them ("the cube and the ball"), a number with the unit of an angle, length, duration or force, a speed (as a tempo: "0.1 m/s"),
-            a share ("half", "40 %"), a plain number, the three numbers of a point, a name of one word, or nothing but one of `phrases`.
+        kind: What is said: an object, two of them ("the cube and the ball"), a number with the unit of an angle, length, duration or
+            force, a speed (which becomes a tempo, "0.1 m/s"), a share ("half", "40 %"), a plain number, the three numbers of a point,
+            a new name ("dock", "spot 2"), the name of a pose, or nothing but one of `phrases`.
         prepositions: What comes before it, as "by" or "parallel to"; "" where nothing needs to.
         phrases: Whole phrases with the value that each stands for, SI units, as ("a quarter turn", 1.5708).
         beginnings: Phrases before a number with what they multiply it by, as ("down", -1).
@@ -74,6 +76,8 @@ class Words:
     means: tuple[tuple[str, float | str], ...] = ()
 
 
+# What somebody means who says "a little", metres and rad. Chosen: seen across a table, and short of what is beside.
+A_LITTLE, A_LITTLE_TURN = 0.02, math.radians(10.0)
 _SENSES = (
     ("clockwise", -1.0),
     ("counterclockwise", 1.0),

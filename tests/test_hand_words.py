@@ -440,8 +440,7 @@ def test_what_was_asked_to_be_left_undone_is_refused(still: EmbeddedWorkcell) ->
     for said, why in (
         ("pick up the red cube without touching anything", "untouched"),
         ("move the red cube 30 cm up, no lifting", "ungripped"),
-        ("go back and forth between the red cube and the blue cube", "How many times"),
-        ("go back and forth between the red cube and the blue cube 40 times", "at most 20"),
+        ("go back and forth between the red cube and the blue cube", "passes"),
         ("pick up the red cube over 8 seconds", "one motion"),
     ):
         answer = still.agent.plan(said)

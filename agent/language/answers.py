@@ -419,17 +419,16 @@ class _Answers(Seen):
         gripper = self._arm.gripper
         if gripper is None or gripper.seal is not None:
             return self._say_grip(asked)
-        if gripper.closed >= 1.0:
-            told = "My fingers are shut, and how far they open I do not see; say “open the gripper”."
+        now = f"{1000.0 * gripper.width:.0f} mm are between my fingers"
+        if gripper.closed >= _ALMOST:
+            # How the gap grows with the motor's way is the gripper's own.
+            told = f"{now}, and how far they open I do not see; say “open the gripper”, and ask then."
             raise RefusedError(RefusalCode.UNSUPPORTED, told)
-        widest = gripper.width / (1.0 - gripper.closed)
-        return Answer(
-            f"My fingers open to {1000.0 * widest:.0f} mm; now {1000.0 * gripper.width:.0f} mm are between them."
-        )
+        return Answer(f"My gripper is open: {now}.")
 
     def _say_squeezing(self, asked: Question) -> Answer:
         if self._scene.held is None:
-            return Answer("I hold nothing, and press on nothing.")
+            return Answer("I hold nothing.")
         pressing = self._arm.gripper.force if self._arm.gripper else None
         if pressing is None:
             told = f"I hold {self._scene.held}; nothing in my gripper measures how hard."

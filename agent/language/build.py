@@ -35,10 +35,12 @@ from robosandbox.agent.language.logic import If, While, commands_of
 from robosandbox.agent.language.orders import Fits
 from robosandbox.agent.language.readings import check_sides, fused, is_tower, swapped
 from robosandbox.agent.language.skill_words import resolved, words_of
+from robosandbox.agent.language.terms import UNTOUCHED
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
 from robosandbox.types import BEFORE, ObservedScene, RefusalCode, Side, SkillCall
 from robosandbox.world.parts import is_part
+from robosandbox.world.relations import top
 
 
 def build(
@@ -124,24 +126,8 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
 
 # Where on the seeds' table the hand is before it goes to a part of one that names no other.
 _BEFORE_IT = (0.1, 0.0)
-# Calls after which the hand comes back to where it was, rather than home.
-_OF_THE_HAND = frozenset(
-    {
-        "move_by",
-        "move_to",
-        "move_over",
-        "move_beside",
-        "move_to_height",
-        "move_towards",
-        "move_joint",
-        "turn_hand",
-        "wait",
-        "set_tempo",
-        "save_pose",
-    }
-)
-# Metres above the table at which the hand is over a part of it; chosen as above what stands there.
-_OVER_TABLE = 0.2
+# Metres above all that stands there at which the hand is over a part of the table, as `move_over` has it over a thing.
+_ABOVE = 0.1
 # The pose in which the arm stands when an order begins.
 _START = "start"
 _PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
@@ -509,11 +495,11 @@ class _Builder(Deciding):
         if not isinstance(command.place, Region):
             raise ValueError(f"{command.place} is no part of the table")
         x, y = self._middle_of(command.place, self.world.placed(_BEFORE_IT))
-        z = self.world.table_height + _OVER_TABLE
+        z = max((top(item) for item in self.world.objects.values()), default=self.world.table_height) + _ABOVE
         self._add("move_to", x=round(x, 4), y=round(y, 4), z=round(z, 4))
 
     def _home(self, command: Command) -> None:
-        if command.direction == "back" and self.steps and all(step.call.skill in _OF_THE_HAND for step in self.steps):
+        if command.direction == "back" and self.steps and all(step.call.skill in UNTOUCHED for step in self.steps):
             # "move left 10 cm, then come back": to where it was.
             self._go_to_pose(_START)
             return

@@ -21,7 +21,7 @@ from robosandbox.agent.language.front import (
 )
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.offers import with_offer
-from robosandbox.agent.language.repeated import several_times, to_and_fro
+from robosandbox.agent.language.repeated import several_times
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.terms import done_as_told, paced
 from robosandbox.agent.language.wordlist import word_set
@@ -94,9 +94,7 @@ def interpret(
         return _interpreted(language, sentence, scene, names, context, chosen)
 
     ids = tuple(item.id for item in scene.objects)
-    over = (
-        to_and_fro(prompt, read_anew) or several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
-    )
+    over = several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
     return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))
 
 

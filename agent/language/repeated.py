@@ -40,63 +40,6 @@ _TAGS = re.compile(
 _MARKS = " ,:;.!"
 
 
-# Going to and fro between two things or poses, and how often it is there.
-_BETWEEN_TWO = re.compile(
-    r"(?:(?:keep |continue )?(?:go|going|move|moving|swing|swinging|travel|travelling|alternate|alternating|switch|switching|shuttle|pendulate)"
-    r"(?: (?:your|the) (?:hand|arm|gripper))?)"
-    r"(?: back and forth| to and fro| forth and back)?,? between (?P<one>.+?) and (?P<other>.+)$",
-    re.IGNORECASE,
-)
-_UNTIL_THERE = re.compile(
-    r",? until (?:you have|you've|you|i have|i've|it has|it's) (?:been|counted|made|done|visited|gone)?\b.*?\b(?P<number>\d+|one|two|three|four|five|six|seven|eight|nine|ten)"
-    r" (?:times|passes|moves|trips|crossings|swings|legs|rounds|visits)\b.*$",
-    re.IGNORECASE,
-)
-_PASSES = re.compile(r"\b(?:passes|moves|trips|crossings|swings|legs)\b", re.IGNORECASE)
-
-
-def to_and_fro(prompt: str, read: Callable[[str], Draft | Refusal]) -> Draft | Refusal | None:
-    """Return the plan of going between two things or poses some times; None where that is not asked.
-
-    Args:
-        prompt: What was said.
-        read: Reads a sentence.
-    """
-    order, times, visits = prompt.strip(_MARKS), 0, 2
-    if (until := _UNTIL_THERE.search(order)) is not None:
-        number = until["number"].lower()
-        times = int(number) if number.isdigit() else _COUNTED.index(number) + 1
-        visits = 1 if _PASSES.search(until[0]) else 2
-        order = order[: until.start()]
-    elif (often := _TIMES.search(order)) is not None:
-        times = TIMES.get(often["often"].lower()) or int(often["often"].split()[0])
-        order = (order[: often.start()] + order[often.end() :]).strip(_MARKS)
-    between = _BETWEEN_TWO.search(order)
-    if between is None:
-        return None
-    if not times:
-        return Refusal(code=RefusalCode.AMBIGUOUS, message="How many times?")
-    if times > _MOST:
-        return Refusal(
-            code=RefusalCode.UNSUPPORTED, message=f"I do things at most {_MOST} times over; say it again then."
-        )
-    lead, (one, other) = order[: between.start()], (between["one"], between["other"])
-    if one.lower().startswith("the ") and not other.lower().startswith("the ") and " " not in other:
-        other = f"the {other}"
-    # "the red and the green cube": the noun is said once.
-    if len(one.split()) == 2 and len(other.split()) == 3:
-        one = f"{one} {other.split()[-1]}"
-    for way in ("go over {}", "go to {}"):
-        first, second = read(lead + way.format(one)), read(way.format(other))
-        if isinstance(first, Draft) and isinstance(second, Draft) and first.steps and second.steps:
-            if first.calls == second.calls:
-                return Refusal(code=RefusalCode.IMPOSSIBLE, message=f"{one} and {other} are one place.")
-            ends = (first.steps, second.steps)
-            legs = [ends[k % 2] for k in range(times * visits)]
-            return replace(first, steps=tuple(step for leg in legs for step in leg))
-    return None
-
-
 def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft | Refusal]) -> Draft | Refusal | None:
     """Return the plan of an order that says how often it is done, without the words for that; None where it is another one.
 

@@ -108,7 +108,7 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         if argument in arguments and isinstance(value, Ref) and value.determiner == "it":
             # "above the green cube, 15 cm over it"
             continue
-        if argument in arguments and arguments[argument] != value:
+        if argument in arguments and arguments[argument] != (_rounded(value) if isinstance(value, float) else value):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {argument.replace('_', ' ')}; which?")
         if isinstance(value, Ref):
             arguments[argument] = one(value)

@@ -1,4 +1,4 @@
-"""How an order is to be done: its tempo by words and by numbers, and what it is not to do on the way."""
+"""Tempo of an order, by words and by numbers, and terms that its plan is checked against."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.front import ENGLISH
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.ruleset import ruleset
-from robosandbox.types import TEMPOS, RefusalCode
+from robosandbox.types import SLOWEST, TEMPOS, RefusalCode
 
 # Calls that are one motion, which may last as long as it is told to.
 _ONE_MOTION = frozenset(
@@ -27,11 +27,10 @@ _ONE_MOTION = frozenset(
         "home",
     }
 )
-# What is slower than the careful tempo, and how fast the hand goes then, at most. Chosen.
+# What is slower than the careful tempo.
 _VERY_SLOWLY = re.compile(r"\b(?:very|really|so|extremely|as)\b.*\bslow(?:ly)?\b|\bslow motion\b", re.IGNORECASE)
-_SLOWEST = "0.05 m/s"
 # Calls that touch nothing, and those that grip nothing, by what they may be asked to be.
-_UNTOUCHED = _ONE_MOTION | {
+UNTOUCHED = _ONE_MOTION | {
     "move_beside",
     "move_through",
     "move_joints",
@@ -44,11 +43,11 @@ _UNTOUCHED = _ONE_MOTION | {
 # What is to be held is not let go: here the calls are told that would.
 _HELD = "held"
 _TERMS = {
-    "untouched": _UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
+    "untouched": UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
     _HELD: frozenset(
         {"place_on", "place_in", "place_at", "place_beside", "drop", "hand_over", "pour", "stack", "put_over", "insert"}
     ),
-    "ungripped": _UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper"},
+    "ungripped": UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper"},
 }
 
 
@@ -121,9 +120,9 @@ def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
     if "set_tempo" not in names or len({*asked.values()}) != 1:
         asked, others = {}, [*manners]
     if any(_VERY_SLOWLY.search(words) for words in asked):
-        asked = dict.fromkeys(asked, _SLOWEST)
+        asked = dict.fromkeys(asked, SLOWEST)
     notes = [
-        f"{f'At {tempo} at most' if tempo == _SLOWEST else f'At the {tempo} tempo'}: {listed([f'“{words}”' for words in asked])}."
+        f"{f'At {tempo} at most' if tempo == SLOWEST else f'At the {tempo} tempo'}: {listed([f'“{words}”' for words in asked])}."
         for tempo in {*asked.values()}
     ]
     if others:

@@ -45,7 +45,7 @@ from robosandbox.types.sensed import (
     RgbdFrame,
     the_only,
 )
-from robosandbox.types.tempo import CAREFUL, DEFAULT_TEMPO, TEMPOS, Speed, Tempo, Timing, find_tempo, share_of
+from robosandbox.types.tempo import CAREFUL, DEFAULT_TEMPO, SLOWEST, TEMPOS, Speed, Tempo, Timing, find_tempo, share_of
 from robosandbox.types.truth import ArmTruth, Convex, ObjectTruth, Touch, Truth, Verdict
 
 __all__ = [
@@ -59,6 +59,7 @@ __all__ = [
     "MAX_PROMPT_LENGTH",
     "MAX_UNINTENDED_FORCE_N",
     "SIDE_AXES",
+    "SLOWEST",
     "TABLE_HEIGHT",
     "TEMPOS",
     "ArmState",

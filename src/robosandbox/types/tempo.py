@@ -131,6 +131,8 @@ TEMPOS = {tempo.name: tempo for tempo in (CAREFUL, _optimal("brisk", _FREE), _op
 DEFAULT_TEMPO = TEMPOS["fast"]
 
 
+SLOWEST = f"{_TOUCH:g} m/s"
+"""Name of the tempo that goes everywhere as slowly as the others where they meet something."""
 # A speed of the TCP that is not passed, or how long each motion takes.
 _NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?) ?(?P<unit>m/s|s)")
 
