@@ -156,14 +156,12 @@ class MoveOver(HandMove):
         below = arm.find(object)
         hangs = 0.0 if arm.start.held == object else arm.hangs
         ends = [below] if other is None else [below, arm.find(other)]
-        for number in range(passes or 0):
-            end = ends[number % len(ends)]
-            x, y, _ = centre(end)
-            detail = arm.bring((float(x), float(y), top(end) + height + hangs))
-        if passes:
-            return SkillResult(skill=self.name, detail=detail)
-        x, y, _ = np.mean([centre(end) for end in ends], axis=0)
-        detail = arm.bring((float(x), float(y), max(map(top, ends)) + height + hangs))
+        # Over each in turn, or over the middle of all.
+        stops = [[ends[number % len(ends)]] for number in range(passes)] if passes else [ends]
+        detail: dict[str, float | str | bool] = {}
+        for over in stops:
+            x, y, _ = np.mean([centre(end) for end in over], axis=0)
+            detail = arm.bring((float(x), float(y), max(map(top, over)) + height + hangs))
         if seconds > 0.0:
             arm.driver.wait(seconds)
         return SkillResult(skill=self.name, detail=detail)
