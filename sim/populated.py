@@ -78,8 +78,8 @@ def _robot(scene: Scene) -> RobotModel:
 def robot_place(file: SceneFile, robot: RobotModel) -> tuple[tuple[float, float, float, float], str]:
     """Return where a robot's base should stand, x, y, z and turn, and why, in words.
 
-    The base stands on the table's edge, and of all places from which most things and parts are in reach at the one where they
-    are nearest to the middle of it; a base that looks along +x is preferred.
+    The base stands on the table's edge, or anywhere on the ground, and of all places from which most things and parts are in
+    reach at the one where they are nearest to the middle of it; a base that looks along +x is preferred.
 
     Args:
         file: The scene.
@@ -94,7 +94,7 @@ def robot_place(file: SceneFile, robot: RobotModel) -> tuple[tuple[float, float,
     best: tuple[tuple[float, ...], tuple[float, float, float, float]] | None = None
     for turn in _TURNS:
         ahead = np.array([math.cos(turn), math.sin(turn)])
-        for x, y in _edge(x0, x1, y0, y1, ahead):
+        for x, y in _around(wanted, far) if file.table.is_ground else _edge(x0, x1, y0, y1, ahead):
             foot = np.array([x, y])
             if any(_apart(foot, low, high) < _FOOT for low, high in solid):
                 continue
@@ -120,6 +120,12 @@ def _edge(x0: float, x1: float, y0: float, y1: float, ahead: Array) -> Sequence[
         return [(x, y) for y in _along(y0, y1)]
     y = min(y0 + _FROM_EDGE, (y0 + y1) / 2.0) if ahead[1] > 0.0 else max(y1 - _FROM_EDGE, (y0 + y1) / 2.0)
     return [(x, y) for x in _along(x0, x1)]
+
+
+def _around(wanted: Sequence[Array], far: float) -> Sequence[tuple[float, float]]:
+    """Return places from which some of the points (2,) may be in reach."""
+    (x0, y0), (x1, y1) = np.min(wanted, axis=0) - far, np.max(wanted, axis=0) + far
+    return [(float(x), float(y)) for x in np.arange(x0, x1, _STEP) for y in np.arange(y0, y1, _STEP)]
 
 
 def _along(low: float, high: float) -> list[float]:

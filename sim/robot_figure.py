@@ -14,7 +14,7 @@ from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.infer.placement import TableWorkspace
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.rendering import OffscreenRenderer
-from robosandbox.sim.world import add_sky
+from robosandbox.sim.room import add_sky
 from robosandbox.types import Array, matrix_from_quat_xyzw
 
 # Height and width of each view, pixels; chosen so that both stand side by side on a screen.

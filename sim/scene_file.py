@@ -1,4 +1,4 @@
-"""Somebody's scene: an MJCF file as it is, told as things, fixtures, parts and a table."""
+"""Somebody's scene: an MJCF or URDF file as it is, told as things, fixtures, parts and a table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.robots.importers.files import read_xml
 from robosandbox.robots.importers.imported import one_line
+from robosandbox.robots.importers.importing import is_urdf
 from robosandbox.robots.infer.kinematic_tree import actuator_joints, find_chains
 from robosandbox.shapes.body import PartJoint, Piece
 from robosandbox.shapes.compound import FileKind, Geometry, kind_of
@@ -22,7 +24,9 @@ from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.shapes.room import Room
 from robosandbox.sim.keyframes import Keyframe, keyframes_of
 from robosandbox.sim.objects.standing import glides, is_free
+from robosandbox.sim.room import FLOOR
 from robosandbox.sim.scene_sidecar import ObjectNotes, SceneSidecar, scene_sidecar, sidecar_path
+from robosandbox.sim.urdf_scene import urdf_scene
 from robosandbox.spatial import quat_xyzw_from_matrix
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.types import Array, Pose, SceneObject, Vec3
@@ -59,12 +63,14 @@ class Table:
         height: In the world, metres.
         area: Least and largest x, then y, metres.
         why: Why this one, in words.
+        is_ground: Whether it is a plane: a robot stands anywhere on it, and on a table at its edge.
     """
 
     body: str
     height: float
     area: Area
     why: str
+    is_ground: bool = False
 
 
 @frozen(kw_only=True)
@@ -107,7 +113,7 @@ class SceneFile:
         Args:
             keep: Ids of the objects that stay; all when left out. Fixtures and parts always do.
         """
-        spec = named_spec(self.path)
+        spec, _ = named_spec(self.path)
         kept = None if keep is None else set(keep)
         gone = [
             self.bodies[item.id][0]
@@ -141,7 +147,10 @@ def read_scene_file(path: Path) -> SceneFile:
 def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
     del stamp, sidecar_stamp  # part of the cache's key: an edited file is read again
     said = scene_sidecar(path)
-    spec = named_spec(path)
+    if said.table is None and is_urdf(read_xml(path)):
+        # The room's own ground, whatever level faces the thing has.
+        said = said.model_copy(update={"table": FLOOR})
+    spec, notes = named_spec(path)
     model = _compiled(spec, path)
     keyframes = keyframes_of(model)
     left_out = {name: "the sidecar leaves it out" for name in said.leave_out}
@@ -155,7 +164,8 @@ def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
         for key in list(spec.keys):
             spec.delete(key)
         model = _compiled(spec, path)
-    return replace(_Reader(path, said, model, left_out, keyframes).read(), robot_base=base)
+    found = _Reader(path, said, model, left_out, keyframes).read()
+    return replace(found, robot_base=base, notes=(*notes, *found.notes))
 
 
 class _Reader:
@@ -476,13 +486,15 @@ class _Reader:
                 continue
             name = str(model.body(body).name)
             bodies = [0] if body == 0 else self._welded(body)
-            for height, area in (*self._faces(body, bodies), *self._planes(bodies)):
+            planes = [*self._planes(bodies)]
+            for height, area in (*self._faces(body, bodies), *planes):
                 (x0, x1), (y0, y1) = area
                 on = sum(
                     x0 <= p[0] <= x1 and y0 <= p[1] <= y1 and -0.01 < low - height < _FALLS for p, low, _ in stands
                 )
                 why = f"{on} of {len(things)} things stand on it" if things else "the largest level face"
-                table = Table(body=name, height=height, area=area, why=why)
+                ground = (height, area) in planes
+                table = Table(body=name, height=height, area=area, why=why, is_ground=ground)
                 found.append((on, (x1 - x0) * (y1 - y0), table))
         if not found:
             raise InputError(
@@ -527,10 +539,10 @@ class _Reader:
 _LIGHTEST, _HEAVIEST = 0.001, 50.0
 
 
-def named_spec(path: Path) -> mujoco.MjSpec:
-    """Return the file as it is, but that bodies without a name have one."""
+def named_spec(path: Path) -> tuple[mujoco.MjSpec, list[str]]:
+    """Return the file as it is, or the room that a URDF stands in, but that bodies without a name have one; and notes on it."""
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec, notes = urdf_scene(path) if is_urdf(read_xml(path)) else (mujoco.MjSpec.from_file(str(path)), [])
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"{path.name}: {one_line(error)}") from None
     taken = {body.name for body in spec.bodies}
@@ -545,7 +557,7 @@ def named_spec(path: Path) -> mujoco.MjSpec:
         for index, joint in enumerate(body.joints):
             if not joint.name:
                 joint.name = f"{body.name}/joint" + (f"_{index}" if index else "")
-    return spec
+    return spec, notes
 
 
 def _compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:

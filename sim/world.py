@@ -20,22 +20,15 @@ from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.integration import use_stable_integrator
 from robosandbox.sim.keyframes import put_keyframes
 from robosandbox.sim.objects import PREFIX, add_objects, body_names
+from robosandbox.sim.room import FLOOR, PHYSICS_TIMESTEP, TABLE, add_camera, add_room, set_options
 from robosandbox.sim.scene_file import SceneFile, read_scene_file
-from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
+from robosandbox.types import Array, Scene, SceneObject, frozen_array
 from robosandbox.types.robot import hand_of
 
 ROBOT_PREFIX = "robot/"
-TABLE, FLOOR = "table", "floor"
-TABLE_HALF_EXTENT = 0.5
-# Seconds; MuJoCo's own default. Of six tasks all succeed at 1, 2 and 5 ms too, but at 5 ms a drawer's grip slips once
-# more (9.6 s in place of 5.8); 1 ms costs twice as much.
-PHYSICS_TIMESTEP = 0.002
 # Depth of a contact at the start from which on a scene is refused, metres; chosen above the 0.2 mm that what rests in
 # the bundled tasks was measured to sink into its support.
 _PENETRATION = 0.001
-# Speed below which a body lies still, m/s of any of its points; MuJoCo's own default. What contacts leave of things at rest in
-# the bundled tasks was measured: boxes 1e-10 at the most, cans 1e-4, beads 3e-4, cups and bowls, which rock on their pieces, 6e-4.
-_SLEEP_TOLERANCE = 0.001
 
 
 @dataclass(frozen=True)
@@ -215,12 +208,12 @@ def _own_room(scene: Scene, robots: Iterable[RobotModel]) -> mujoco.MjSpec:
     """Return a room with a floor, a table, lights and cameras, under settings of our own."""
     spec = mujoco.MjSpec()
     spec.modelname = "robosandbox"
-    _set_options(spec)
+    set_options(spec)
     for robot_model in robots:
         if robot_model.options is not None:
             copy_physics(spec, robot_model.options)
             spec.option.timestep = PHYSICS_TIMESTEP
-    _add_room(spec, scene.table_height)
+    add_room(spec, table_height=scene.table_height)
     return spec
 
 
@@ -234,9 +227,9 @@ def _room_of(file: SceneFile, scene: Scene) -> mujoco.MjSpec:
     x, y, height = (x0 + x1) / 2.0, (y0 + y1) / 2.0, file.table.height
     there = {camera.name for camera in spec.cameras}
     if "scene" not in there:
-        _add_camera(spec, "scene", file.eye, (x, y, height + 0.10), 50.0)
+        add_camera(spec, "scene", file.eye, (x, y, height + 0.10), 50.0)
     if "top" not in there:
-        _add_camera(spec, "top", (x, y, height + 1.36), (x, y, height), 50.0)
+        add_camera(spec, "top", (x, y, height + 1.36), (x, y, height), 50.0)
     return spec
 
 
@@ -275,86 +268,6 @@ def build_world_of(scene: Scene, *, board: CalibrationBoard | None = None) -> Wo
         InputError: A file, name or number of a robot or the scene is wrong.
     """
     return build_world(scene, robots_of(scene), board=board)
-
-
-def _set_options(spec: mujoco.MjSpec) -> None:
-    """Choose settings under which a held object stays held.
-
-    Elliptic cones with impratio 10 and no-slip iterations: without the latter, held objects creep by tenths of a
-    millimetre a second (google-deepmind/mujoco issue 3328).
-    """
-    spec.option.timestep = PHYSICS_TIMESTEP
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = 10.0
-    spec.option.noslip_iterations = 10
-    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP.value
-    spec.option.sleep_tolerance = _SLEEP_TOLERANCE
-    spec.compiler.autolimits = True
-    quality = spec.visual.quality
-    quality.shadowsize = 0
-    quality.offsamples = 0
-    spec.visual.global_.offwidth = 1280
-    spec.visual.global_.offheight = 960
-    # All lights together keep a white thing that faces the camera just below what a pixel can hold.
-    spec.visual.headlight.ambient = [0.27, 0.27, 0.27]
-    spec.visual.headlight.diffuse = [0.25, 0.25, 0.25]
-    spec.visual.headlight.specular = [0.05, 0.05, 0.05]
-    spec.visual.map.znear = 0.01
-    spec.visual.map.zfar = 20.0
-
-
-def add_sky(spec: mujoco.MjSpec, name: str) -> None:
-    """Give a scene a pale sky, as a texture of this name."""
-    spec.add_texture(
-        name=name,
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.85, 0.89, 0.94],
-        rgb2=[0.55, 0.62, 0.70],
-        width=64,
-        height=384,
-    )
-
-
-def _add_room(spec: mujoco.MjSpec, table_height: float) -> None:
-    plane, box = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX
-    add_sky(spec, "sky")
-    world = spec.worldbody
-    floor = world.add_body(name=FLOOR)
-    floor.add_geom(name=FLOOR, type=plane, size=[3.0, 3.0, 0.1], rgba=[0.50, 0.53, 0.57, 1.0])
-    table = world.add_body(name=TABLE, pos=[0.0, 0.0, table_height / 2.0])
-    half = [TABLE_HALF_EXTENT, TABLE_HALF_EXTENT, table_height / 2.0]
-    table.add_geom(
-        name=TABLE, type=box, size=half, rgba=[0.80, 0.74, 0.66, 1.0], condim=4, friction=[1.0, 0.005, 0.0001]
-    )
-    world.add_light(
-        pos=[0.6, -1.2, 2.2],
-        dir=[-0.25, 0.5, -0.9],
-        diffuse=[0.38, 0.38, 0.37],
-        specular=[0.1, 0.1, 0.1],
-        castshadow=False,
-    )
-    world.add_light(
-        pos=[-0.8, 1.0, 2.0],
-        dir=[0.4, -0.5, -0.9],
-        diffuse=[0.17, 0.17, 0.18],
-        specular=[0.1, 0.1, 0.1],
-        castshadow=False,
-    )
-    _add_camera(spec, "scene", (1.05, -0.85, table_height + 0.75), (0.0, 0.0, table_height + 0.14), 42.0)
-    _add_camera(spec, "top", (0.1, 0.0, table_height + 1.36), (0.1, 0.0, table_height), 45.0)
-
-
-def _add_camera(spec: mujoco.MjSpec, name: str, eye: Vec3, target: Vec3, fovy: float) -> None:
-    backward = np.array(eye) - np.array(target)
-    z_axis = backward / np.linalg.norm(backward)
-    up = np.array([0.0, 0.0, 1.0]) if abs(z_axis[2]) < 0.99 else np.array([1.0, 0.0, 0.0])
-    x_axis = np.cross(up, z_axis)
-    x_axis /= np.linalg.norm(x_axis)
-    quat = np.zeros(4)
-    mujoco.mju_mat2Quat(quat, np.column_stack([x_axis, np.cross(z_axis, x_axis), z_axis]).flatten())
-    spec.worldbody.add_camera(name=name, pos=eye, quat=quat, fovy=fovy)
 
 
 def _bodies_of(model: mujoco.MjModel, item: SceneObject, file: SceneFile | None) -> NDArray[np.intp]:

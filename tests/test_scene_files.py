@@ -32,6 +32,7 @@ from robosandbox.world.relations import bottom, top
 RACK = Path(__file__).parents[1] / "examples" / "scenes" / "rack.xml"
 STOVE = Path(__file__).parents[1] / "examples" / "scenes" / "stove.xml"
 CABINET = Path(__file__).parents[1] / "examples" / "scenes" / "cabinet.xml"
+MICROWAVE = Path(__file__).parents[1] / "examples" / "scenes" / "microwave.urdf"
 KITCHEN = Path(__file__).parents[1] / "examples" / "scenes" / "kitchen.xml"
 
 # A room of somebody else: his own arm, a tilted block, a stool, things that are nowhere near a table.
@@ -367,6 +368,55 @@ def test_a_cupboards_door_is_opened_by_its_handle_and_pushed_shut() -> None:
         shut, angles = _watched(cell, "close it again", "cupboard.door")
         assert shut.success, shut.final_detail
         assert abs(np.degrees(angles[-1])) < 5.0
+
+
+@pytest.mark.parametrize(
+    ("scene", "prompt", "parts"),
+    [
+        (KITCHEN, "open the door of the cupboard", ["cupboard.door"]),
+        (KITCHEN, "open the door on the cupboard", ["cupboard.door"]),
+        (KITCHEN, "press the button of the bell", ["bell.button"]),
+        (STOVE, "turn on the knob of the stove", ["stove.knob"]),
+        (CABINET, "open the upper drawer of the cabinet", ["cabinet.top"]),
+        (CABINET, "open the lowest drawer", ["cabinet.bottom"]),
+        (CABINET, "open both drawers of the cabinet", ["cabinet.top", "cabinet.bottom"]),
+        (CABINET, "open the drawer of the cabinet", []),
+        (KITCHEN, "open the door of the shelf", []),
+    ],
+)
+def test_a_part_is_named_by_what_it_is_on_and_how_high(scene: Path, prompt: str, parts: list[str]) -> None:
+    with open_here(WorkcellOptions(scene=scene)) as cell:
+        plan = cell.plan(prompt)
+        told = [step.arguments["part"] for step in plan.steps] if isinstance(plan, Plan) else []
+        assert told == parts
+
+
+def test_a_urdf_stands_on_a_floor_and_something_is_shut_in_it(tmp_path: Path) -> None:
+    file = read_scene_file(MICROWAVE)
+    assert [item.id for item in file.objects] == ["microwave", "microwave.door"]
+    assert file.table.body == "floor"
+    lowest = [
+        item.pose.xyz[2] + float((item.geometry.outer @ item.pose.rotation[2]).min())
+        for item in file.objects
+        if item.geometry
+    ]
+    assert min(lowest) == pytest.approx(0.0, abs=1e-6)
+    path = tmp_path / "heated.yaml"
+    cube = "{id: red_cube, kind: box, size: [0.02, 0.02, 0.02], rgba: [0.9, 0.1, 0.1, 1.0], mass: 0.05, pose: {xyz: [-0.35, -0.35, 0.021]}}"
+    goal = "inside(red_cube, microwave), closed(microwave.door)"
+    path.write_text(f'name: heated\ngoal: "{goal}"\nscene: {{world: {MICROWAVE}, objects: [{cube}]}}\n')
+    with open_workcell(WorkcellOptions(task=load_task(path))) as cell:
+        episode = cell.run("put the red cube in the microwave and close it")
+        assert episode.success, episode.final_detail
+        assert cell.judge().success
+
+
+def test_on_bare_ground_the_robot_stands_where_things_are_in_reach(tmp_path: Path) -> None:
+    path = tmp_path / "ground.xml"
+    cube = '<body name="red_cube" pos="1.4 0.1 0.02"><freejoint/><geom type="box" size="0.02 0.02 0.02" rgba="0.9 0.1 0.1 1"/></body>'
+    path.write_text(f'<mujoco><worldbody><geom type="plane" size="3 3 0.1"/>{cube}</worldbody></mujoco>')
+    with open_here(WorkcellOptions(scene=path)) as cell:
+        assert cell.run("pick up the red cube").success
 
 
 def test_a_button_goes_in_and_springs_back() -> None:

@@ -368,7 +368,8 @@ class Grounder(Truth):
             found = [item for item in found if match.colour_of(item) not in ref.not_colours]
         if ref.names:
             compared = several or bool(ref.ranks or ref.relations)
-            found = match.with_names(found, ref.names, compared=compared)
+            of_part = any(match.is_word_for_parts(noun) for noun in ref.nouns)
+            found = match.with_names(found, ref.names, compared=compared, of_part=of_part)
         for shape in ref.shapes:
             shaped = [item for item in found if item.kind in SHAPES[shape]]
             # A ball is rounder than a can, and a round can is a can.

@@ -328,7 +328,7 @@ def with_noun(
 
 
 def with_names(
-    items: Iterable[DetectedObject], names: Sequence[str], *, compared: bool = False
+    items: Iterable[DetectedObject], names: Sequence[str], *, compared: bool = False, of_part: bool = False
 ) -> list[DetectedObject]:
     """Return the objects whose id is the name, or has all the names as parts.
 
@@ -336,9 +336,12 @@ def with_names(
         items: To choose from.
         names: Ids, or words of them.
         compared: Several are meant, or told apart: of tomato and small_tomato "the little tomato" is the other one.
+        of_part: They stand for what the part that is meant is on: "the door of the cupboard" is cupboard.door.
     """
     everything = list(items)
     exact = [item for item in everything if item.id in names]
+    if of_part and (parts := [item for item in everything if owner_of(item.id, names)]):
+        return parts
     whole = [item for item in everything if all(name in id_parts(item.id) for name in names)]
     if len(names) > 1 and whole and not {item.id for item in exact} & {item.id for item in whole}:
         # Of tomato and small_tomato "the small tomato" is called so.

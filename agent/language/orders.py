@@ -156,10 +156,17 @@ class Orders(ABC):
             "flat": lambda name: world.extents(name)[2],
             "wide": lambda name: -max(world.extents(name)[:2]),
             "narrow": lambda name: max(world.extents(name)[:2]),
-            "top": lambda name: -world.level(name),
-            "bottom": lambda name: world.level(name),
+            "top": lambda name: -self._height(name),
+            "bottom": lambda name: self._height(name),
         }
         return {name: keys[rank.key](name) for name in names}
+
+    def _height(self, name: str) -> float:
+        """Return how high something is: of a part its middle, metres; of a thing how many are below it."""
+        item = self.world.objects[name]
+        if item.geometry is None or item.geometry.joint is None:
+            return float(self.world.level(name))
+        return float((item.pose.position + item.pose.rotation @ item.geometry.box[0])[2])
 
     def _extreme(self, order: list[str], score: dict[str, float], ref: Ref) -> list[str]:
         """As in "the big cube": the biggest, if it stands out; "the big cubes": those above the widest gap."""

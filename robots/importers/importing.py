@@ -37,8 +37,8 @@ def import_model(path: Path, package_paths: Iterable[Path] = (), *, as_in_file: 
         InputError: The file is wrong or names one that is not there; the message says which element. Or its physics are to
             stay as they are, and nothing in it drives a joint.
     """
-    is_urdf = _is_urdf(read_xml(path))
-    imported = import_urdf(path, package_paths) if is_urdf else import_mjcf(path, package_paths, as_in_file=as_in_file)
+    urdf = is_urdf(read_xml(path))
+    imported = import_urdf(path, package_paths) if urdf else import_mjcf(path, package_paths, as_in_file=as_in_file)
     if not len(imported.spec.joints):
         raise InputError(f"{path.name}: has no joint that moves; a robot needs one")
     if as_in_file:
@@ -55,7 +55,8 @@ def import_model(path: Path, package_paths: Iterable[Path] = (), *, as_in_file: 
     return imported
 
 
-def _is_urdf(content: bytes) -> bool:
+def is_urdf(content: bytes) -> bool:
+    """Tell whether a model's file is a URDF: whether its first element is a robot."""
     head = content[content.find(b"<") :]
     robot, mjcf = head.find(b"<robot"), head.find(b"<mujoco")
     return robot >= 0 and (mjcf < 0 or robot < mjcf)

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from robosandbox.types import ObservedScene, Pose
+from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.world.parts import lever, part_value
 
 # Seconds between two looks; chosen so that what falls has moved by 50 mm.
 LOOK_SECONDS = 0.1
@@ -37,7 +38,7 @@ class Stillness:
         pairs = {name: (self._before.find(name), now.find(name)) for name in self._names}
         poses = {name: (a.pose, b.pose) for name, (a, b) in pairs.items() if a and b}
         turns = {name: _turn(*pair) for name, pair in poses.items()}
-        still = all(
+        still = not any(_runs(a, b) for a, b in pairs.values() if a and b) and all(
             _stays(*pair) and (turns[name] < _UNTURNED or turns[name] <= min(self._turns.get(name, 0.0), _TURN_NOISE))
             for name, pair in poses.items()
         )
@@ -47,6 +48,13 @@ class Stillness:
 
 def _stays(before: Pose, after: Pose) -> bool:
     return bool(np.abs(before.position - after.position).max() < _STILL)
+
+
+def _runs(before: DetectedObject, after: DetectedObject) -> bool:
+    """Tell whether a part of a scene's file goes along its joint: one that nothing brakes does so at an even speed."""
+    if after.geometry is None or after.geometry.joint is None:
+        return False
+    return abs(part_value(after) - part_value(before)) * lever(after) >= _STILL
 
 
 def _turn(before: Pose, after: Pose) -> float:
