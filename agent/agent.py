@@ -284,7 +284,7 @@ class Agent(Generic[WorldT]):
     def _planner_for(self, prompt: str) -> Planner:
         """Return who plans for a prompt: nobody where it is calls, the search where it lists relations, else the planner."""
         if written := written_calls(prompt, self.calls):
-            return GivenPlan(Plan(steps=written))
+            return GivenPlan(Plan(steps=written), list(self.skills.values()))
         return GoalPlanner(list(self.skills.values()), self.ctx.abilities()) if is_goal(prompt) else self.planner
 
     def _checked(self, plan: Plan, scene: ObservedScene) -> tuple[Plan | Refusal, tuple[BoundCall, ...]]:

@@ -154,15 +154,20 @@ class PlannedCourse:
 
 
 class GivenPlan:
-    """A planner that has one plan, whatever is asked."""
+    """A planner that has one plan, whatever is asked, and after a failure what is left of it and of the ways around that."""
 
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
+    def __init__(self, plan: Plan, skills: Sequence[Operator] = ()) -> None:
+        self._plan, self._skills = plan, skills
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
-        """Return the plan."""
-        del prompt, scene, history
-        return self._plan
+        """Return the plan, or what is left of it."""
+        del prompt
+        if not history:
+            return self._plan
+        # What goes well needs no search.
+        from robosandbox.world.solve import solve
+
+        return solve((history[-1].failed, *history[-1].remaining), scene, self._skills, tried=history)
 
 
 def begin(planner: Planner, prompt: str, desk: Desk) -> Course:

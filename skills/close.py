@@ -52,7 +52,7 @@ class Close(Skill):
             )
         shut, enough = shut_value(before), open_value(before, CLOSED_SHARE)
         try:
-            now, force = push(arm, part, shut, enough)
+            now, force = push(arm, part, [shut], enough)
         except (UnreachableError, CollisionError, GraspError) as unpushed:
             # Where there is no face to push on within reach, there may be something to hold.
             try:

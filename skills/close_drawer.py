@@ -58,7 +58,7 @@ class CloseDrawer(Skill):
         before = now = arm.find(drawer)
         force = 0.0
         if part_value(before) > CLOSED_WITHIN:
-            now, force = push(arm, drawer, shut_value(before), CLOSED_WITHIN)
+            now, force = push(arm, drawer, [shut_value(before)], CLOSED_WITHIN)
         return SkillResult(
             skill=self.name,
             detail={

@@ -19,7 +19,7 @@ from robosandbox.grasp.hand import FINGER_CLEARANCE, hand_pose, turned
 from robosandbox.shapes.body import PartJoint
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, moved, withdrawn
 from robosandbox.skills.primitives.strokes import flange_depth
-from robosandbox.spatial import matrix_about_axis, matrix_from_quat_xyzw
+from robosandbox.spatial import cross, matrix_about_axis, matrix_from_quat_xyzw
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, Trajectory
 from robosandbox.values import frozen
 from robosandbox.world.parts import joint_of, lever, part_value
@@ -254,7 +254,7 @@ def _is_own(part: DetectedObject, error: SkillError) -> bool:
     return met == part.id or met in around(part)
 
 
-def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float = _PRESS) -> PartWay:
+def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], press: float = _PRESS) -> PartWay:
     """Return the first way on which the hand can push a face of a part to a value of its joint: closed, or else with one open finger.
 
     An open finger goes before the palm, which may have no room where closed fingers have.
@@ -262,7 +262,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
     Args:
         arm: Whose hand.
         part: What is pushed.
-        goal: Value of its joint.
+        goals: Values of its joint on one side of where it is, the best first.
         press: How far beyond the end of its range it is pushed, where that is the goal, metres.
 
     Raises:
@@ -273,31 +273,48 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
     motion, failures, q_now, turns = arm.motion, list[SkillError](), arm.q, _turns(arm, part)
     gripper = arm.spec.gripper
     apertures = (None,) if gripper is None else (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
-    pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goal, aperture)]
+    pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goals[0], aperture)]
     # A hand that presses on what the part is on does not shut it: only where nothing else is left.
     ways = [(share, False) for share in turns] + [(0.0, True)] * jams(arm, part)
     # Nor does the palm meet the part before what pushes, where there is another way.
-    free = product(dict.fromkeys((touched(part), around(part))), (True, False))
+    free = tuple(product(dict.fromkeys((touched(part), around(part))), (True, False)))
+    # The way down to a face is the same wherever it is pushed to, and what ends a way ends one that leads farther.
+    descents: dict[int, Trajectory | None] = {}
+    ended: dict[tuple[object, ...], float] = {}
     blocked = 0
-    for (allowed, tips_first), (aperture, tcp, direction) in product(free, pushes):
+    for goal, (allowed, tips_first), (number, (aperture, tcp, direction)) in product(goals, free, enumerate(pushes)):
         if aperture is not None:
             motion.open_to(aperture)
         start = moved(tcp, -STAND_OFF * direction)
-        values = _values(part, tcp, goal)
+        if number not in descents:
+            descents[number] = None
+            motion.allow()
+            try:
+                descents[number] = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+        if (descent := descents[number]) is None:
+            continue
+        here, values = part_value(part), _values(part, tcp, goal)
         beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp, press)]
         for share, slides in ways:
+            key = number, allowed, tips_first, share, slides
+            if abs(goal - here) > ended.get(key, math.inf):
+                continue
             poses = _beside(part, tcp, beyond) if slides else _along(part, tcp, beyond, share)
+            steps: list[Trajectory] = []
             try:
-                motion.allow()
-                descent = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
                 if tips_first:
+                    motion.allow()
                     motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
                 motion.allow(*allowed)
-                steps = _steps(arm, descent.q[-1], poses)
+                for pose in poses:
+                    steps.append(motion.plan_line(steps[-1].q[-1] if steps else descent.q[-1], pose, speed=SPEED))
                 # Last, since it takes longest where it is blocked.
                 motion.allow()
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
+                ended[key] = abs(values[len(steps)] - here)
                 continue
             try:
                 approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
@@ -308,7 +325,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goal: float, press: float 
                     raise most_telling(failures) from None
                 continue
             return PartWay(
-                None, approach, descent, (start, *poses), steps, tuple(values), _is_end(part, goal), aperture
+                None, approach, descent, (start, *poses), tuple(steps), tuple(values), _is_end(part, goal), aperture
             )
     if not failures:
         raise no_grip(arm, part, "none_found", 0.0)
@@ -362,8 +379,7 @@ def _handles(arm: Manipulator, part: DetectedObject, rolls: Sequence[float]) -> 
             along_it = dict.fromkeys((0.0, spare / 2.0, -spare / 2.0, spare, -spare))
             # Or only by the tips, where what the part is on leaves no room beside it.
             short = max(0.0, float(half[a]) + arm.geometry.tip_depth - _TIPS)
-            grips = product((1.0, -1.0), (1.0, -1.0), _LEANS, along_it, dict.fromkeys((0.0, short)), rolls)
-            for sign, side, lean, along, back, roll in grips:
+            for sign, side, lean, roll in product((1.0, -1.0), (1.0, -1.0), _LEANS, rolls):
                 if roll and lean:
                     continue
                 square = side * axes[:, c], turned(sign * axes[:, a], axes[:, c], lean)
@@ -372,21 +388,26 @@ def _handles(arm: Manipulator, part: DetectedObject, rolls: Sequence[float]) -> 
                 width = 2.0 * float(half[c] * abs(math.cos(roll)) + half[a] * abs(math.sin(roll)))
                 if approach @ away < _FROM_BEHIND or (is_knob and abs(approach @ np.array(joint.axis)) < _AGAINST):
                     continue
-                at = middle + along * axes[:, long]
-                if _arm_of(joint, at) < _LEAST_LEVER * longest and not is_knob:
+                if not arm.planning.can_face(np.column_stack([cross(closing, approach), closing, approach])):
                     continue
-                point = at - back * approach
-                grasp = _grip(arm, part, point, closing, approach, width, float(half[a]) - back)
-                if grasp is None or (lean and not _is_between(arm, grasp, middle, axes[:, [a, long]], half[[a, long]])):
-                    continue
-                if arm.planning.can_face(grasp.tcp_pose.rotation):
-                    # A hand that comes from where it is at home has its arm behind it; one along a knob's axis only turns.
-                    line = np.sign(approach @ np.array(joint.axis)) * np.array(joint.axis) if is_knob else away
-                    straight = round(max(0.0, float(approach @ line)), 1)
+                # What stands out towards the hand is there to be held.
+                deep = float(part.shape.support(part, -approach[None])[0])
+                # A hand that comes from where it is at home has its arm behind it; one along a knob's axis only turns.
+                line = np.sign(approach @ np.array(joint.axis)) * np.array(joint.axis) if is_knob else away
+                straight = round(max(0.0, float(approach @ line)), 1)
+                for along, back in product(along_it, dict.fromkeys((0.0, short))):
+                    at = middle + along * axes[:, long]
+                    if _arm_of(joint, at) < _LEAST_LEVER * longest and not is_knob:
+                        continue
+                    point = at - back * approach
+                    grasp = _grip(arm, part, point, closing, approach, width, float(half[a]) - back)
+                    if grasp is None or (
+                        lean and not _is_between(arm, grasp, middle, axes[:, [a, long]], half[[a, long]])
+                    ):
+                        continue
                     turn = -round(float(np.trace(hand.T @ grasp.tcp_pose.rotation)), 3)
-                    # What stands out towards the hand is there to be held.
-                    sunk = float(part.shape.support(part, -approach[None])[0] + at @ approach)
-                    cost = (-_sure(grasp, joint) - straight, round(sunk, 2), abs(lean), back, abs(along), turn)
+                    sunk = round(deep + float(at @ approach), 2)
+                    cost = (-_sure(grasp, joint) - straight, sunk, abs(lean), back, abs(along), turn)
                     found.append((cost, grasp))
     return _by_direction([(cost, grasp.tcp_pose, grasp) for cost, grasp in found])[:_MOST_GRIPS]
 
@@ -450,7 +471,7 @@ def _arm_of(joint: PartJoint, point: Array) -> float:
     """Return how far a point (3,) goes for a unit of its joint, metres a metre or a radian."""
     if joint.kind == "slide":
         return 1.0
-    return float(np.linalg.norm(np.cross(np.array(joint.axis), point - np.array(joint.anchor))))
+    return float(np.linalg.norm(cross(np.array(joint.axis), point - np.array(joint.anchor))))
 
 
 def _way(joint: PartJoint, point: Array) -> Array:
@@ -458,7 +479,7 @@ def _way(joint: PartJoint, point: Array) -> Array:
     axis = np.array(joint.axis)
     if joint.kind == "slide":
         return axis
-    way = np.cross(axis, point - np.array(joint.anchor))
+    way = cross(axis, point - np.array(joint.anchor))
     turned_by: Array = way / max(float(np.linalg.norm(way)), 1e-9)
     return turned_by
 
@@ -591,6 +612,8 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float 
     joint, hand = joint_of(part), arm.state.tcp_pose.rotation
     sign = 1.0 if goal > part_value(part) else -1.0
     found: dict[tuple[float, ...], tuple[tuple[float, ...], Pose, Array]] = {}
+    # What is to be pushed along a slide goes the same way everywhere.
+    hands: dict[bytes, list[tuple[float, float, Array, list[Array]]]] = {}
     for piece in part.shape.handles(part):
         axes = part.pose.rotation @ matrix_from_quat_xyzw(piece.quat_xyzw)
         middle, half = part.pose.position + part.pose.rotation @ np.array(piece.centre), piece.hull.half_extents
@@ -602,40 +625,42 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float 
                 way = sign * _way(joint, point)
                 if normal @ way > -_AGAINST:
                     continue
-                level = np.cross(way, [0.0, 0.0, 1.0])
-                if np.linalg.norm(level) < 1e-3:
-                    level = np.array([1.0, 0.0, 0.0])
-                level = level / np.linalg.norm(level)
-                for lean, rotation in _pushing(arm, way, level):
-                    turn = -float(np.trace(hand.T @ rotation))
+                named = way.tobytes()
+                if named not in hands:
+                    hands[named] = [
+                        (lean, -float(np.trace(hand.T @ rotation)), rotation, _foremost(arm, rotation, way, aperture))
+                        for lean, rotation in _pushing(arm, way)
+                    ]
+                arm_length = round(_arm_of(joint, point), 1)
+                for lean, turn, rotation, firsts in hands[named]:
                     # An edge of the tips slides on a face that their ends or their side would lie on.
                     on_edge = float(0.0 < lean < np.pi / 2.0)
-                    for first in _foremost(arm, rotation, way, aperture):
+                    for first in firsts:
                         pose = Pose.from_matrix(point - first, rotation)
                         # No deeper than it has to be: there may be something below.
                         depth = round(float(pose.position @ rotation[:, 2]), 3)
-                        cost = (-round(_arm_of(joint, point), 1), on_edge, round(turn + lean, 2), depth)
+                        cost = (-arm_length, on_edge, round(turn + lean, 2), depth)
                         key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
                         found.setdefault(key, (cost, pose, way))
     best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
     yield from best[:_MOST_FACES]
 
 
-def _pushing(arm: Manipulator, way: Array, level: Array) -> list[tuple[float, Array]]:
+def _pushing(arm: Manipulator, way: Array) -> list[tuple[float, Array]]:
     """Return leans from along a way (3,) to downwards, radians, and rotations (3, 3) of a hand that pushes along it.
 
     A hand that cannot be turned into any of them pushes as it is.
-
-    Args:
-        arm: Whose hand.
-        way: Unit vector.
-        level: Unit vector at a right angle to it, level.
     """
+    level = cross(way, np.array([0.0, 0.0, 1.0]))
+    if np.linalg.norm(level) < 1e-3:
+        level = np.array([1.0, 0.0, 0.0])
+    level = level / np.linalg.norm(level)
     found = []
     for lean in _PUSH_LEANS:
         approach = turned(way, level, -lean)
-        for y in (level, -level, np.cross(approach, level), np.cross(level, approach)):
-            rotation = np.column_stack([np.cross(y, approach), y, approach])
+        across = cross(approach, level)
+        for y in (level, -level, across, -across):
+            rotation = np.column_stack([cross(y, approach), y, approach])
             if arm.planning.can_face(rotation):
                 found.append((lean, rotation))
     return found or [(0.0, arm.state.tcp_pose.rotation)]

@@ -110,15 +110,12 @@ def lead_or_push(
     except (UnreachableError, CollisionError, GraspError, DrawerError) as held:
         if isinstance(held, DrawerError) and not jams(arm, arm.find(name)):
             raise
-        failures: list[SkillError] = [held]
-        for goal in goals:
-            try:
-                return push(arm, name, goal, enough, most)
-            except (UnreachableError, CollisionError) as error:
-                failures.append(error)
-            except (GraspError, DrawerError):
-                break
-        raise arm.clearest(failures) from held
+        try:
+            return push(arm, name, goals, enough, most)
+        except (UnreachableError, CollisionError) as unpushed:
+            raise arm.clearest([held, unpushed]) from held
+        except (GraspError, DrawerError):
+            raise held from None
 
 
 def lead_latched(
@@ -168,14 +165,14 @@ def set_part(arm: Manipulator, skill: str, name: str, share: float) -> SkillResu
 
 
 def push(
-    arm: Manipulator, name: str, goal: float, enough: float, most: float = MOST_FORCE
+    arm: Manipulator, name: str, goals: Sequence[float], enough: float, most: float = MOST_FORCE
 ) -> tuple[DetectedObject, float]:
     """Push a part along its joint with the closed fingers; return it as it is then, and the most force along its way, N.
 
     Args:
         arm: The skill's manipulator.
         name: Id of the part.
-        goal: Value of the joint, metres or radians.
+        goals: Values of the joint, metres or radians, the best first: that to which the hand gets is taken.
         enough: The value from which on it is as it should be.
         most: N along its way from which it is stuck.
 
@@ -188,14 +185,14 @@ def push(
     """
 
     def pushed(part: DetectedObject) -> float:
-        way = plan_push(arm, part, goal)
+        way = plan_push(arm, part, goals)
         _go(arm, way, way.aperture)
         force = _follow(arm, part, way, most)
         _step_back(arm, part, way)
         _withdraw(arm, part)
         return force
 
-    return _until(arm, name, enough, pushed, to_stop=goal == shut_value(arm.find(name)))
+    return _until(arm, name, enough, pushed, to_stop=goals[0] == shut_value(arm.find(name)))
 
 
 def _until(
@@ -432,7 +429,7 @@ def press_part(arm: Manipulator, name: str, most: float | None = None) -> tuple[
     if failures:
         raise most_telling(failures)
     # A hand that cannot point along the way presses with its side.
-    way = plan_push(arm, part, end, _BEYOND)
+    way = plan_push(arm, part, [end], _BEYOND)
     if way.aperture is not None:
         arm.open(way.aperture)
     arm.motion.allow(*around(part))

@@ -8,7 +8,7 @@ from robosandbox.errors import ErrorCode, Failure, Repair
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall
 from robosandbox.world.abilities import Abilities, LateAbilities
-from robosandbox.world.alternatives import NOT_OF_THE_WORLD, Attempt, FailedCall
+from robosandbox.world.alternatives import BEFORE_MOVING, NOT_OF_THE_WORLD, Attempt, FailedCall
 from robosandbox.world.contracts import Contract, apply_effects, error_for, find, first_refuted, lookup
 from robosandbox.world.facts import HELD, Fact
 from robosandbox.world.goal_plan import plan_for
@@ -101,6 +101,9 @@ class _Solver:
             found = self._untried()
             if found is not None:
                 return self._reached(found[0], goals)
+        if isinstance(answer, Plan) and self._meets_the_same(answer.steps):
+            last = self._tried[-1]
+            return Refusal(code=RefusalCode.IMPOSSIBLE, message=f"{last.failed} failed: {last.error.message}")
         return answer
 
     def for_calls(self, calls: tuple[SkillCall, ...]) -> Plan | Refusal:
@@ -148,6 +151,12 @@ class _Solver:
             if calls is not None:
                 return calls, number + 1
         return None
+
+    def _meets_the_same(self, calls: Sequence[SkillCall]) -> bool:
+        """Tell whether calls begin with what has just failed by geometry before anything moved."""
+        last = self._tried[-1]
+        begun = last.error.phase not in BEFORE_MOVING
+        return bool(calls) and calls[0] == last.failed and not begun and last.error.code in _GEOMETRIC
 
     def _met_by(self, call: SkillCall) -> Failure | None:
         """Return the failure that a later call had before, or would have now since something stands in its way."""
