@@ -12,7 +12,7 @@ from robosandbox.driver import ARM, Capabilities
 from robosandbox.errors import InputError
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.populated import populated
-from robosandbox.sim.scene_file import named_spec
+from robosandbox.sim.scene_model import read_scene_model
 from robosandbox.sim.world import ROBOT_PREFIX, World, build_world_of
 from robosandbox.types import Array, Scene
 from robosandbox_metaworld.environment import FINGER_JOINTS, GRIP, LAST_LINK, MetaWorldEnvironment
@@ -57,7 +57,7 @@ class MetaWorldDriver(MuJoCoBackend):
         scene, gripper = world.scene.world, world.robot.gripper
         assert scene is not None
         assert gripper is not None
-        theirs = named_spec(scene).compile()
+        theirs = read_scene_model(scene).spec.compile()
         self._servo_lags = {ARM: np.full(world.robot.n, LAG)}
         self._places, self._geoms = _like(theirs, world.model)
         motors = [theirs.joint(name) for name in FINGER_JOINTS]
