@@ -7,7 +7,7 @@ on an upright hinge need not turn with it, so ways on which the hand turns less 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise, permutations, product
 from typing import Literal, TypeVar
 
@@ -70,7 +70,7 @@ _ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
 _PUSH_LEANS = tuple(np.radians([0.0, 35.0, 44.0, 52.5, 70.0, 90.0]))
 _MOST_FACES = 60
 # Pushes whose approach may be blocked: each is searched for by sampling, which takes longest.
-_MOST_BLOCKED = 12
+_MOST_BLOCKED = 6
 # Metres before a face that is pushed at which nothing of the hand touches the part yet.
 _BEFORE = 0.003
 # Metres up to which two places to push at are one.
@@ -121,6 +121,57 @@ class LatchedWay:
     back: PartWay
 
 
+class _Comings:
+    """Ways of the hand from where it is to a pose: each is planned once, whatever is done from there.
+
+    Args:
+        arm: Whose hand, its fingers as far apart as they come.
+        tcp: The pose.
+        allowed: What the hand may touch on the last of the way.
+        near: A configuration (n,) in which the hand is there; any when left out.
+    """
+
+    def __init__(self, arm: Manipulator, tcp: Pose, allowed: Sequence[str] = (), near: Array | None = None) -> None:
+        self._arm, self._tcp, self._allowed, self._near = arm, tcp, allowed, near
+        self._q = arm.q
+        self._found: dict[tuple[str, float], Trajectory | SkillError] = {}
+
+    def descent(self, height: float) -> Trajectory:
+        """Return the straight way to the pose from so many metres back; raises as `plan_line`."""
+
+        def planned() -> Trajectory:
+            self._arm.motion.allow(*self._allowed)
+            start = withdrawn(self._tcp, height)
+            return self._arm.line_to(self._tcp, start, speed=self._arm.tempo.near, near=self._near)
+
+        return self._once(("descent", height), planned)
+
+    def approach(self, height: float) -> Trajectory:
+        """Return the way to where a descent begins, which takes longest where it is blocked; raises CollisionError."""
+
+        def planned() -> Trajectory:
+            self._arm.motion.allow()
+            return self._arm.motion.plan_joints(self._q, self.descent(height).q[0], speed=self._arm.tempo.free)
+
+        return self._once(("approach", height), planned)
+
+    def is_lost(self, height: float, *, approach: bool = False) -> bool:
+        """Tell whether the descent or the approach, or the approach alone, was looked for in vain."""
+        looked = ("approach",) if approach else ("descent", "approach")
+        return any(isinstance(self._found.get((way, height)), SkillError) for way in looked)
+
+    def _once(self, key: tuple[str, float], plan: Callable[[], Trajectory]) -> Trajectory:
+        if key not in self._found:
+            try:
+                self._found[key] = plan()
+            except (UnreachableError, CollisionError) as error:
+                self._found[key] = error
+        found = self._found[key]
+        if isinstance(found, SkillError):
+            raise found
+        return found
+
+
 def touched(part: DetectedObject) -> tuple[str, ...]:
     """Return what planners call the body that moves: a drawer's sliding box, or the part itself."""
     return (f"{part.id}/box",) if part.shape.opens else (part.id,)
@@ -145,7 +196,7 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
     # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
     turns = _TURNS[:1] if is_knob else _turns(arm, part)
     rolled: dict[Sequence[float], list[Grasp]] = {}
-    free: dict[tuple[Sequence[float], int], Array | None] = {}
+    free: dict[tuple[Sequence[float], int], _Comings | None] = {}
     # A grip with the hand turned about the bar that leads it all the way is better than a square one that does not.
     for goal, rolls in product(goals, _ROLLS[:1] if is_knob else _ROLLS):
         grasps = rolled.get(rolls) or rolled.setdefault(rolls, _handles(arm, part, rolls))
@@ -154,9 +205,9 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
             try:
                 if key not in free:
                     free[key] = None
-                    free[key] = _free(arm, grasp)
-                if (near := free[key]) is not None:
-                    return _led(arm, part, grasp, goal, share, near)
+                    free[key] = _Comings(arm, grasp.tcp_pose, touched(part), _free(arm, grasp))
+                if (comings := free[key]) is not None:
+                    return _led(arm, part, grasp, goal, share, comings)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
     if not failures:
@@ -186,14 +237,14 @@ def plan_latched(arm: Manipulator, part: DetectedObject, handle: DetectedObject,
     turned_to = [here + share * (end - here) for share, end in product(_FREES, ends)]
     for rolls in _ROLLS:
         grasps = _handles(arm, handle, rolls)
-        free: dict[int, Array | None] = {}
+        free: dict[int, _Comings | None] = {}
         for goal, angle, (number, grasp) in product(goals, turned_to, enumerate(grasps)):
             try:
                 if number not in free:
                     free[number] = None
-                    free[number] = _free(arm, grasp)
-                if (near := free[number]) is not None:
-                    turn = _led(arm, handle, grasp, angle, 1.0, near)
+                    free[number] = _Comings(arm, grasp.tcp_pose, touched(handle), _free(arm, grasp))
+                if (comings := free[number]) is not None:
+                    turn = _led(arm, handle, grasp, angle, 1.0, comings)
                     return _led_on(arm, part, handle, turn, goal)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
@@ -270,7 +321,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], pr
         UnreachableError: Its faces, or its way, are out of reach.
         CollisionError: Something is in the way.
     """
-    motion, failures, q_now, turns = arm.motion, list[SkillError](), arm.q, _turns(arm, part)
+    motion, failures, turns = arm.motion, list[SkillError](), _turns(arm, part)
     gripper = arm.spec.gripper
     apertures = (None,) if gripper is None else (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
     pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goals[0], aperture)]
@@ -278,55 +329,46 @@ def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], pr
     ways = [(share, False) for share in turns] + [(0.0, True)] * jams(arm, part)
     # Nor does the palm meet the part before what pushes, where there is another way.
     free = tuple(product(dict.fromkeys((touched(part), around(part))), (True, False)))
-    # The way down to a face is the same wherever it is pushed to, and what ends a way ends one that leads farther.
-    descents: dict[int, Trajectory | None] = {}
+    starts = [moved(tcp, -STAND_OFF * direction) for _, tcp, direction in pushes]
+    comings = [_Comings(arm, start) for start in starts]
+    # What ends a way ends one that leads farther.
     ended: dict[tuple[object, ...], float] = {}
-    blocked = 0
+    height, here = HOVERS[-1], part_value(part)
     for goal, (allowed, tips_first), (number, (aperture, tcp, direction)) in product(goals, free, enumerate(pushes)):
+        coming = comings[number]
+        if coming.is_lost(height):
+            continue
         if aperture is not None:
             motion.open_to(aperture)
-        start = moved(tcp, -STAND_OFF * direction)
-        if number not in descents:
-            descents[number] = None
-            motion.allow()
-            try:
-                descents[number] = arm.line_to(start, withdrawn(start, HOVERS[-1]), speed=arm.tempo.near)
-            except (UnreachableError, CollisionError) as error:
-                failures.append(error)
-        if (descent := descents[number]) is None:
-            continue
-        here, values = part_value(part), _values(part, tcp, goal)
+        values = _values(part, tcp, goal)
         beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp, press)]
         for share, slides in ways:
             key = number, allowed, tips_first, share, slides
-            if abs(goal - here) > ended.get(key, math.inf):
+            if abs(goal - here) > ended.get(key, math.inf) or coming.is_lost(height):
                 continue
             poses = _beside(part, tcp, beyond) if slides else _along(part, tcp, beyond, share)
             steps: list[Trajectory] = []
             try:
+                descent = coming.descent(height)
                 if tips_first:
                     motion.allow()
                     motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
                 motion.allow(*allowed)
                 for pose in poses:
                     steps.append(motion.plan_line(steps[-1].q[-1] if steps else descent.q[-1], pose, speed=SPEED))
-                # Last, since it takes longest where it is blocked.
-                motion.allow()
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
                 ended[key] = abs(values[len(steps)] - here)
                 continue
             try:
-                approach = motion.plan_joints(q_now, descent.q[0], speed=arm.tempo.free)
+                approach = coming.approach(height)
             except CollisionError as error:
                 failures.append(error)
-                blocked += 1
-                if blocked == _MOST_BLOCKED:
+                if sum(one.is_lost(height, approach=True) for one in comings) == _MOST_BLOCKED:
                     raise most_telling(failures) from None
                 continue
-            return PartWay(
-                None, approach, descent, (start, *poses), tuple(steps), tuple(values), _is_end(part, goal), aperture
-            )
+            poses, end = (starts[number], *poses), _is_end(part, goal)
+            return PartWay(None, approach, descent, poses, tuple(steps), tuple(values), end, aperture)
     if not failures:
         raise no_grip(arm, part, "none_found", 0.0)
     raise arm.clearest(failures)
@@ -501,16 +543,14 @@ def _free(arm: Manipulator, grasp: Grasp) -> Array:
     return arm.free_posture(grasp.tcp_pose, restarts=_RESTARTS)
 
 
-def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float, near: Array) -> PartWay:
+def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float, comings: _Comings) -> PartWay:
     """Return the way to a grip and along the part's joint to a value, the hand turned by a share of its turn.
-
-    The arm comes to it in a posture near to `near` (n,).
 
     Raises:
         UnreachableError: Part of it is out of reach.
         CollisionError: Something is in the way.
     """
-    motion, failures, q = arm.motion, list[SkillError](), arm.q
+    motion, failures = arm.motion, list[SkillError]()
     motion.open_to(opened_for(arm, grasp))
     tcp, values = grasp.tcp_pose, _values(part, grasp.tcp_pose, goal)
     poses = _along(part, tcp, values[1:], share)
@@ -520,13 +560,13 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
         poses = tuple(moved(pose, way * _way(joint_of(part), pose.position)) for pose in poses)
     for height in HOVERS:
         try:
-            motion.allow(*touched(part))
-            descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near, near=near)
+            descent = comings.descent(height)
+            if comings.is_lost(height, approach=True):
+                comings.approach(height)
             motion.allow(*around(part))
             steps = _steps(arm, descent.q[-1], poses)
             motion.plan_line(steps[-1].q[-1], withdrawn(poses[-1], HOVERS[-1]), speed=SPEED)
-            motion.allow()
-            approach = motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
+            approach = comings.approach(height)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue

@@ -10,6 +10,9 @@ from robosandbox.types import Array
 
 # Longest edge of a tree, in joint space; tried with benchmarks/planning.py: with half of it or twice as much the slowest take longer.
 _RANGE = 1.0
+# Share of all the ways that may be examined after which a tree that has not grown in between is taken for enclosed; tried with
+# benchmarks/planning.py: what is found there is found as before.
+_ENCLOSED = 0.05
 # Rounds of cutting corners after each of which the way is as short or shorter; chosen as about twice the knots of a sampled way.
 _SHORTCUTS = 40
 # Share of a way's length below which a corner is not worth cutting; chosen: far below what anybody sees.
@@ -49,8 +52,9 @@ def find_knots(
     low = np.where(np.isfinite(lower), lower, np.minimum(q_start, q_goal) - np.pi)
     high = np.where(np.isfinite(upper), upper, np.maximum(q_start, q_goal) + np.pi)
     growing, other = _Tree(q_start), _Tree(q_goal)
-    while left > 0:
+    while left > 0 and growing.in_vain < _ENCLOSED * ways:
         reached, _ = growing.step(rng.uniform(low, high), counted)
+        growing.in_vain = growing.in_vain + 1 if reached is None else 0
         if reached is not None:
             met = other.connect(growing.nodes[reached], counted)
             if met is not None:
@@ -63,10 +67,16 @@ def find_knots(
 
 
 class _Tree:
-    """Configurations that are joined by free ways to the first."""
+    """Configurations that are joined by free ways to the first.
+
+    Attributes:
+        nodes: All of them, each of shape (n,).
+        in_vain: How often in a row it was to grow and did not.
+    """
 
     def __init__(self, root: Array) -> None:
         self.nodes, self._parents = [root], [0]
+        self.in_vain = 0
         self._all = np.empty((64, len(root)))
         self._all[0] = root
 
