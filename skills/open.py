@@ -17,6 +17,7 @@ from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.parts import (
+    CLOSED_SHARE,
     OPEN_SHARE,
     TURNED_WITHIN,
     open_share,
@@ -37,7 +38,8 @@ class Open(Skill):
 
     def contract(self, *, part: str, share: float = 0.9, force: float | None = None) -> Contract:
         """Return what leading a part open needs and brings about."""
-        del share
+        # Less than all of its way is a wish: the hand opens it as far as it gets.
+        is_wish = isinstance(share, float) and share < 1.0
         return Contract(
             needs=(
                 fact("has_gripper"),
@@ -47,7 +49,7 @@ class Open(Skill):
                 fact("reachable", part),
                 fact("room_to_swing", part),
             ),
-            gives=(fact("open", part),),
+            gives=(fact("open", part) if is_wish else fact("open", part, share),),
         )
 
     def run(
@@ -74,13 +76,15 @@ class Open(Skill):
         """
         arm = Manipulator(ctx)
         before = arm.find(part)
-        if open_share(before) > OPEN_SHARE:
+        is_open = open_share(before) > (OPEN_SHARE if share < 1.0 else share - CLOSED_SHARE)
+        if is_open:
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_open": True}
             )
         most = MOST_FORCE if force is None else force
-        goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > OPEN_SHARE]
-        enough, handle = open_value(before, OPEN_SHARE), sprung_handle(before, arm.start.objects)
+        least = max(OPEN_SHARE, open_share(before))
+        goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > least]
+        enough, handle = open_value(before, least), sprung_handle(before, arm.start.objects)
         if handle is None:
             now, force = lead_or_push(arm, part, goals, enough, most)
         else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,11 +19,12 @@ from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_wi
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.skills.primitives.nudging import nudge_off_walls
-from robosandbox.skills.primitives.placing import obstruction_there
+from robosandbox.skills.primitives.placing import obstruction_there, opened_wide
 from robosandbox.skills.primitives.sensing import around, changed, check_closed, check_open, check_sealed
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
 from robosandbox.world.abilities import Obstruction
+from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.nearness import nearer
@@ -69,6 +70,11 @@ class Pick(Skill):
             ),
             gives=(fact("holding", object), *fitting),
         )
+
+    def alternatives(self, failed: FailedCall, *, object: str, to: str = "", on: bool = False) -> Iterator[Alternative]:
+        """Yield opening the drawer that it is to go into to its end."""
+        del object, on
+        yield from opened_wide(failed, to)
 
     def run(self, ctx: SkillContext, *, object: str, to: str = "", on: bool = False) -> SkillResult:
         """Grasp an object and lift it clear of what it stands on.

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from robosandbox.errors import ErrorCode
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.placing import occupied, place, spots_within, taken_anew, touched_within
+from robosandbox.skills.primitives.placing import occupied, opened_wide, place, spots_within, taken_anew, touched_within
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import DetectedObject, SkillCall, SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
@@ -38,7 +38,8 @@ class PlaceIn(Skill):
         )
 
     def alternatives(self, failed: FailedCall, *, container: str) -> Iterator[Alternative]:
-        """Yield another grip on what is held, or putting what has no room to spare in by feel."""
+        """Yield opening what is not open to its end, another grip on what is held, or putting what has no room to spare in by feel."""
+        yield from opened_wide(failed, container)
         yield from taken_anew(failed)
         if failed.error.code == ErrorCode.PLACEMENT and failed.scene.held is not None:
             by_feel = SkillCall(skill="insert", arguments={"container": container})

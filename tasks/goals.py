@@ -24,7 +24,7 @@ _CHECKS: dict[str, Callable[..., Check]] = {
     "inside": lambda a, c: Inside(kind="inside", object=a, target=c),
     "at": lambda a, x, y, yaw=None: At(kind="at", object=a, x=x, y=y, yaw=yaw),
     "beside": lambda a, b, side: Beside(kind="beside", object=a, target=b, side=side),
-    "open": lambda d: Opened(kind="opened", object=d, min_mm=_OPEN_MM),
+    "open": lambda d, share=None: Opened(kind="opened", object=d, min_mm=_OPEN_MM, share=share),
     "closed": lambda d: Closed(kind="closed", object=d),
     "turned_to": lambda p, share: TurnedTo(kind="turned_to", object=p, share=share),
     "upright": lambda a: Upright(kind="upright", object=a),

@@ -39,6 +39,7 @@ from robosandbox.world.abilities import Obstruction
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.effects import put, taken
 from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.parts import is_part
 from robosandbox.world.placement_sampling import (
     CARRIED_OVER,
     Placement,
@@ -162,6 +163,14 @@ def place(
         skill=skill,
         detail={"object": held.id, "target": target, **relation.detail},
     )
+
+
+def opened_wide(failed: FailedCall, container: str) -> Iterator[Alternative]:
+    """Yield opening a drawer to its end, where the hand found no way to put something into it as it is."""
+    vessel = failed.scene.find(container)
+    if vessel is None or not is_part(vessel) or failed.error.code not in (ErrorCode.UNREACHABLE, ErrorCode.COLLISION):
+        return
+    yield Alternative(why=f"{container} is opened to its end first", first=(fact("open", container, 1.0),), call=failed.call)
 
 
 def taken_anew(failed: FailedCall) -> Iterator[Alternative]:

@@ -255,11 +255,18 @@ class MovedAbove(Check):
 
 
 class Opened(OfObject):
-    """The drawer is open at least so far; of a part of a scene's file its outermost point went so far, and it at least half its way."""
+    """The drawer is open at least so far; of a part of a scene's file its outermost point went so far, and it at least half its way.
+
+    Attributes:
+        object: Id.
+        min_mm: The least way of the drawer, or of the part's outermost point, millimetres.
+        share: Of its way, 0 to 1, that a part of a scene's file has gone; half where it is left out.
+    """
 
     kind: Literal["opened"]
     kinds: ClassVar[frozenset[str]] = _OPENING
     min_mm: Positive
+    share: Fraction | None = None
 
     def evaluate(self, start: Truth, now: Truth) -> Judgement:
         """Read how far its box has slid, or the part has gone."""
@@ -267,7 +274,8 @@ class Opened(OfObject):
         if (gone := part_travel(now.objects[self.object])) is not None:
             share, metres = gone
             detail = {"open_share": share, "opening_mm": 1e3 * metres, "min_mm": self.min_mm}
-            return Judgement(share >= _PART_OPEN and 1e3 * metres >= self.min_mm, detail)
+            least = _PART_OPEN if self.share is None else self.share - _PART_SHUT
+            return Judgement(share >= least and 1e3 * metres >= self.min_mm, detail)
         opening = _opening(now, self.object)
         return Judgement(1e3 * opening >= self.min_mm, {"opening_mm": 1e3 * opening, "min_mm": self.min_mm})
 

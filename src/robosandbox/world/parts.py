@@ -196,8 +196,8 @@ def pressed(view: View, p: str) -> Finding:
     return Finding(holds=True, is_sure=False)
 
 
-def _opened(scene: ObservedScene, name: str) -> ObservedScene:
-    return moved_to(scene, name, _OPENED_SHARE)
+def _opened(scene: ObservedScene, name: str, share: float | None = None) -> ObservedScene:
+    return moved_to(scene, name, _OPENED_SHARE if share is None else share)
 
 
 def _shut(scene: ObservedScene, name: str) -> ObservedScene:
@@ -223,20 +223,20 @@ def _slid_back(view: View, arguments: Sequence[Any], finding: Finding) -> SkillE
     return DrawerError(sentence(finding), phase=Phase.VERIFY, evidence=evidence)
 
 
-@predicate("object", effect=_opened, lasts=True, lost=_slid_back)
-def open_(view: View, d: str) -> Finding:
-    """A drawer, door or lid is open."""
+@predicate("object", "number?", effect=_opened, lasts=True, lost=_slid_back)
+def open_(view: View, d: str, share: float | None = None) -> Finding:
+    """A drawer, door or lid is open: half its way, or by a share of it."""
     item = view.get(d)
     if item.shape.joint(item) is None:
         return Finding(holds=False, cause=f"{d} is {item.shape.name} and does not open")
-    margin = _way(item) * (open_share(item) - OPEN_SHARE)
+    margin = _way(item) * (open_share(item) - (OPEN_SHARE if share is None else share - CLOSED_SHARE))
     return Finding(
         holds=margin > 0.0,
         margin=margin,
         is_sure=item.opening is not None,
         cause=f"{d} is {_said(item)} open",
         help=f"open {d} first",
-        remedies=(fact("open", d),),
+        remedies=(fact("open", d) if share is None else fact("open", d, share),),
     )
 
 
