@@ -15,6 +15,8 @@ from robosandbox.types import Array, Convex, ObjectTruth
 # Metres that a thing may sink into a floor, or a wall's foot stand out of it; chosen far above the 0.2 mm that contacts
 # yield by and below the height of any wall here.
 _GIVE = 0.005
+# Kinds that slide shut over what is in them.
+_CLOSING = frozenset({"drawer", "part"})
 
 
 class Vessel:
@@ -32,7 +34,7 @@ class Vessel:
         self._form = own_form(item, max(one.part for one in item.solids))
 
     def holds(self, item: ObjectTruth) -> Judgement:
-        """Tell whether an object is inside: its middle between the walls, its lowest point below the rim and above the floor."""
+        """Tell whether an object is inside: its middle between the walls, its lowest point below the rim and above the floor; in a drawer its middle too."""
         return self._holds(in_frame_of(item, self._item))
 
     def beads(self, item: ObjectTruth) -> list[int]:
@@ -55,7 +57,8 @@ class Vessel:
         point, low = thing.middle[:2], thing.low
         below_rim = self._form.high - low
         detail = {"margin_mm": 1e3 * depth(self._form.outline, point), "below_rim_mm": 1e3 * below_rim}
-        if detail["margin_mm"] <= 0.0:
+        leans_out = self._item.kind in _CLOSING and float(thing.middle[2]) > self._form.high
+        if detail["margin_mm"] <= 0.0 or leans_out:
             return Judgement(False, detail)
         over = [high for seen, _, high in self._tops if depth(seen, point) > 0.0]
         walls = [seen for seen, _, high in self._tops if high > low and depth(seen, point) <= 0.0]

@@ -17,7 +17,6 @@ from robosandbox.world.effects import put
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.nearness import nearer
 from robosandbox.world.placement_sampling import (
-    about_z,
     first_placement_in,
     is_on,
     levelled,
@@ -64,8 +63,7 @@ def _put_in(scene: ObservedScene, a: str, c: str) -> ObservedScene:
         return scene
     spot = first_placement_in(vessel, item, _solids_in(scene, vessel, a))
     if spot is not None:
-        rotation = about_z(spot.yaws[0]) @ levelled(item)
-        return put(scene, a, resting_pose(item, spot, rotation))
+        return put(scene, a, resting_pose(item, spot, spot.rotation(item, spot.yaws[0])))
     room = mouth_of(vessel)
     point = vessel.pose.position + vessel.pose.rotation @ np.array([*room.middle, room.floor])
     return put(scene, a, Pose.from_matrix(point, levelled(item)))
@@ -158,7 +156,7 @@ def _way_in(view: View, item: DetectedObject, cupboard: DetectedObject) -> Findi
     doors = [other for other in view.scene.objects if is_on(other, cupboard)]
     shut: dict[str, None] = {}
     for spot in itertools.islice(placements_in(cupboard, item, ()), _WAYS_IN):
-        there = resting_pose(item, spot, levelled(item))
+        there = resting_pose(item, spot, spot.rotation(item, 0.0))
         out = np.array([*(spot.way_out or (0.0, 0.0)), 0.0])
         stations = [
             with_pose(item, Pose.from_matrix(there.position + share * spot.depth * out, there.rotation))
@@ -195,8 +193,11 @@ def fits(view: View, a: str, c: str) -> Finding:
         return Finding(holds=False, cause=f"no room for {a} in {c}: it is {vessel.shape.name}")
     there = _solids_in(view.scene, vessel, a)
     spot = first_placement_in(vessel, item, there)
-    # A thing that stands higher than the rim is not inside.
+    # A thing that stands higher than the rim is not inside, nor in a drawer one with its middle over it.
     rim = vessel.pose.xyz[2] + mouth_of(vessel).rim
+    if vessel.shape.joint(vessel) is not None:
+        upright = with_pose(item, Pose.from_matrix(item.pose.position, levelled(item)))
+        rim -= centre(upright)[2] - relations.bottom(upright)
     names = tuple(other.id for other in there)
     why = f"with {', '.join(names)} there it is too full" if names else "it is too small"
     return Finding(

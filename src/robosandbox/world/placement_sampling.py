@@ -86,12 +86,13 @@ class Placement:
     """Placement for the held object.
 
     Attributes:
-        xy: The object's origin, metres.
+        xy: The object's origin, metres; the middle of one that is laid down.
         height: Its lowest point, metres.
         yaws: Headings to try, radians about world z from its present one, best first.
         way_out: Level unit vector along which it is left by what has to come in from the side; None from above.
         depth: Metres along it to where what stands there would be outside.
         over: Metres above it from which it is come down to straight at the least, as around a post.
+        laid: Direction of the level axis, radians about world z, about which the object is laid down by a quarter turn; None as it stands.
     """
 
     xy: tuple[float, float]
@@ -100,6 +101,12 @@ class Placement:
     way_out: tuple[float, float] | None = None
     depth: float = 0.0
     over: float = 0.0
+    laid: float | None = None
+
+    def rotation(self, held: DetectedObject, yaw: float) -> Array:
+        """Return the rotation (3, 3) with which an object stands here at one of the headings."""
+        level = levelled(held)
+        return about_z(yaw) @ (level if self.laid is None else _quarter_about(self.laid) @ level)
 
 
 def table_placements(
@@ -241,7 +248,8 @@ def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
 def resting_pose(held: DetectedObject, spot: Placement, rotation: Array) -> Pose:
     """Return where the object stands on a spot, turned by `rotation` (3, 3)."""
     there = with_pose(held, Pose.from_matrix(np.array([*spot.xy, 0.0]), rotation))
-    return Pose.from_matrix(np.array([*spot.xy, spot.height + _DROP - bottom(there)]), rotation)
+    x, y = spot.xy if spot.laid is None else 2.0 * np.array(spot.xy) - centre(there)[:2]
+    return Pose.from_matrix(np.array([x, y, spot.height + _DROP - bottom(there)]), rotation)
 
 
 def levelled(item: DetectedObject) -> Array:
@@ -260,6 +268,11 @@ def about_z(angle: float) -> Array:
     """Return the rotation (3, 3) about the vertical by an angle, radians."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _quarter_about(heading: float) -> Array:
+    """Return a quarter turn (3, 3) about the level axis of a heading, radians."""
+    return about_z(heading) @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]) @ about_z(-heading)
 
 
 def _wrap(angle: float) -> float:
@@ -285,7 +298,9 @@ def placements_in(
         scene: Where the robot stands: of what is farther away than it works easily the near side is best. Any place is as near when left out.
     """
     if vessel.geometry is not None and vessel.geometry.kind == "cupboard" and vessel.geometry.cavity is not None:
-        yield from _on_face(held, vessel, vessel.geometry.cavity, contents)[0]
+        cavity = vessel.geometry.cavity
+        spots = _on_face(held, vessel, cavity, contents)[0]
+        yield from spots or _laid_on_face(held, vessel, cavity, contents)
         return
     edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]
     # A thing whose underside is as high as the rim stands on the contents, not inside.
@@ -475,13 +490,17 @@ def _halves(
 
 
 def _on_face(
-    held: DetectedObject, base: DetectedObject, face: LevelSurface, others: Iterable[DetectedObject]
+    held: DetectedObject,
+    base: DetectedObject,
+    face: LevelSurface,
+    others: Iterable[DetectedObject],
+    laid: float | None = None,
 ) -> tuple[list[Placement], tuple[str, ...]]:
     """Return where an object may stand on a level face of another, the best first, and the ids of what occupies the rest.
 
-    On a face that is covered, what is nearest to the side from which it comes in is best.
+    On a face that is covered, what is nearest to the side from which it comes in is best. One that was `laid` is told as it lies.
     """
-    headings = turns(yaw_to_align(held, base))
+    headings = turns(yaw_to_align(held, base) if laid is None else _wrap_quarter(base.pose.yaw - laid))
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
     height = base.pose.xyz[2] + face.height
@@ -495,7 +514,8 @@ def _on_face(
     ]
     rotation, origin = base.pose.rotation, base.pose.position
     found, blocking = [], dict[str, None]()
-    wanted = min(float(np.hypot(*half)), face.half_width - face.cell)
+    # The end of what lies may stand out over the edge, so that the hand keeps out.
+    wanted = min(float(np.hypot(*half) if laid is None else half.min()), face.half_width - face.cell)
     step = max(1, round(_APART / 2.0 / face.cell))
     cells = np.flatnonzero(face.inside >= wanted)
     points, deep = face.points[cells], _deep(face.inside[cells])
@@ -511,7 +531,12 @@ def _on_face(
                 edge = float((face.points @ way).max() - spot @ way)
                 depth = edge + float(np.hypot(*half)) + _OUTSIDE
             placement = Placement(
-                (float(x), float(y)), height, headings, None if out is None else (float(out[0]), float(out[1])), depth
+                (float(x), float(y)),
+                height,
+                headings,
+                None if out is None else (float(out[0]), float(out[1])),
+                depth,
+                laid=laid,
             )
             standing = with_pose(held, resting_pose(held, placement, level))
             names = [item.id for item in near if gap(standing, item) < _SPACING]
@@ -519,6 +544,23 @@ def _on_face(
             if not names:
                 found.append(placement)
     return found, tuple(blocking)
+
+
+def _laid_on_face(
+    held: DetectedObject, base: DetectedObject, face: LevelSurface, others: Iterable[DetectedObject]
+) -> Iterator[Placement]:
+    """Yield where an object that is too high for a covered face may lie on it, on each of its sides, those on which it is highest first."""
+    if held.shape.holds_things:
+        return
+    level, others = levelled(held), tuple(others)
+    heading = Pose.from_matrix(held.pose.position, level).yaw
+    quarters = [_wrap(heading + k * math.pi / 2.0) for k in range(4)]
+    lying = [
+        (quarter, with_pose(held, Pose.from_matrix(held.pose.position, _quarter_about(quarter) @ level)))
+        for quarter in quarters
+    ]
+    for quarter, item in sorted(lying, key=lambda one: round(bottom(one[1]) - top(one[1]), 3)):
+        yield from _on_face(item, base, face, others, quarter)[0]
 
 
 def is_on(part: DetectedObject, base: DetectedObject) -> bool:

@@ -218,7 +218,9 @@ def above(
 
 @cached_for_episode(_KEPT)
 def inside(obj: DetectedObject, container: DetectedObject) -> MeasuredRelation:
-    """Tell whether `obj` is in `container`: its centre within the inner walls, its bottom below the rim.
+    """Tell whether `obj` is in `container`: its centre within the inner walls, its bottom below the rim; in a drawer its centre as well.
+
+    What stands in a drawer with its middle over the rim leans out of it when that moves.
 
     Raises:
         ValueError: The target is no container.
@@ -230,8 +232,9 @@ def inside(obj: DetectedObject, container: DetectedObject) -> MeasuredRelation:
     axis = rotation[:, 2]
     lowest = -float(support(obj, -axis[None])[0]) - float(axis @ container.pose.position)
     below_rim = height - lowest
+    leans_out = container.shape.joint(container) is not None and float(local[2]) > height
     return MeasuredRelation(
-        margin > 0.0 and 0.0 < below_rim < height - min(room.floor, 0.0) + REST_TOLERANCE,
+        margin > 0.0 and not leans_out and 0.0 < below_rim < height - min(room.floor, 0.0) + REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "below_rim_mm": 1e3 * below_rim},
     )
 
