@@ -713,3 +713,11 @@ def test_what_is_pushed_has_room_under_what_is_over_it(tmp_path: Path) -> None:
         wall, roof = separately(net)
         assert at_its_height(puck, net) == (wall,)
         assert bottom(roof) > top(puck)
+
+
+def test_a_drawer_that_is_open_in_part_is_opened_to_its_end_where_that_is_asked() -> None:
+    with open_here(WorkcellOptions(scene=CABINET)) as cell:
+        cell.do("open", part="cabinet.top", share=0.6)
+        cell.do("open", part="cabinet.top", share=1.0)
+        opening = cell.simulation.truth().objects["cabinet.top"].opening
+        assert opening == pytest.approx(0.16, abs=0.008)

@@ -11,6 +11,7 @@ import numpy as np
 
 from robosandbox.shapes.compound import Geometry
 from robosandbox.shapes.heights import LevelSurface
+from robosandbox.spatial import matrix_about_axis
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
 from robosandbox.values import frozen
@@ -272,7 +273,7 @@ def about_z(angle: float) -> Array:
 
 def _quarter_about(heading: float) -> Array:
     """Return a quarter turn (3, 3) about the level axis of a heading, radians."""
-    return about_z(heading) @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]) @ about_z(-heading)
+    return matrix_about_axis(np.array([math.cos(heading), math.sin(heading), 0.0]), math.pi / 2.0)
 
 
 def _wrap(angle: float) -> float:
