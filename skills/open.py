@@ -76,15 +76,15 @@ class Open(Skill):
         """
         arm = Manipulator(ctx)
         before = arm.find(part)
-        is_open = open_share(before) > (OPEN_SHARE if share < 1.0 else share - CLOSED_SHARE)
-        if is_open:
+        if open_share(before) > (OPEN_SHARE if share < 1.0 else share - CLOSED_SHARE):
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_open": True}
             )
         most = MOST_FORCE if force is None else force
         least = max(OPEN_SHARE, open_share(before))
         goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > least]
-        enough, handle = open_value(before, least), sprung_handle(before, arm.start.objects)
+        enough = open_value(before, OPEN_SHARE if least == OPEN_SHARE else share - CLOSED_SHARE)
+        handle = sprung_handle(before, arm.start.objects)
         if handle is None:
             now, force = lead_or_push(arm, part, goals, enough, most)
         else:
