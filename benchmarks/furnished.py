@@ -187,7 +187,9 @@ def main() -> int:
             print(json.dumps(asdict(one)), flush=True)
         if given.json:
             given.json.write_text(json.dumps([asdict(one) for one in rows], indent=1))
-    groups = {"all": rows} | {name: [r for r in rows if r.relation == name] for name in sorted({r.relation for r in rows})}
+    groups = {"all": rows} | {
+        name: [r for r in rows if r.relation == name] for name in sorted({r.relation for r in rows})
+    }
     for name, group in groups.items():
         if group:
             print(f"{name}: " + ", ".join(f"{key} {value}" for key, value in summary(group).items()))

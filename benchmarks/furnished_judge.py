@@ -21,7 +21,7 @@ OPEN, CLOSED, PRESSED = 0.5, 0.05, 0.7
 RESTS, AT, BESIDE, DRIFT, SLACK = 0.006, 0.015, 0.10, 0.004, 0.002
 # N: the least with which one thing bears another.
 _BEARS = 0.02
-_SIDES = {"left": (0.0, 1.0), "right": (0.0, -1.0), "front": (-1.0, 0.0), "behind": (1.0, 0.0)}
+_SIDES = {"left": (0.0, 1.0), "right": (0.0, -1.0), "front": (-1.0, 0.0), "back": (1.0, 0.0)}
 
 
 def robot_bodies(sim: MuJoCoBackend) -> frozenset[int]:
@@ -131,6 +131,13 @@ def lowest(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> float:
     return low
 
 
+def middle(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
+    """Return the middle of the box around a body's geoms along its own axes in the world, a mug's handle included."""
+    turn = data.xmat[body].reshape(3, 3)
+    local = (corners(model, data, body) - data.xpos[body]) @ turn
+    return np.asarray(data.xpos[body] + turn @ ((local.min(axis=0) + local.max(axis=0)) / 2.0))
+
+
 def gap(model: mujoco.MjModel, data: mujoco.MjData, a: int, b: int) -> float:
     """Return the distance of two bodies, metres."""
     line = np.zeros(6)
@@ -145,9 +152,10 @@ def is_within(space: Space, model: mujoco.MjModel, data: mujoco.MjData, thing: s
     turn = frame.xmat.reshape(3, 3)
     middle = turn.T @ (data.xipos[body] - frame.xpos)
     floor = float((frame.xpos + turn @ np.array([0.0, 0.0, space.low[2]]))[2])
-    return bool((middle > space.low).all() and (middle < space.high).all()) and abs(
-        lowest(model, data, body) - floor
-    ) < RESTS
+    return (
+        bool((middle > space.low).all() and (middle < space.high).all())
+        and abs(lowest(model, data, body) - floor) < RESTS
+    )
 
 
 def done(sim: MuJoCoBackend, room: Furnished, goal: Goal, meter: Meter) -> bool:
@@ -180,9 +188,8 @@ def so(sim: MuJoCoBackend, room: Furnished, goal: Goal, data: mujoco.MjData) -> 
     if np.linalg.norm(found.get((-1, body), np.zeros(3))) > _BEARS or (-1, body) in found:
         return False
     if goal.relation == "at":
-        # Of a mug the middle of its wall is meant, which is where its body is.
-        off = float(np.linalg.norm(data.xpos[body][:2] - goal.xy))
-        return off < AT + SLACK and any(is_within(space, model, data, goal.subject) for space in room.spaces.values())
+        off = float(np.linalg.norm(middle(model, data, body)[:2] - goal.xy))
+        return off < AT + SLACK and is_within(room.spaces[TABLE], model, data, goal.subject)
     if goal.relation == "beside":
         other = int(model.body(goal.target).id)
         way = data.xpos[body][:2] - data.xpos[other][:2]

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 import mujoco
 import numpy as np
 from furnished_judge import geoms_of, is_fixed, robot_bodies
-from furnished_scenes import HALF_OPENING, Array, Furnished, Goal, Space
+from furnished_scenes import HALF_OPENING, TABLE, Array, Furnished, Goal, Space
 from odd_judge import raw_state
 
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -136,15 +136,13 @@ class Oracle:
         """Yield places of a thing's foot in the world at which its box meets nothing fixed."""
         room, data = self._room, self._data
         if goal.relation == "at":
-            found: Iterable[Array] = [
-                np.array([*goal.xy, float(data.body(s.body).xpos[2] + s.low[2])])
-                for s in room.spaces.values()
-                if self._is_over(s, goal.xy)
-            ]
+            # On the table, which is what is meant where no other height is said.
+            is_there = self._is_over(room.spaces[TABLE], goal.xy)
+            found: Iterable[Array] = [np.array([*goal.xy, room.height])] if is_there else []
         elif goal.relation == "beside":
             other = data.body(goal.target).xpos
             far = max(half[:2]) + max(room.things[goal.target][:2]) + 0.03
-            ways = {"left": (0, 1, 0), "right": (0, -1, 0), "front": (-1, 0, 0), "behind": (1, 0, 0)}
+            ways = {"left": (0, 1, 0), "right": (0, -1, 0), "front": (-1, 0, 0), "back": (1, 0, 0)}
             found = [other + far * np.array(ways[goal.side]) + s * np.array(ways[goal.side]) for s in (0.0, 0.03, 0.06)]
         else:
             names = [goal.target]

@@ -174,7 +174,12 @@ class _Draw:
         # The arm's own place, and where its hand is at home.
         self._taken.append(_Footprint(float(self._base[0]) + 0.15, float(self._base[1]), (0.30, 0.14)))
         side = 1.0 if self._is(0.5) else -1.0
-        placed = [self._shelf(side), self._storage(-side), self._bell(), *(self._wall(k) for k in range(1 + self._is(0.5)))]
+        placed = [
+            self._shelf(side),
+            self._storage(-side),
+            self._bell(),
+            *(self._wall(k) for k in range(1 + self._is(0.5))),
+        ]
         placed += [self._thing(k) for k in range(int(self._rng.integers(3, 6)))]
         if not all(placed):
             return None
@@ -189,7 +194,9 @@ class _Draw:
         for _ in range(40):
             r, turn = self._u(*reach), self._u(*angle)
             x, y = self._base + r * np.array([math.cos(turn), math.sin(turn)])
-            print_ = _Footprint(float(x), float(y), half, turn + self._u(-0.35, 0.35) if faces else self._u(0.0, math.pi))
+            print_ = _Footprint(
+                float(x), float(y), half, turn + self._u(-0.35, 0.35) if faces else self._u(0.0, math.pi)
+            )
             inside = np.abs(print_.corners() - self._middle) < np.array(self._half)
             if inside.all() and all(print_.is_apart(other, gap) for other in self._taken):
                 self._taken.append(print_)
@@ -205,7 +212,7 @@ class _Draw:
         has_back, has_sides, is_one = self._is(0.5), self._is(0.6), self._is(0.3)
         levels, low, top = int(rng.integers(2, 4)), 0.0, self._u(0.02, 0.1)
         boards: list[tuple[float, list[str]]] = []
-        for level in range(levels):
+        for _ in range(levels):
             geoms = [_box((0, 0, top - thick), (depth, width, thick), _WOOD)]
             foot, tall = (low + top - 2 * thick) / 2.0, (top - 2 * thick - low) / 2.0
             if tall > 0.002:
@@ -232,7 +239,9 @@ class _Draw:
             )
             for level in range(levels - 1):
                 room.spaces[f"in shelf {level + 1}"] = Space(
-                    body="shelf", low=(-depth, -inner[1], heights[level]), high=(inner[0], inner[1], heights[level + 1] - 2 * thick)  # fmt: skip
+                    body="shelf",
+                    low=(-depth, -inner[1], heights[level]),
+                    high=(inner[0], inner[1], heights[level + 1] - 2 * thick),
                 )
             return True
         inside = "".join(_body(f"shelf_{k + 1}", (0, 0, 0), geoms=geoms) for k, (_, geoms) in enumerate(boards))
@@ -254,7 +263,12 @@ class _Draw:
         # What opens needs some way before it.
         ahead = 0.09
         self._taken.append(
-            _Footprint(at.x - (deep + ahead) * math.cos(at.yaw), at.y - (deep + ahead) * math.sin(at.yaw), (ahead, wide * 0.8), at.yaw)  # fmt: skip
+            _Footprint(
+                at.x - (deep + ahead) * math.cos(at.yaw),
+                at.y - (deep + ahead) * math.sin(at.yaw),
+                (ahead, wide * 0.8),
+                at.yaw,
+            )
         )
         (self._cupboard if self._is(0.55) else self._cabinet)(at, deep, wide, wall)
         return True
@@ -301,7 +315,12 @@ class _Draw:
         room.doors["cupboard"] = "cupboard.door"
 
     def _cabinet(self, at: _Footprint, deep: float, wide: float, wall: float) -> None:
-        room, number, each, plinth = self._room, int(self._rng.integers(1, 4)), self._u(0.04, 0.055), self._u(0.006, 0.08)
+        room, number, each, plinth = (
+            self._room,
+            int(self._rng.integers(1, 4)),
+            self._u(0.04, 0.055),
+            self._u(0.006, 0.08),
+        )
         tall = plinth + number * 2 * each + 2 * wall
         shell = [
             _box((0, 0, plinth / 2.0), (deep, wide, plinth / 2.0), _WHITE),
@@ -480,7 +499,7 @@ class _Draw:
                 made.append(self._put(name, "on", TABLE))
             other = str(rng.choice([one for one in things if one != name]))
             if other in self._on_table and name in self._on_table:
-                side = str(rng.choice(["left", "right", "front", "behind"]))
+                side = str(rng.choice(["left", "right", "front", "back"]))
                 made.append(Goal(relation="beside", subject=name, target=other, side=side, said=f"beside({name}, {other}, {side})"))  # fmt: skip
             x, y = self._base + self._u(0.35, 0.6) * np.array([math.cos(t := self._u(-1.0, 1.0)), math.sin(t)])
             made.append(

@@ -42,9 +42,8 @@ class Home(Skill):
             trajectory = arm.motion.plan_joints(arm.q, home, speed=speed)
         except CollisionError as blocked:
             # Fingers beside an object touch it at the start of every way but the one straight up.
-            arm.motion.allow("table", *(item.id for item in arm.start.objects))
             try:
-                arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+                arm.rise_out(HOVER_HEIGHT, Phase.RETREAT)
             except UnreachableError:
                 raise blocked from None
             arm.use(arm.look(), held=held)

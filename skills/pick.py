@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from robosandbox.errors import CollisionError, GraspError, LimitError, Phase, SkillError, TrackingError
-from robosandbox.evidence import GraspEvidence
+from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import require
 from robosandbox.skills.primitives.drawing_out import draw_out
@@ -263,8 +263,11 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
         try:
             rise = rise_with(arm, target, scene, width, grip)
         except CollisionError:
-            arm.motion.allow("table", *(item.id for item in others))
-            rise = rise_with(arm, target, scene, width, grip)
+            arm.allow_touched()
+            try:
+                rise = rise_with(arm, target, scene, width, grip)
+            except CollisionError as above:
+                raise _kept_under(arm, target, width, above) from None
     except TrackingError:
         raise lift_error(arm, target, width, load) from None
     except LimitError as error:
@@ -329,6 +332,22 @@ def _reason(error: SkillError) -> str:
 def _pressed(error: LimitError) -> tuple[str, ...]:
     """Return what the arm was stopped at for pressing too hard; nothing where a limit of place stopped it."""
     return error.evidence.met() if error.evidence is not None else ()
+
+
+def _kept_under(arm: Manipulator, target: DetectedObject, width: float, above: CollisionError) -> GraspError:
+    other = above.evidence.other if isinstance(above.evidence, CollisionEvidence) else "something"
+    return GraspError(
+        f"{target.id} cannot be lifted as the hand holds it: {above}; try another grasp, or clear the way",
+        phase=Phase.LIFT,
+        evidence=GraspEvidence(
+            object=target.id,
+            reason="wedged",
+            object_width=width,
+            aperture=arm.gripper.width,
+            max_aperture=arm.geometry.max_aperture,
+            touching=(other,),
+        ),
+    )
 
 
 def _missed(arm: Manipulator, grasp: Grasp, width: float) -> GraspError:

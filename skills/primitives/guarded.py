@@ -138,8 +138,7 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: str) -> None:
 def back_off(arm: Manipulator, error: SkillError) -> None:
     """Rise out of what was met, or fail with `error`, so that the next try starts from free space."""
     arm.use(arm.look())
-    arm.motion.allow(*(item.id for item in arm.start.objects))
     try:
-        arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+        arm.rise_out(HOVER_HEIGHT, Phase.RETREAT)
     except (UnreachableError, CollisionError):
         raise error from None

@@ -311,6 +311,37 @@ class Manipulator(Fingers):
         assert failure is not None
         raise failure.with_(phase=phase) from None
 
+    def allow_touched(self) -> None:
+        """Let the arm touch the table, what stands freely, and of what is fixed what it touches now."""
+        allowed = ["table", *(item.id for item in self.start.objects if not item.is_fixed)]
+        self.motion.allow(*allowed)
+        while (met := self.motion.touch(self.q)) is not None and isinstance(met.evidence, CollisionEvidence):
+            if met.evidence.other in allowed:
+                break
+            allowed.append(met.evidence.other)
+            self.motion.allow(*allowed)
+
+    def rise_out(self, height: float, phase: str, *, speed: Speed | None = None) -> None:
+        """Rise out of what the hand touches, or draw back along its approach where something is above.
+
+        What stands freely may be touched on the way, what is fixed only where it is touched now: a hand that rose into a board
+        over it would press with all that its servos have.
+
+        Raises:
+            UnreachableError: Not even a quarter of it can be reached.
+            CollisionError: Something fixed is in either way.
+        """
+        self.allow_touched()
+        try:
+            self.rise(height, phase, speed=speed)
+        except CollisionError as above:
+            back = withdrawn(self.state.tcp_pose, height)
+            try:
+                way = self.motion.plan_line(self.q, back, speed=self.tempo.free if speed is None else speed)
+            except (UnreachableError, CollisionError):
+                raise above from None
+            self.follow(way, phase)
+
     def settle(self, *names: str, seconds: float = 2.0) -> ObservedScene:
         """Let time pass until these objects are seen to be still, and return that look."""
         self.ctx.enter(Phase.SETTLE)

@@ -136,8 +136,7 @@ def _dragged(arm: Manipulator, target: DetectedObject, scene: ObservedScene, awa
     try:
         arm.rise(_HOVER + _FEEL_TO, Phase.RETREAT)
     except CollisionError:
-        arm.motion.allow(*(item.id for item in scene.objects))
-        arm.rise(_HOVER + _FEEL_TO, Phase.RETREAT)
+        arm.rise_out(_HOVER + _FEEL_TO, Phase.RETREAT)
     after = arm.settle(target.id).find(target.id)
     return after is not None and moved(target, after) > _MOVED
 

@@ -213,8 +213,7 @@ def _leave(arm: Manipulator, held: str) -> None:
     arm.motion.allow(*carried_along(arm.find(held, scene), scene))
     if arm.motion.touch(arm.q) is None:
         return
-    arm.motion.allow("table", *(item.id for item in arm.start.objects))
-    arm.rise(HOVER_HEIGHT, Phase.LIFT, speed=arm.tempo.lift)
+    arm.rise_out(HOVER_HEIGHT, Phase.LIFT, speed=arm.tempo.lift)
 
 
 def obstruction_there(
@@ -469,8 +468,7 @@ def _release(arm: Manipulator, object_id: str, way: PlacePlan) -> None:
         arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=arm.tempo.leave)
     except CollisionError:
         # The fingers opened against a neighbour; straight up is still the way that disturbs it least.
-        arm.motion.allow("table", *(item.id for item in arm.start.objects))
-        arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=CAREFUL.lower)
+        arm.rise_out(HOVER_HEIGHT, Phase.RETREAT, speed=CAREFUL.lower)
 
 
 def _from_aside(arm: Manipulator, object_id: str) -> ObservedScene:

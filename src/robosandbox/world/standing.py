@@ -229,12 +229,13 @@ def at(view: View, a: str, x: float, y: float, yaw: float | None = None) -> Find
     off = math.dist(centre(item)[:2], (x, y))
     tolerance = AT_TOLERANCE + view.slack
     turned_off = 0.0 if yaw is None else abs(math.remainder(item.pose.yaw - yaw, math.tau))
+    stands = relations.on_table(item, view.scene.table_height).holds
     return Finding(
-        holds=off < tolerance and turned_off < _TURN_TOLERANCE and a not in view.scene.in_hands,
+        holds=off < tolerance and turned_off < _TURN_TOLERANCE and stands and a not in view.scene.in_hands,
         margin=tolerance - off,
         tolerance=tolerance,
         is_sure=is_clearly_seen(item),
-        cause=f"{a} is {1e3 * off:.0f} mm from ({x:.3f}, {y:.3f})",
+        cause=f"{a} is {1e3 * off:.0f} mm from ({x:.3f}, {y:.3f})" if stands else f"{a} does not stand on the table",
         help=f"place {a} there",
     )
 
