@@ -1,12 +1,12 @@
 """Furnished scenes: what is claimed, pressed and refused among shelves, cupboards, drawers, buttons and walls, against raw state and an oracle.
 
-    uv run benchmarks/furnished.py [--scenes 200] [--first-seed 1000] [--perception rgbd] [--no-oracle] [--json FILE]
+    uv run benchmarks/furnished.py [--scenes 200] [--first-seed 1000] [--perception rgbd] [--seconds 20] [--no-oracle] [--json FILE]
 
 `furnished_scenes.py` writes from a seed a file with a table of some height and size, a shelf of two or three boards, a cupboard with a door or a
 cabinet of drawers, a button, one or two walls or posts, and three to five boxes, cans, mugs and bowls on them; the bundled arm stands where
 the sidecar says or where it is inferred. Two or three goals are said one after the other, as relations or in a sentence. A claim is false where
 `furnished_judge.py` finds in raw state that what was asked is not so, or not a second later. Of a refusal `furnished_oracle.py` says why it is
-right, else it is counted as not proved. Ends with 1 where a claim is false.
+right, else it is counted as not proved. A goal that takes more CPU seconds than `--seconds` is stopped, and counts as given up; the scene ends there. Ends with 1 where a claim is false.
 """
 
 from __future__ import annotations
@@ -14,10 +14,12 @@ from __future__ import annotations
 import argparse
 import json
 import logging
+import signal
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -33,6 +35,26 @@ from robosandbox.workcell.session import open_session
 
 # N: the default limit of a driver, and by how much it may be passed.
 LIMIT_N, OVER = 60.0, 1.1
+
+
+class OutOfTime(BaseException):
+    """The time of a goal is over; nothing between here and there is to catch it."""
+
+
+@contextmanager
+def at_most(seconds: float) -> Iterator[None]:
+    """Raise `OutOfTime` within after so many CPU seconds of this process; 0 for never."""
+
+    def stop(number: int, frame: object) -> None:
+        raise OutOfTime
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +75,7 @@ class Row:
         moved_mm: The farthest that something moved that was not named, and what.
         simulated_s: Simulated seconds.
         wall_s: Seconds.
+        stopped: Whether it took more CPU time than it may.
         why: How the agent ended, and its last sentence.
         calls: What it did.
     """
@@ -70,6 +93,7 @@ class Row:
     moved_mm: tuple[float, str]
     simulated_s: float
     wall_s: float
+    stopped: bool
     why: str
     calls: tuple[str, ...]
 
@@ -79,12 +103,13 @@ class Row:
         return max(self.fixed_n[0], self.part_n[0], self.thing_n[0], self.carried_n[0])
 
 
-def run(seed: int, *, oracle: bool = True, **options: Any) -> list[Row]:
+def run(seed: int, *, oracle: bool = True, seconds: float = 0.0, **options: Any) -> list[Row]:
     """Run the goals of a scene one after the other; no rows where the arm cannot stand there.
 
     Args:
         seed: Of the scene.
         oracle: Whether refusals are looked at.
+        seconds: CPU seconds after which a goal is stopped; 0 for never.
         options: What `open_session` takes besides.
     """
     room = drawn(seed)
@@ -96,20 +121,29 @@ def run(seed: int, *, oracle: bool = True, **options: Any) -> list[Row]:
             print(f"{seed}: {error}", file=sys.stderr)
             return []
         with cell:
-            return [row(cell, room, goal, oracle) for goal in room.goals]
+            rows: list[Row] = []
+            for goal in room.goals:
+                rows.append(row(cell, room, goal, oracle, seconds))
+                if rows[-1].stopped:
+                    break
+            return rows
 
 
-def row(cell: EmbeddedWorkcell, room: Furnished, goal: Goal, oracle: bool) -> Row:
+def row(cell: EmbeddedWorkcell, room: Furnished, goal: Goal, oracle: bool, seconds: float) -> Row:
     """Run one goal in a world as it is, and judge it."""
     world = cell.mujoco.fork()
     start, meter = places(world, room), Meter(cell.mujoco, room)
     end, begin, clock = cell.driver.subscribe(meter), time.perf_counter(), cell.driver.time
+    stopped = False
     try:
-        episode = cell.run(goal.said)
+        with at_most(seconds):
+            episode = cell.run(goal.said)
         claimed, why = episode.success, f"{episode.final_reason}: {episode.final_detail}"
         calls = tuple(str(step.call) for step in episode.steps)
     except RoboSandboxError as error:
         claimed, why, calls = False, f"{type(error).__name__}: {error}", ()
+    except OutOfTime:
+        stopped, claimed, why, calls = True, False, f"stopped after {seconds:.0f} s of CPU", ()
     finally:
         end()
     took, simulated = time.perf_counter() - begin, cell.driver.time - clock
@@ -130,6 +164,7 @@ def row(cell: EmbeddedWorkcell, room: Furnished, goal: Goal, oracle: bool) -> Ro
         moved_mm=(round(1e3 * far, 1), what),
         simulated_s=round(simulated, 1),
         wall_s=round(took, 1),
+        stopped=stopped,
         why=why[:400],
         calls=calls,
     )
@@ -148,7 +183,8 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         "achieved": achieved,
         "achieved_95": _interval(achieved, count),
         "refused_proved": sum(bool(one.proved) for one in given_up),
-        "refused_unproved": sum(not one.proved for one in given_up),
+        "refused_unproved": sum(not one.proved and not one.stopped for one in given_up),
+        "stopped_unproved": sum(not one.proved and one.stopped for one in given_up),
         "achieved_or_proved_95": _interval(achieved + sum(bool(one.proved) for one in given_up), count),
         "false_claims": sum(one.claimed and not one.achieved for one in rows),
         "false_claims_95": _interval(sum(one.claimed and not one.achieved for one in rows), count),
@@ -173,6 +209,7 @@ def main() -> int:
     parser.add_argument("--scenes", type=int, default=200)
     parser.add_argument("--first-seed", type=int, default=1000)
     parser.add_argument("--perception", default="ground_truth")
+    parser.add_argument("--seconds", type=float, default=20.0, help="CPU time of a goal; 0 for no end")
     parser.add_argument("--no-oracle", action="store_true", help="do not look whether what was refused can be done")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
@@ -180,7 +217,7 @@ def main() -> int:
     rows: list[Row] = []
     empty = 0
     for seed in range(given.first_seed, given.first_seed + given.scenes):
-        found = run(seed, oracle=not given.no_oracle, perception=given.perception)
+        found = run(seed, oracle=not given.no_oracle, seconds=given.seconds, perception=given.perception)
         empty += not found
         for one in found:
             rows.append(one)

@@ -14,7 +14,7 @@ from robosandbox.evidence import CollisionEvidence, PlacementEvidence
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.world import relations
 from robosandbox.world.effects import put, slid
-from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.parts import at_value, is_part, open_value
 from robosandbox.world.placement_sampling import (
     Placement,
@@ -315,6 +315,13 @@ def supports(view: View, b: str) -> Finding:
     )
 
 
+def _cleared(view: View, blocking: Sequence[str]) -> tuple[Fact, ...]:
+    """Return what would clear a place; nothing where something fixed stands there, which nobody puts aside."""
+    if any(view.get(name).is_fixed for name in blocking):
+        return ()
+    return tuple(fact("on", name, TABLE) for name in blocking)
+
+
 def _table_room(view: View, item: DetectedObject, points: Sequence[Array], where: str) -> Finding:
     spots, blocking = table_placements(view.scene, item, points)
     off = all(margin_on_table(view.scene.table_area, point) < 0.0 for point in points)
@@ -325,7 +332,7 @@ def _table_room(view: View, item: DetectedObject, points: Sequence[Array], where
         cause=f"no room for {item.id} at {where}: {why}",
         help="choose a place on the table" if off else "clear it or choose another place",
         blocking=blocking,
-        remedies=tuple(fact("on", name, TABLE) for name in blocking),
+        remedies=_cleared(view, blocking),
     )
 
 
@@ -373,7 +380,7 @@ def room_to_slide_to(view: View, a: str, x: float, y: float) -> Finding:
         cause=f"no room for {a} at ({x:.3f}, {y:.3f}): {why}",
         help="choose a place on the table" if off else "clear it or choose another place",
         blocking=blocking,
-        remedies=tuple(fact("on", name, TABLE) for name in blocking),
+        remedies=_cleared(view, blocking),
     )
 
 
