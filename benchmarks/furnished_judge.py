@@ -202,8 +202,9 @@ def so(sim: MuJoCoBackend, room: Furnished, goal: Goal, data: mujoco.MjData) -> 
             and levels < RESTS
         )
     names = [goal.target]
-    if goal.target == "shelf" and goal.relation == "inside":
-        names = [name for name in room.spaces if name.startswith("in shelf")]
+    if goal.target == "shelf" and (goal.relation == "inside" or " " in goal.said.partition("(")[0]):
+        # Who says "on the shelf" in words means any of its boards.
+        names = [name for name in room.spaces if name.startswith("in shelf")] + ["shelf"] * (goal.relation == "on")
     for name in names:
         space = room.spaces[name]
         holder = int(model.body(space.body).id)

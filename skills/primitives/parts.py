@@ -426,15 +426,18 @@ def press_part(arm: Manipulator, name: str, most: float | None = None) -> tuple[
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
         return _pressed(arm, part, stroke, tcp, axis, most)
-    if failures:
-        raise most_telling(failures)
-    # A hand that cannot point along the way presses with its side.
-    way = plan_push(arm, part, [end], _BEYOND)
-    if way.aperture is not None:
-        arm.open(way.aperture)
-    arm.motion.allow(*around(part))
-    tcp = moved(way.poses[0], STAND_OFF * axis)
-    stroke = _stroke(arm, way.descent.q[-1], [moved(tcp, (span + _BEYOND + trail) * axis) for trail in trails])
+    # A hand that cannot point along the way, or has no room to, presses with its side or at a slant.
+    try:
+        way = plan_push(arm, part, [end], _BEYOND)
+        if way.aperture is not None:
+            arm.open(way.aperture)
+        arm.motion.allow(*around(part))
+        tcp = moved(way.poses[0], STAND_OFF * axis)
+        stroke = _stroke(arm, way.descent.q[-1], [moved(tcp, (span + _BEYOND + trail) * axis) for trail in trails])
+    except (UnreachableError, CollisionError, GraspError):
+        if failures:
+            raise most_telling(failures) from None
+        raise
     follow_free(arm, way.approach, Phase.APPROACH)
     follow_free(arm, way.descent, Phase.DESCEND)
     return _pressed(arm, part, stroke, tcp, axis, most)
@@ -474,6 +477,15 @@ def _pressed(
     share = abs(part_value(arm.find(part.id, scene)) - rest) / span
     arm.use(scene)
     arm.motion.allow(*around(part))
-    away = moved(arm.state.tcp_pose, -HOVER_HEIGHT * axis)
-    arm.follow(arm.motion.plan_line(arm.q, away, speed=arm.tempo.leave), Phase.RETREAT)
+    # As far as there is room: the way of the stroke is free at the least.
+    here = arm.state.tcp_pose
+    for distance in (*HOVERS, STAND_OFF):
+        try:
+            back = arm.motion.plan_line(arm.q, moved(here, -distance * axis), speed=arm.tempo.leave)
+        except (UnreachableError, CollisionError):
+            if distance == STAND_OFF:
+                raise
+            continue
+        arm.follow(back, Phase.RETREAT)
+        break
     return share, force
