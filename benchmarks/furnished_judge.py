@@ -226,6 +226,3 @@ def places(sim: MuJoCoBackend, room: Furnished) -> dict[str, Array]:
     """Return where the things are, metres."""
     data = raw_state(sim, mujoco.MjData(sim.model))
     return {name: data.body(name).xpos.copy() for name in room.things}
-
-
-__all__ = ["TABLE", "Meter", "done", "moved", "places", "so"]

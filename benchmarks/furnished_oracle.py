@@ -38,13 +38,11 @@ class Oracle:
         self._room, self._sim, self._model = room, sim, sim.model
         self._data = raw_state(sim, mujoco.MjData(sim.model))
         self._robot = robot_bodies(sim)
-        arm = sim.arms["arm"].spec
         self._q = np.asarray(sim.robot.qpos_indices)
         joints = [int(np.flatnonzero(self._model.jnt_qposadr == address)[0]) for address in self._q]
         self._dofs = self._model.jnt_dofadr[joints]
         self._range = self._model.jnt_range[joints]
         self._home = np.asarray(sim.robot.home_q)
-        del arm
         # The middle between the fingertips in the hand's frame; the hand approaches along its z and closes along its y.
         self._hand = int(self._model.body("robot/hand").id)
         self._tcp = np.array([0.0, 0.0, 0.1034])

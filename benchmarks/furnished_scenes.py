@@ -442,7 +442,6 @@ class _Draw:
         foot = max(half[:2]) + (0.03 if kind == "mug" else 0.0)
         mass = self._u(0.04, 0.4)
         where = [name for name in room.spaces if name != TABLE]
-        shut = self._shut()
         if self._is(0.45) and where:
             at = self._spot(str(rng.choice(where)), foot, half)
             pos = None if at is None else at
@@ -452,7 +451,6 @@ class _Draw:
             self._on_table.append(name)
         if pos is None:
             return False
-        del shut
         inertia = f'<inertial pos="0 0 {half[2]}" mass="{mass:.4f}" diaginertia="{_inertia(mass, half)}"/>'
         joint = inertia + f'<freejoint name="{name}_free"/>'
         pos = (pos[0], pos[1], pos[2] + 0.0008)

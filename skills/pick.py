@@ -335,6 +335,7 @@ def _pressed(error: LimitError) -> tuple[str, ...]:
 
 
 def _kept_under(arm: Manipulator, target: DetectedObject, width: float, above: CollisionError) -> GraspError:
+    """Return the error of what something fixed is over: the hand holds it where it stood."""
     other = above.evidence.other if isinstance(above.evidence, CollisionEvidence) else "something"
     return GraspError(
         f"{target.id} cannot be lifted as the hand holds it: {above}; try another grasp, or clear the way",
