@@ -402,8 +402,9 @@ class _Draw:
 
     def _wall(self, number: int) -> bool:
         is_post = self._is(0.5)
-        half = (0.0, self._u(0.05, 0.16))
-        half = (self._u(0.012, 0.03),) * 2 if is_post else (0.01, half[1])
+        long = self._u(0.05, 0.16)
+        thick = self._u(0.012, 0.03) if is_post else 0.01
+        half = (thick, thick) if is_post else (thick, long)
         at = self._place(half, (0.35, 0.7), (-1.3, 1.3), faces=False)
         if at is None:
             return False
