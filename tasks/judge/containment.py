@@ -15,8 +15,6 @@ from robosandbox.types import Array, Convex, ObjectTruth
 # Metres that a thing may sink into a floor, or a wall's foot stand out of it; chosen far above the 0.2 mm that contacts
 # yield by and below the height of any wall here.
 _GIVE = 0.005
-# Kinds that slide shut over what is in them.
-_CLOSING = frozenset({"drawer", "part"})
 
 
 class Vessel:
@@ -57,7 +55,7 @@ class Vessel:
         point, low = thing.middle[:2], thing.low
         below_rim = self._form.high - low
         detail = {"margin_mm": 1e3 * depth(self._form.outline, point), "below_rim_mm": 1e3 * below_rim}
-        leans_out = self._item.kind in _CLOSING and float(thing.middle[2]) > self._form.high
+        leans_out = self._item.opening is not None and float(thing.middle[2]) > self._form.high
         if detail["margin_mm"] <= 0.0 or leans_out:
             return Judgement(False, detail)
         over = [high for seen, _, high in self._tops if depth(seen, point) > 0.0]
