@@ -17,6 +17,7 @@ from robosandbox.apps.commands.recording import Video, VideoFps, record_settings
 from robosandbox.apps.commands.world import open_here, takes_world
 from robosandbox.errors import InputError
 from robosandbox.workcell.options import WorkcellOptions
+from robosandbox.workcell.ros2.graph import Graph
 
 # Between looks for a signal, seconds, so that Ctrl-C acts at once.
 _WAKE_SECONDS = 0.2
@@ -27,6 +28,14 @@ def ros2(
     world: WorkcellOptions,
     name: Annotated[str, typer.Option("--name", help="Of the node, before its topics and actions.")] = "robosandbox",
     pace: Annotated[str, typer.Option("--pace", help="realtime, or fast.")] = "realtime",
+    rmw_zenoh: Annotated[
+        str | None,
+        typer.Option(
+            "--rmw-zenoh",
+            help="Without rclpy, as a node that ROS 2 on rmw_zenoh sees: Zenoh endpoint of its router, as "
+            "tcp/localhost:7447. Experimental.",
+        ),
+    ] = None,
     interfaces: Annotated[
         bool, typer.Option("--interfaces", help="Print where the package robosandbox_msgs is, for colcon, and end.")
     ] = False,
@@ -47,18 +56,9 @@ def ros2(
     if pace not in ("realtime", "fast"):
         raise InputError(f"--pace: {pace!r} is not one of realtime, fast")
     settings = record_settings(record, video, video_fps)
-    # Read when the node is made: nobody beyond this machine, unless the person has said so.
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    try:
-        from robosandbox.workcell.ros2.node import WorkcellNode
-    except ImportError as error:
-        if error.name is None or error.name.startswith("robosandbox."):
-            raise
-        raise InputError(
-            f"ros2: Python cannot import {error.name!r}: source your ROS 2 in this shell, and build robosandbox_msgs with "
-            "`colcon build --paths $(robo-sandbox ros2 --interfaces)`; docs/ros2.md"
-        ) from None
+    graph = _rclpy_graph(name) if rmw_zenoh is None else _rmw_zenoh_graph(name, rmw_zenoh)
     from robosandbox.workcell.host import WorkcellHost
+    from robosandbox.workcell.ros2.node import WorkcellNode
 
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -66,7 +66,7 @@ def ros2(
     with open_here(world) as cell:
         host = WorkcellHost(cell, pace="fast" if pace == "fast" else "realtime", record=settings)
         host.start()
-        node = WorkcellNode(host, name=name)
+        node = WorkcellNode(host, graph)
         with ending_with_threads("robo-sandbox"):
             node.start()
             print(f"node /{name}: {cell.task.name} with {cell.robot_name}", flush=True)
@@ -78,3 +78,31 @@ def ros2(
         host.wait_idle(_WAKE_SECONDS)
         host.end()
     return EXIT_DONE
+
+
+def _rclpy_graph(name: str) -> Graph:
+    # Read when the node is made: nobody beyond this machine, unless the person has said so.
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    try:
+        from robosandbox.workcell.ros2.rclpy_graph import RclpyGraph
+
+        graph = RclpyGraph(name)
+        # What is built by hand, so that its lack is told before the world is opened.
+        graph.kind("robosandbox_msgs/msg/Things")
+    except ImportError as error:
+        if error.name is None or error.name.startswith("robosandbox."):
+            raise
+        raise InputError(
+            f"ros2: Python cannot import {error.name!r}: source your ROS 2 in this shell, and build robosandbox_msgs with "
+            "`colcon build --paths $(robo-sandbox ros2 --interfaces)`; docs/ros2.md"
+        ) from None
+    return graph
+
+
+def _rmw_zenoh_graph(name: str, router: str) -> Graph:
+    from robosandbox.workcell.ros2.rmw_zenoh import RmwZenohGraph
+
+    domain = os.environ.get("ROS_DOMAIN_ID", "0")
+    if not domain.isdecimal():
+        raise InputError(f"ROS_DOMAIN_ID: {domain[:60]!r} is no number")
+    return RmwZenohGraph(name, router=router, domain=int(domain))

@@ -1,20 +1,13 @@
-# pyright: reportMissingImports=false
-"""Values of a workcell as ROS 2 messages."""
+"""Values of a workcell as ROS 2 messages, of whichever classes speak them."""
 
 from __future__ import annotations
 
 import json
 from array import array
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Pose as RosPose, Quaternion, TransformStamped, Vector3
-from robosandbox_msgs.msg import Thing, Things
-from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import ColorRGBA, Header
-from visualization_msgs.msg import Marker, MarkerArray
 
 from robosandbox.agent.episode import PhaseEntered, Planned, SkillFailed, Thought
 from robosandbox.agent.tools import error_data
@@ -28,100 +21,131 @@ from robosandbox.workcell.zenoh.messages import Picture
 _LETTERS = 0.02
 
 
-def stamp(seconds: float) -> Any:
-    """Return seconds since 1970 as a message."""
-    whole = int(seconds)
-    return Time(sec=whole, nanosec=int((seconds - whole) * 1e9))
+class Messages:
+    """Makes messages.
 
+    Args:
+        kind: Returns the class of a message of that name, as `sensor_msgs/msg/Image`.
+    """
 
-def header(seconds: float, frame: str = WORLD) -> Any:
-    """Return a header."""
-    return Header(stamp=stamp(seconds), frame_id=frame)
+    def __init__(self, kind: Callable[[str], Any]) -> None:
+        self._kind = kind
 
+    def _new(self, name: str, **values: Any) -> Any:
+        return self._kind(name)(**values)
 
-def pose(value: Pose) -> Any:
-    """Return a pose."""
-    x, y, z, w = value.quat_xyzw
-    return RosPose(
-        position=Point(**dict(zip("xyz", value.xyz, strict=True))), orientation=Quaternion(x=x, y=y, z=z, w=w)
-    )
+    def stamp(self, seconds: float) -> Any:
+        """Return seconds since 1970 as a message."""
+        whole = int(seconds)
+        return self._new("builtin_interfaces/msg/Time", sec=whole, nanosec=int((seconds - whole) * 1e9))
 
+    def header(self, seconds: float, frame: str = WORLD) -> Any:
+        """Return a header."""
+        return self._new("std_msgs/msg/Header", stamp=self.stamp(seconds), frame_id=frame)
 
-def transform(parent: str, child: str, xyz: Array, wxyz: Array, seconds: float) -> Any:
-    """Return a transform from the child's frame into the parent's; metres, quaternion w, x, y, z."""
-    made = TransformStamped(header=header(seconds, parent), child_frame_id=child)
-    w, x, y, z = (float(value) for value in wxyz)
-    made.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
-    made.transform.translation = Vector3(**{axis: float(value) for axis, value in zip("xyz", xyz, strict=True)})
-    return made
+    def pose(self, value: Pose) -> Any:
+        """Return a pose."""
+        x, y, z, w = value.quat_xyzw
+        return self._new(
+            "geometry_msgs/msg/Pose",
+            position=self._new("geometry_msgs/msg/Point", **dict(zip("xyz", value.xyz, strict=True))),
+            orientation=self._new("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w),
+        )
 
+    def transform(self, parent: str, child: str, xyz: Array, wxyz: Array, seconds: float) -> Any:
+        """Return a transform from the child's frame into the parent's; metres, quaternion w, x, y, z."""
+        made = self._new(
+            "geometry_msgs/msg/TransformStamped", header=self.header(seconds, parent), child_frame_id=child
+        )
+        w, x, y, z = (float(value) for value in wxyz)
+        made.transform.rotation = self._new("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+        made.transform.translation = self._new(
+            "geometry_msgs/msg/Vector3", **{axis: float(value) for axis, value in zip("xyz", xyz, strict=True)}
+        )
+        return made
 
-def mounted(parent: str, camera: str, place: Pose, seconds: float) -> Any:
-    """Return the transform of a camera's optical frame from where it is mounted."""
-    x, y, z, w = place.quat_xyzw
-    return transform(parent, optical(camera), place.position, np.array([w, x, y, z]), seconds)
+    def mounted(self, parent: str, camera: str, place: Pose, seconds: float) -> Any:
+        """Return the transform of a camera's optical frame from where it is mounted."""
+        x, y, z, w = place.quat_xyzw
+        return self.transform(parent, optical(camera), place.position, np.array([w, x, y, z]), seconds)
 
+    def image(self, data: bytes, picture: Picture, kind: str) -> Any:
+        """Return the bytes of a picture, RGB or depth in metres, as an image."""
+        lens = picture.intrinsics
+        encoding, size = ("rgb8", 3) if kind == "rgb" else ("32FC1", 4)
+        made = self._new(
+            "sensor_msgs/msg/Image", height=lens.height, width=lens.width, encoding=encoding, step=lens.width * size
+        )
+        made.header = self.header(picture.stamp, optical(picture.camera))
+        # Of an array rclpy does not look at every byte.
+        made.data = array("B", data)
+        return made
 
-def image(data: bytes, picture: Picture, kind: str) -> Any:
-    """Return the bytes of a picture, RGB or depth in metres, as an image."""
-    lens = picture.intrinsics
-    encoding, size = ("rgb8", 3) if kind == "rgb" else ("32FC1", 4)
-    made = Image(height=lens.height, width=lens.width, encoding=encoding, step=lens.width * size)
-    made.header = header(picture.stamp, optical(picture.camera))
-    # Of an array rclpy does not look at every byte.
-    made.data = array("B", data)
-    return made
+    def camera_info(self, picture: Picture) -> Any:
+        """Return the pinhole and lens that a picture was taken through."""
+        lens = picture.intrinsics
+        made = self._new(
+            "sensor_msgs/msg/CameraInfo",
+            height=lens.height,
+            width=lens.width,
+            distortion_model="plumb_bob",
+            d=[*lens.distortion],
+        )
+        made.header = self.header(picture.stamp, optical(picture.camera))
+        made.k = [lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0]
+        made.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+        made.p = [lens.fx, 0.0, lens.cx, 0.0, 0.0, lens.fy, lens.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+        return made
 
+    def things(self, scene: ObservedScene, seconds: float) -> Any:
+        """Return what is seen, and what is held."""
+        made = self._new(
+            "robosandbox_msgs/msg/Things",
+            header=self.header(seconds),
+            held=[name for name in scene.hands.values() if name],
+        )
+        for item in scene.objects:
+            made.things.append(
+                self._new(
+                    "robosandbox_msgs/msg/Thing",
+                    id=item.id,
+                    kind=item.kind,
+                    colour=item.colour,
+                    pose=self.pose(item.pose),
+                    size=[*item.size],
+                    confidence=item.confidence,
+                )
+            )
+        return made
 
-def camera_info(picture: Picture) -> Any:
-    """Return the pinhole and lens that a picture was taken through."""
-    lens = picture.intrinsics
-    made = CameraInfo(height=lens.height, width=lens.width, distortion_model="plumb_bob", d=[*lens.distortion])
-    made.header = header(picture.stamp, optical(picture.camera))
-    made.k = [lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0]
-    made.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-    made.p = [lens.fx, 0.0, lens.cx, 0.0, 0.0, lens.fy, lens.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
-    return made
+    def markers(self, scene: ObservedScene, seconds: float) -> Any:
+        """Return what is seen as shapes of RViz: boxes, balls and tubes, the box around it of all else, and its name above it."""
+        marker = self._kind("visualization_msgs/msg/Marker")
+        kinds = {"sphere": marker.SPHERE, "cylinder": marker.CYLINDER}
+        cleared = marker(header=self.header(seconds), action=marker.DELETEALL)
+        made = self._new("visualization_msgs/msg/MarkerArray", markers=[cleared])
+        for number, item in enumerate(scene.objects):
+            halves = item.shape.hull(item.size).half_extents
+            body = marker(header=self.header(seconds), ns="things", id=number, type=kinds.get(item.kind, marker.CUBE))
+            body.pose = self.pose(item.pose)
+            body.scale = self._new(
+                "geometry_msgs/msg/Vector3",
+                **{axis: float(2.0 * value) for axis, value in zip("xyz", halves, strict=True)},
+            )
+            body.color = self._new("std_msgs/msg/ColorRGBA", **dict(zip("rgba", item.rgba, strict=True)))
+            name = marker(
+                header=self.header(seconds), ns="names", id=number, type=marker.TEXT_VIEW_FACING, text=item.id
+            )
+            name.pose = self.pose(item.pose)
+            name.pose.position.z += float(halves[2]) + _LETTERS
+            name.scale.z, name.color = _LETTERS, self._new("std_msgs/msg/ColorRGBA", r=1.0, g=1.0, b=1.0, a=1.0)
+            made.markers += [body, name]
+        return made
 
 
 def optical(camera: str) -> str:
     """Return the name of a camera's optical frame."""
     return f"{camera}_optical"
-
-
-def things(scene: ObservedScene, seconds: float) -> Any:
-    """Return what is seen, and what is held."""
-    made = Things(header=header(seconds), held=[name for name in scene.hands.values() if name])
-    for item in scene.objects:
-        made.things.append(
-            Thing(
-                id=item.id,
-                kind=item.kind,
-                colour=item.colour,
-                pose=pose(item.pose),
-                size=[*item.size],
-                confidence=item.confidence,
-            )
-        )
-    return made
-
-
-def markers(scene: ObservedScene, seconds: float) -> Any:
-    """Return what is seen as shapes of RViz: boxes, balls and tubes, the box around it of all else, and its name above it."""
-    made = MarkerArray(markers=[Marker(header=header(seconds), action=Marker.DELETEALL)])
-    for number, item in enumerate(scene.objects):
-        halves = item.shape.hull(item.size).half_extents
-        kinds = {"sphere": Marker.SPHERE, "cylinder": Marker.CYLINDER}
-        body = Marker(header=header(seconds), ns="things", id=number, type=kinds.get(item.kind, Marker.CUBE))
-        body.pose = pose(item.pose)
-        body.scale = Vector3(**{axis: float(2.0 * value) for axis, value in zip("xyz", halves, strict=True)})
-        body.color = ColorRGBA(**dict(zip("rgba", item.rgba, strict=True)))
-        name = Marker(header=header(seconds), ns="names", id=number, type=Marker.TEXT_VIEW_FACING, text=item.id)
-        name.pose = pose(item.pose)
-        name.pose.position.z += float(halves[2]) + _LETTERS
-        name.scale.z, name.color = _LETTERS, ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
-        made.markers += [body, name]
-    return made
 
 
 def said(event: object) -> str:

@@ -1,4 +1,3 @@
-# pyright: reportMissingImports=false
 """The face of a running workcell to ROS 2: a node with its state, pictures and things, actions that it carries out, services."""
 
 from __future__ import annotations
@@ -12,20 +11,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import rclpy
-from rclpy.action import ActionServer, CancelResponse
-from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import MultiThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
-from robosandbox_msgs.action import Perform, Say
-from robosandbox_msgs.msg import Things
-from robosandbox_msgs.srv import Load, Look, Reset
-from sensor_msgs.msg import CameraInfo, Image, JointState
-from std_msgs.msg import String
-from std_srvs.srv import Trigger
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
-
 from robosandbox.errors import InvalidArgumentError, RoboSandboxError
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.tasks.loader import find_task
@@ -36,6 +21,7 @@ from robosandbox.workcell.orders import ORDERS, BoundOrder, OrderResult, bind_or
 from robosandbox.workcell.pictures import Kind
 from robosandbox.workcell.ros2 import messages
 from robosandbox.workcell.ros2.description import WORLD, RobotDescription
+from robosandbox.workcell.ros2.graph import SENSOR_DATA, Graph, Publisher, Qos
 from robosandbox.workcell.studio import Shot
 from robosandbox.workcell.zenoh.messages import STATE_HZ, Picture
 from robosandbox.workcell.zenoh.server.readings import Readings
@@ -47,8 +33,6 @@ _ELSEWHERE = {"run": "the action say", "judge": "the service judge"}
 _THINGS_HZ = 5.0
 # Seconds between two looks whether a goal's client wants it to end.
 _CANCEL_SECONDS = 0.02
-# Calls that may be open at once: one that is carried out, and those that are refused, stopped or looked at beside it.
-_OPEN_CALLS = 8
 
 
 class WorkcellNode:
@@ -56,46 +40,40 @@ class WorkcellNode:
 
     Args:
         host: Owns the workcell, which is of this process; it has been started and stays the caller's to close.
-        name: Of the node, before its own topics, actions and services.
+        graph: That it is a node of; closed with it.
 
     Raises:
         InputError: The robot has no description.
     """
 
-    def __init__(self, host: WorkcellHost, *, name: str = "robosandbox") -> None:
+    def __init__(self, host: WorkcellHost, graph: Graph) -> None:
         self._host = host
         self._readings = Readings(host, boot_id="", with_truth=False)
         self._folder = tempfile.TemporaryDirectory()
-        self._context = rclpy.Context()
-        rclpy.init(context=self._context)
-        self._node = node = rclpy.create_node(name, context=self._context)
-        publisher, group = node.create_publisher, ReentrantCallbackGroup()
-        self._joints = publisher(JointState, "/joint_states", 10)
-        self._transforms = publisher(TFMessage, "/tf", 100)
-        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._description = publisher(String, "/robot_description", kept)
-        self._things, self._markers = publisher(Things, "~/things", 10), publisher(MarkerArray, "~/markers", 10)
-        self._cameras: dict[str, dict[str, Any]] = {}
+        self._graph, self._messages = graph, messages.Messages(graph.kind)
+        self._joints = graph.publisher("sensor_msgs/msg/JointState", "/joint_states")
+        self._transforms = graph.publisher("tf2_msgs/msg/TFMessage", "/tf", Qos(depth=100))
+        self._description = graph.publisher("std_msgs/msg/String", "/robot_description", Qos(depth=1, latched=True))
+        self._things = graph.publisher("robosandbox_msgs/msg/Things", "~/things")
+        self._markers = graph.publisher("visualization_msgs/msg/MarkerArray", "~/markers")
+        self._cameras: dict[str, dict[str, Publisher]] = {}
         self._streams: set[Shot] = set()
-        self._served = [
-            ActionServer(
-                node, kind, f"~/{name}", act, cancel_callback=lambda goal: CancelResponse.ACCEPT, callback_group=group
-            )
-            for kind, name, act in ((Say, "say", self._say), (Perform, "perform", self._perform))
-        ]
-        for kind, name, answer in (
-            (Look, "look", self._look),
-            (Reset, "reset", lambda asked: self._change(self._host.reset(asked.seed))),
-            (Load, "load", lambda asked: self._change(self._host.load(find_task(asked.task)))),
-            (Trigger, "judge", lambda asked: self._judge()),
-            (Trigger, "stop", lambda asked: f"stopped {what}" if (what := self._host.stop()) else "nothing was done"),
+        graph.serve_action("robosandbox_msgs/action/Say", "~/say", self._say)
+        graph.serve_action("robosandbox_msgs/action/Perform", "~/perform", self._perform)
+        graph.serve("robosandbox_msgs/srv/Look", "~/look", self._answering(self._look))
+        for kind, service, answer in (
+            ("robosandbox_msgs/srv/Reset", "reset", lambda asked: self._change(self._host.reset(asked.seed))),
+            ("robosandbox_msgs/srv/Load", "load", lambda asked: self._change(self._host.load(find_task(asked.task)))),
+            ("std_srvs/srv/Trigger", "judge", lambda asked: self._judge()),
+            (
+                "std_srvs/srv/Trigger",
+                "stop",
+                lambda asked: f"stopped {what}" if (what := self._host.stop()) else "nothing was done",
+            ),
         ):
-            node.create_service(kind, f"~/{name}", self._answering(answer), callback_group=group)
+            graph.serve(kind, f"~/{service}", self._answering(answer))
         self._task: Any = None
         self._describe()
-        self._executor = MultiThreadedExecutor(num_threads=_OPEN_CALLS, context=self._context)
-        self._executor.add_node(node)
-        self._spinning = threading.Thread(target=self._executor.spin, name="ros2", daemon=True)
         self._loops = [
             Loop("ros2 state", self._tell_state, hz=STATE_HZ),
             Loop("ros2 things", self._tell_things, hz=_THINGS_HZ),
@@ -103,7 +81,7 @@ class WorkcellNode:
 
     def start(self) -> None:
         """Begin to serve."""
-        self._spinning.start()
+        self._graph.start()
         for loop in self._loops:
             loop.start()
 
@@ -114,10 +92,7 @@ class WorkcellNode:
         self._host.stop_all()
         for shot in self._streams:
             self._host.studio.stream(shot, None)
-        self._executor.shutdown()
-        self._spinning.join()
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+        self._graph.close()
         self._folder.cleanup()
 
     # What is told.
@@ -132,16 +107,16 @@ class WorkcellNode:
         folder = Path(self._folder.name) / uuid.uuid4().hex
         folder.mkdir()
         self._robots = RobotDescription(PlanningScenes(cell.task.scene).world_of(nothing), folder)
-        self._description.publish(String(data=self._robots.urdf))
+        self._description.publish(self._graph.kind("std_msgs/msg/String")(data=self._robots.urdf))
         self._mounts = dict(cell.driver.capabilities.cameras)
         for name in self._mounts.keys() - self._cameras.keys():
             topics = {
-                "rgb": (Image, "image_raw"),
-                "depth": (Image, "depth/image_raw"),
-                "info": (CameraInfo, "camera_info"),
+                "rgb": ("Image", "image_raw"),
+                "depth": ("Image", "depth/image_raw"),
+                "info": ("CameraInfo", "camera_info"),
             }
             self._cameras[name] = {
-                key: self._node.create_publisher(kind, f"~/{name}/{topic}", qos_profile_sensor_data)
+                key: self._graph.publisher(f"sensor_msgs/msg/{kind}", f"~/{name}/{topic}", SENSOR_DATA)
                 for key, (kind, topic) in topics.items()
             }
 
@@ -153,12 +128,14 @@ class WorkcellNode:
         if state.arms.keys() != self._robots.tools.keys():
             return 0.0
         names, values, speeds = self._robots.joints(state.arms)
-        self._joints.publish(JointState(header=messages.header(now), name=names, position=values, velocity=speeds))
-        frames = [messages.transform(*frame, now) for frame in self._robots.frames(state.arms)]
+        joints = self._graph.kind("sensor_msgs/msg/JointState")
+        header = self._messages.header(now)
+        self._joints.publish(joints(header=header, name=names, position=values, velocity=speeds))
+        frames = [self._messages.transform(*frame, now) for frame in self._robots.frames(state.arms)]
         for camera, spec in self._mounts.items():
             parent = WORLD if spec.arm is None else self._robots.tools[spec.arm]
-            frames.append(messages.mounted(parent, camera, spec.pose, now))
-        self._transforms.publish(TFMessage(transforms=frames))
+            frames.append(self._messages.mounted(parent, camera, spec.pose, now))
+        self._transforms.publish(self._graph.kind("tf2_msgs/msg/TFMessage")(transforms=frames))
         return 0.0
 
     def _tell_things(self) -> float:
@@ -167,8 +144,8 @@ class WorkcellNode:
         if self._things.get_subscription_count() or self._markers.get_subscription_count():
             scene = self._host.reading(self._readings.objects).result().scene
             now = time.time()
-            self._things.publish(messages.things(scene, now))
-            self._markers.publish(messages.markers(scene, now))
+            self._things.publish(self._messages.things(scene, now))
+            self._markers.publish(self._messages.markers(scene, now))
         return 0.0
 
     def _stream(self) -> None:
@@ -186,20 +163,20 @@ class WorkcellNode:
             self._host.studio.stream(shot, self._deliver(self._cameras[shot.camera], shot.kind))
         self._streams = wanted
 
-    def _deliver(self, publishers: dict[str, Any], kind: Kind) -> Callable[[bytes, Picture], None]:
+    def _deliver(self, publishers: dict[str, Publisher], kind: Kind) -> Callable[[bytes, Picture], None]:
         def deliver(data: bytes, picture: Picture) -> None:
-            publishers[kind].publish(messages.image(data, picture, kind))
-            publishers["info"].publish(messages.camera_info(picture))
+            publishers[kind].publish(self._messages.image(data, picture, kind))
+            publishers["info"].publish(self._messages.camera_info(picture))
 
         return deliver
 
     # What is done.
 
     def _say(self, goal: Any) -> Any:
-        return self._carried_out(goal, Say, lambda: bind_order("run", {"prompt": goal.request.sentence}))
+        return self._carried_out(goal, "Say", lambda: bind_order("run", {"prompt": goal.request.sentence}))
 
     def _perform(self, goal: Any) -> Any:
-        return self._carried_out(goal, Perform, lambda: self._bound(goal.request.name, goal.request.arguments))
+        return self._carried_out(goal, "Perform", lambda: self._bound(goal.request.name, goal.request.arguments))
 
     def _bound(self, name: str, text: str) -> BoundCall | BoundOrder:
         """Return a call or an order with its arguments checked.
@@ -219,9 +196,10 @@ class WorkcellNode:
             return bind_order(name, arguments)
         return bind(SkillCall(skill=name, arguments=arguments), self._host.cell.calls)
 
-    def _carried_out(self, goal: Any, kind: Any, bound: Callable[[], BoundCall | BoundOrder]) -> Any:
+    def _carried_out(self, goal: Any, name: str, bound: Callable[[], BoundCall | BoundOrder]) -> Any:
         """Carry out a goal, telling its client what happens, and stopping where that wants it to end."""
         came: SkillResult | OrderResult | RoboSandboxError
+        kind = self._graph.kind(f"robosandbox_msgs/action/{name}")
 
         def tell(event: object) -> None:
             if text := messages.said(event):
@@ -264,7 +242,7 @@ class WorkcellNode:
             try:
                 came = answer(asked)
                 given.success, given.message = True, came if isinstance(came, str) else ""
-                if isinstance(given, Look.Response):
+                if hasattr(given, "things"):
                     given.things = came
                 elif isinstance(came, OrderResult):
                     given.success, given.message = bool(came.data["success"]), json.dumps(came.data["detail"])
@@ -276,7 +254,7 @@ class WorkcellNode:
 
     def _look(self, asked: Any) -> Any:
         del asked
-        return messages.things(self._host.reading(self._readings.objects).result().scene, time.time())
+        return self._messages.things(self._host.reading(self._readings.objects).result().scene, time.time())
 
     def _judge(self) -> Any:
         return self._host.carry_out(bind_order("judge", {})).done.result()

@@ -67,7 +67,7 @@ def open_listener(
 
 
 def open_connector(
-    endpoints: Sequence[str] = (), *, config_file: Path | None = None, timeout: float = 1.0
+    endpoints: Sequence[str] = (), *, config_file: Path | None = None, timeout: float = 1.0, mode: str = "peer"
 ) -> zenoh.Session:
     """Open a session that connects to sims, keeps trying, and listens nowhere.
 
@@ -75,13 +75,14 @@ def open_connector(
         endpoints: Zenoh endpoints of sims or routers; what the config file says, or else `DEFAULT_ENDPOINT`.
         config_file: A Zenoh configuration (JSON5) with the client's credentials.
         timeout: Seconds to wait for the connection before going on trying in the background.
+        mode: What the session is where the file does not say it; a `client` does not go on trying.
 
     Raises:
         InputError: An endpoint or the file is wrong.
-        ServiceUnavailableError: The config says mode "client", and its routers do not let it in.
+        ServiceUnavailableError: It is a client, and its routers are not there or do not let it in.
     """
     config = _base_config(config_file)
-    mode = _set_default(config, "mode", "peer")
+    mode = _set_default(config, "mode", mode)
     if endpoints:
         wrong = f"--connect: {', '.join(endpoints)!r} is no Zenoh endpoint; write it like {DEFAULT_ENDPOINT}"
         _set(config, "connect/endpoints", list(endpoints), wrong)
