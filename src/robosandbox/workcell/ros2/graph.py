@@ -37,6 +37,7 @@ class Publisher(Protocol):
 
     def get_subscription_count(self) -> int:
         """Return how many listen, or 1 for any number."""
+        ...
 
 
 class Graph(Protocol):
@@ -47,6 +48,7 @@ class Graph(Protocol):
 
     def publisher(self, kind: str, topic: str, qos: Qos = ...) -> Publisher:
         """Advertise a topic."""
+        ...
 
     def serve(self, kind: str, name: str, answer: Callable[[Any, Any], Any]) -> None:
         """Serve a service: the function is given request and response, and returns the response."""

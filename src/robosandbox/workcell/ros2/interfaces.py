@@ -106,7 +106,7 @@ def kind(name: str) -> Any:
         KeyError: Its definition is not here.
     """
     package, group, short = name.split("/")
-    parts = [_parsed(part, package) for part in re.split(r"^---$", _definitions()[name], flags=re.MULTILINE)]
+    parts = [_parsed(part, package) for part in re.split(r"^---$", definitions()[name], flags=re.MULTILINE)]
     if group == "msg":
         return _message(name, *parts[0])
     if group == "srv":
@@ -177,8 +177,8 @@ _Parsed = tuple[tuple[Field, ...], dict[str, int]]
 
 
 @cache
-def _definitions() -> dict[str, str]:
-    """Return the definition of each interface, without comments."""
+def definitions() -> dict[str, str]:
+    """Return the definition of each interface that is here, without comments."""
     found = {}
     for part in _plain((_HERE / "interfaces.txt").read_text()).split("== ")[1:]:
         name, _, found_text = part.partition("\n")

@@ -34,7 +34,8 @@ class RclpyGraph:
         self._executor.add_node(self._node)
         self._spinning = threading.Thread(target=self._executor.spin, name="ros2", daemon=True)
 
-    def kind(self, name: str) -> Any:
+    @staticmethod
+    def kind(name: str) -> Any:
         """Return the class of an interface.
 
         Raises:
