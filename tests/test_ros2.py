@@ -30,6 +30,9 @@ CLAIMS = (
     "an_outside_node_sees_and_is_answered",
     "an_outside_node_cancels_and_stops",
     "no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits",
+    "bytes_and_hashes_without_ros_are_those_of_the_wheels",
+    "a_bag_of_the_topics_is_read_back_by_another_reader",
+    "a_node_of_pyzeros_sees_and_is_answered_over_rmw_zenoh",
 )
 
 

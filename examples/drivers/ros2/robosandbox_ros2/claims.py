@@ -6,8 +6,10 @@ In a project of its own as pytest is none of its needs; `tests/test_ros2.py` run
 from __future__ import annotations
 
 import json
+import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -15,6 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+import zenoh
 
 from robosandbox_ros2.plant_driver import PlantDriver, PlantProcess  # isort: skip  (sets the domain before rclpy is there)
 from robosandbox_msgs.srv import Load, Look, Reset
@@ -25,6 +28,7 @@ from robosandbox.driver import SafeDriver, load_driver
 from robosandbox.errors import FaultError, RoboSandboxError, SkillError
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import Trajectory
+from robosandbox_ros2 import bag, pyzeros_visitor, wire
 from robosandbox_ros2.visitor import Visitor, look_round, see
 
 CLAIMS: dict[str, Callable[[], str]] = {}
@@ -334,6 +338,59 @@ def an_outside_node_cancels_and_stops() -> str:
         stopped = visitor.say("pick up the red cube")
         assert not stopped.success, stopped.message
         return f"cancelled within {took:.2f} s; {stopped.message}"
+
+
+@claim
+def bytes_and_hashes_without_ros_are_those_of_the_wheels() -> str:
+    return wire.compare(200)
+
+
+@claim
+def a_bag_of_the_topics_is_read_back_by_another_reader() -> str:
+    with served("--task", "pick_from_three") as visitor, tempfile.TemporaryDirectory() as place:
+        folder, topics = Path(place) / "bag", bag.topics()
+
+        def pick() -> None:
+            assert visitor.perform("pick", object="red_cube").success
+            visitor.spin(1.0)
+
+        count = bag.record(visitor, topics, folder, pick)
+        size = sum(file.stat().st_size for file in folder.iterdir())
+        found = bag.read(folder)
+    assert {topic: len(messages) for topic, messages in found.items()} == count and count.keys() == topics.keys(), count
+    joints, pictures = found["/joint_states"], found["/robosandbox/scene/image_raw"]
+    stamps = [one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in joints]
+    assert stamps == sorted(stamps) and max(np.ptp([one.position for one in joints], axis=0)) > 0.3, "nothing moved"
+    assert all(len(one.data) == one.step * one.height for one in pictures) and len(np.unique(pictures[-1].data)) > 20
+    assert found["/robosandbox/things"][-1].held == ["red_cube"]
+    assert {one.child_frame_id for one in found["/tf"][0].transforms} >= {"tcp", "scene_optical"}
+    return (
+        f"{sum(count.values())} messages of {len(count)} topics in {stamps[-1] - stamps[0]:.1f} s, {size / 1e6:.1f} MB"
+    )
+
+
+@claim
+def a_node_of_pyzeros_sees_and_is_answered_over_rmw_zenoh() -> str:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        router = f"tcp/127.0.0.1:{found.getsockname()[1]}"
+    config = zenoh.Config()
+    for key, value in {"mode": "router", "listen/endpoints": [router], "scouting/multicast/enabled": False}.items():
+        config.insert_json5(key, json.dumps(value))
+    command = [str(Path(sys.executable).with_name("robo-sandbox")), "ros2", "--task", "pick_from_three"]
+    with zenoh.open(config):
+        process = subprocess.Popen([*command, "--rmw-zenoh", router])
+        try:
+            seen = pyzeros_visitor.visited(router, ["pick up the cube", "the left one", "what do you hold?"])
+        finally:
+            process.terminate()
+            ended = process.wait(20.0)
+    assert ended == 0, f"the node ended with {ended}"
+    (asked, picked, held) = seen.results
+    assert asked[:2] == (6, False) and "Which one do you mean" in asked[2], asked
+    assert picked[:2] == (4, True) and "blue_cube" in held[2], (picked, held)
+    assert any("grasp" in line for line in seen.feedback), seen.feedback
+    return f"{seen.joints} joints {1000 * seen.joint_age:.0f} ms old, {seen.picture}, {seen.tokens} tokens; {held[2]}"
 
 
 def main() -> None:

@@ -59,11 +59,15 @@ class Visitor:
         asked = client.send_goal_async(goal, feedback_callback=lambda news: self.heard.append(news.feedback.said))
         handle = self._await(asked)
         if cancel_after is not None:
-            end = time.monotonic() + cancel_after
-            while time.monotonic() < end:
-                rclpy.spin_once(self.node, timeout_sec=0.01)
+            self.spin(cancel_after)
             handle.cancel_goal_async()
         return self._await(handle.get_result_async()).result
+
+    def spin(self, seconds: float) -> None:
+        """Listen for a while."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            rclpy.spin_once(self.node, timeout_sec=0.01)
 
     def call(self, kind: Any, name: str, **fields: Any) -> Any:
         """Call a service; return its answer."""
