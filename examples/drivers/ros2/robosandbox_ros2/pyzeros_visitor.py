@@ -175,7 +175,8 @@ def visited(router: str, sentences: list[str]) -> Seen:
     with zenoh.open(config) as session, pyzeros.auto_context(node="visitor", zenoh_session=session):
         seen = asyncio.run(visit(sentences))
         tokens = [str(reply.ok.key_expr) for reply in session.liveliness().get("@ros2_lv/**") if reply.ok]
-        seen.tokens = sum("/robosandbox" in token for token in tokens)
+        # The node's name stands behind domain, session, two numbers, what it is, enclave and namespace.
+        seen.tokens = sum(token.split("/")[8] == "robosandbox" for token in tokens)
         return seen
 
 
