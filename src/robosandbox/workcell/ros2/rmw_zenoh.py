@@ -19,9 +19,10 @@ from typing import Any
 import zenoh
 from zenoh import ext
 
+from robosandbox.errors import InputError
 from robosandbox.workcell.ros2.graph import OPEN_CALLS, Publisher, Qos
 from robosandbox.workcell.ros2.interfaces import Message, from_bytes, kind, to_bytes, type_hash
-from robosandbox.workcell.zenoh.transport import open_connector
+from robosandbox.workcell.zenoh.transport import is_loopback, open_connector
 
 _LOG = logging.getLogger(__name__)
 # Depth that a token leaves out, and the numbers of the policies that differ from what it leaves out.
@@ -39,15 +40,20 @@ class RmwZenohGraph:
 
     Args:
         name: Of the node.
-        router: Zenoh endpoint of the router that they use.
+        router: Zenoh endpoint of the router that they use, on this machine.
         domain: `ROS_DOMAIN_ID` of theirs.
 
     Raises:
-        InputError: The endpoint is wrong.
+        InputError: The endpoint is wrong, or of another machine.
         ServiceUnavailableError: No router is there.
     """
 
     def __init__(self, name: str, *, router: str, domain: int = 0) -> None:
+        if not is_loopback(router):
+            raise InputError(
+                f"--rmw-zenoh: {router[:60]!r} is no endpoint of this machine, as tcp/localhost:7447 is; rmw_zenoh asks "
+                "nobody who they are, so have a router here that connects to others"
+            )
         self._name, self._domain = name, domain
         # As a client, since a router passes on to its clients whatever it is set to.
         self._session = open_connector((router,), mode="client")
