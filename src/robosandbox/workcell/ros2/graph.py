@@ -25,8 +25,8 @@ class Qos:
     lossy: bool = False
 
 
-# As ROS 2 has it for sensor data.
-SENSOR_DATA = Qos(depth=5, lossy=True)
+# As ROS 2 has it where nothing is said, and for sensor data.
+DEFAULT, SENSOR_DATA = Qos(), Qos(depth=5, lossy=True)
 
 
 class Publisher(Protocol):
@@ -46,7 +46,7 @@ class Graph(Protocol):
     def kind(self, name: str) -> Any:
         """Return the class of an interface, as `sensor_msgs/msg/Image`."""
 
-    def publisher(self, kind: str, topic: str, qos: Qos = ...) -> Publisher:
+    def publisher(self, kind: str, topic: str, qos: Qos = DEFAULT) -> Publisher:
         """Advertise a topic."""
         ...
 

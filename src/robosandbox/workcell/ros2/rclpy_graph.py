@@ -14,7 +14,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from robosandbox.workcell.ros2.graph import OPEN_CALLS, Publisher, Qos
+from robosandbox.workcell.ros2.graph import DEFAULT, OPEN_CALLS, Publisher, Qos
 
 
 class RclpyGraph:
@@ -44,7 +44,7 @@ class RclpyGraph:
         module, _, short = name.rpartition("/")
         return getattr(import_module(module.replace("/", ".")), short)
 
-    def publisher(self, kind: str, topic: str, qos: Qos = Qos()) -> Publisher:  # noqa: B008
+    def publisher(self, kind: str, topic: str, qos: Qos = DEFAULT) -> Publisher:
         """Advertise a topic."""
         profile = QoSProfile(
             depth=qos.depth,

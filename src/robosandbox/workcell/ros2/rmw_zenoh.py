@@ -20,14 +20,13 @@ import zenoh
 from zenoh import ext
 
 from robosandbox.errors import InputError
-from robosandbox.workcell.ros2.graph import OPEN_CALLS, Publisher, Qos
+from robosandbox.workcell.ros2.graph import DEFAULT, OPEN_CALLS, Publisher, Qos
 from robosandbox.workcell.ros2.interfaces import Message, from_bytes, kind, to_bytes, type_hash
 from robosandbox.workcell.zenoh.transport import is_loopback, open_connector
 
 _LOG = logging.getLogger(__name__)
 # Depth that a token leaves out, and the numbers of the policies that differ from what it leaves out.
 _DEFAULT_DEPTH, _TRANSIENT_LOCAL, _BEST_EFFORT = 42, 1, 2
-_SERVICE = Qos()
 _STATUS = Qos(depth=1, latched=True)
 # Seconds for which a result can be asked for, as rcl's action servers keep theirs.
 _RESULT_SECONDS = 10.0
@@ -72,7 +71,7 @@ class RmwZenohGraph:
         """
         return kind(name)
 
-    def publisher(self, kind: str, topic: str, qos: Qos = _SERVICE) -> Publisher:
+    def publisher(self, kind: str, topic: str, qos: Qos = DEFAULT) -> Publisher:
         """Advertise a topic."""
         return self.advertise(self.kind(kind), topic, qos)
 
@@ -127,7 +126,7 @@ class RmwZenohGraph:
             else:
                 self._pool.submit(call.answered, reply)
 
-        self._declare("SS", service, name, _SERVICE)
+        self._declare("SS", service, name, DEFAULT)
         self._waiting.append(lambda: self._session.declare_queryable(key, called, complete=True))
 
     def _absolute(self, name: str) -> str:
@@ -137,7 +136,7 @@ class RmwZenohGraph:
         return f"{self._domain}{self._absolute(name)}/{_dds(interface)}/{type_hash(interface)}"
 
     def _declare(
-        self, entity: str, interface: type[Message] | None = None, name: str = "", qos: Qos = _SERVICE
+        self, entity: str, interface: type[Message] | None = None, name: str = "", qos: Qos = DEFAULT
     ) -> bytes:
         """Tell the graph of a node, a publisher or a service; return the id that goes with what it sends."""
         # The enclave and the namespace are "/", and a slash is written "%".
@@ -239,7 +238,7 @@ class _ActionServer:
         self._action, self._act, self._graph = action, act, graph
         self._goals, self._lock = dict[bytes, _Goal](), threading.Lock()
         below, cancel = f"{name}/_action", kind("action_msgs/srv/CancelGoal")
-        self._feedback = graph.advertise(action.FeedbackMessage, f"{below}/feedback", Qos())
+        self._feedback = graph.advertise(action.FeedbackMessage, f"{below}/feedback", DEFAULT)
         self._status = graph.advertise(kind("action_msgs/msg/GoalStatusArray"), f"{below}/status", _STATUS)
         graph.answer(action.SendGoal, f"{below}/send_goal", self._accept)
         graph.answer(action.GetResult, f"{below}/get_result", self._give)
