@@ -237,8 +237,8 @@ def a_controller_that_is_started_again_is_found_again() -> str:
 
 
 @claim
-def no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits(seconds: float = 20.0) -> str:
-    random = np.random.default_rng(0)
+def no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits(seconds: float = 20.0, seed: int = 0) -> str:
+    random = np.random.default_rng(seed)
     sent = refused = 0
     with opened() as (driver, plant):
         arm = driver.arms["arm"]
@@ -265,15 +265,16 @@ def no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits(seconds: float =
                     driver.recover()
             sent += 1
         told = plant.referee.commands()
-    at, commands = told[:, 0], told[:, 1:]
+    at, is_ours, commands = told[:, 0], told[:, 1] > 0.0, told[:, 2:]
     # What the servo's integral action may shift a command by, beyond the limits of positions (`Ros2` says so).
     low, high = spec.lower - 0.301, spec.upper + 0.301
     assert (commands >= low).all() and (commands <= high).all()
     speeds = np.abs(np.diff(commands, axis=0)) / np.diff(at)[:, None]
-    over = (speeds / spec.velocity_limits).max()
+    # After a cancel the controller holds where the arm is: a step of its own, back from the row that the servos lagged behind.
+    over = (speeds / spec.velocity_limits)[is_ours[1:]].max()
     # The plant's own clock is read a little before each row is sent.
     assert over < 1.05, f"the plant was sent at {over:.2f} of a joint's limit of speed"
-    return f"{sent} commands, {refused} refused; {len(commands)} ticks of the plant, fastest {over:.2f} of the limit"
+    return f"{sent} commands, {refused} refused; {is_ours.sum()} ticks of the plant on their ways, fastest {over:.2f} of the limit"
 
 
 @contextmanager

@@ -257,7 +257,7 @@ class Plant:
             now, following = time.monotonic(), self.following
             row, speed = (self.hold, 0.0) if following is None else following.at(now)
             ahead = row + self.sim.servo_lag("arm") * speed
-            self.commands.append(np.array([now, *row]))
+            self.commands.append(np.array([now, following is not None, *row]))
             self.controls[np.asarray(self.robot.actuator_ids, dtype=int)] = self.robot.control(ahead)
             if self.hand is not None and self.grip is not None:
                 geometry = self.hand.geometry
@@ -355,7 +355,7 @@ class Plant:
         return [each for each in self.speeds if each[0] >= since]
 
     def do_commands(self) -> np.ndarray:
-        """Return seconds of the monotonic clock and every row that the servos were commanded then, shape (ticks, 1 + n)."""
+        """Return seconds of the monotonic clock, whether a trajectory was followed, and what the servos were commanded, shape (ticks, 2 + n)."""
         return np.array(self.commands)
 
     def do_inject(self, fault: str, value: float = 1.0) -> float:
