@@ -199,7 +199,8 @@ def main() -> None:
             for data in [their_bytes(message)]
         ],
     }
-    Path(sys.argv[1]).write_text(json.dumps(written, indent=1, ensure_ascii=False) + "\n")
+    # A line for each message.
+    Path(sys.argv[1]).write_text(json.dumps(written, ensure_ascii=False).replace(', {"type": ', ',\n{"type": ') + "\n")
 
 
 if __name__ == "__main__":
