@@ -267,7 +267,10 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
             try:
                 rise = rise_with(arm, target, scene, width, grip)
             except CollisionError as above:
-                raise _kept_under(arm, target, width, above) from None
+                other = above.evidence.other if isinstance(above.evidence, CollisionEvidence) else ""
+                if all(item.id != other for item in others):
+                    raise
+                raise _kept_under(arm, target, width, other, above) from None
     except TrackingError:
         raise lift_error(arm, target, width, load) from None
     except LimitError as error:
@@ -334,9 +337,9 @@ def _pressed(error: LimitError) -> tuple[str, ...]:
     return error.evidence.met() if error.evidence is not None else ()
 
 
-def _kept_under(arm: Manipulator, target: DetectedObject, width: float, above: CollisionError) -> GraspError:
-    """Return the error of what something fixed is over: the hand holds it where it stood."""
-    other = above.evidence.other if isinstance(above.evidence, CollisionEvidence) else "something"
+def _kept_under(
+    arm: Manipulator, target: DetectedObject, width: float, other: str, above: CollisionError
+) -> GraspError:
     return GraspError(
         f"{target.id} cannot be lifted as the hand holds it: {above}; try another grasp, or clear the way",
         phase=Phase.LIFT,
