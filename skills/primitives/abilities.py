@@ -25,7 +25,7 @@ from robosandbox.types import ArmState, Array, DetectedObject, Grasp, Limits, Ob
 from robosandbox.world.abilities import Abilities, Obstruction
 from robosandbox.world.effects import taken
 from robosandbox.world.parts import open_value, part_value
-from robosandbox.world.placement_sampling import Placement, resting_pose, with_pose
+from robosandbox.world.placement_sampling import Placement, levelled, resting_pose, with_pose
 
 # Height over the table up to which what is in easy reach needs no inverse kinematics, metres: reach is measured there.
 _LOW = 0.25
@@ -198,7 +198,7 @@ class RobotAbilities(GripperAbilities):
         if gripper is None or not spots:
             return None
         first_spot = spots[0]
-        there = with_pose(item, resting_pose(item, first_spot, first_spot.rotation(item, first_spot.yaws[0])))
+        there = with_pose(item, resting_pose(item, first_spot, first_spot.rotation(levelled(item), first_spot.yaws[0])))
         emptied = scene.holding(None)
         others = replace(emptied, objects=tuple(one for one in scene.objects if one.id not in (item.id, *allowed)))
         near, palm = neighbours(there, others), self._hand.bounds(self._planning)

@@ -43,6 +43,7 @@ from robosandbox.world.parts import is_part
 from robosandbox.world.placement_sampling import (
     CARRIED_OVER,
     Placement,
+    levelled,
     placements_in,
     placements_on,
     resting_pose,
@@ -321,6 +322,7 @@ class _PlaceSearch:
         self._q = observation.q
         self._width = arm.gripper.width
         self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()
+        self._level = levelled(held)
         self._load = carried_along(held, scene)
         self._speed = carry_speed(arm, held, scene, arm.tempo.carry)
         lower = arm.tempo.lower
@@ -344,7 +346,7 @@ class _PlaceSearch:
         if spot.way_out is None:
             return spot.yaws
         out = np.array([*spot.way_out, 0.0])
-        hands = {yaw: spot.rotation(self._held, yaw) @ self._tcp_in_object.rotation[:, 2] @ out for yaw in spot.yaws}
+        hands = {yaw: spot.rotation(self._level, yaw) @ self._tcp_in_object.rotation[:, 2] @ out for yaw in spot.yaws}
         return sorted(spot.yaws, key=lambda yaw: round(float(hands[yaw]), 2))
 
     def attempt(self, spot: Placement, yaw: float) -> PlacePlan | None:
@@ -353,7 +355,7 @@ class _PlaceSearch:
         if (bar := self._barred.get((spot, yaw))) is not None:
             self._failures.append(bar)
             return None
-        goal = resting_pose(self._held, spot, spot.rotation(self._held, yaw))
+        goal = resting_pose(self._held, spot, spot.rotation(self._level, yaw))
         tcp_goal = goal @ self._tcp_in_object
         # Just above the support nothing may be touched; the last millimetres are for the support alone.
         above = raised(tcp_goal, _STAND_OFF if spot.way_out is None else CARRIED_OVER)

@@ -63,7 +63,7 @@ def _put_in(scene: ObservedScene, a: str, c: str) -> ObservedScene:
         return scene
     spot = first_placement_in(vessel, item, _solids_in(scene, vessel, a))
     if spot is not None:
-        return put(scene, a, resting_pose(item, spot, spot.rotation(item, spot.yaws[0])))
+        return put(scene, a, resting_pose(item, spot, spot.rotation(levelled(item), spot.yaws[0])))
     room = mouth_of(vessel)
     point = vessel.pose.position + vessel.pose.rotation @ np.array([*room.middle, room.floor])
     return put(scene, a, Pose.from_matrix(point, levelled(item)))
@@ -153,10 +153,10 @@ def lets_in(view: View, a: str, c: str) -> Finding:
 
 def _way_in(view: View, item: DetectedObject, cupboard: DetectedObject) -> Finding:
     """Return whether no door stands where an object comes into a cupboard from the side."""
-    doors = [other for other in view.scene.objects if is_on(other, cupboard)]
+    level, doors = levelled(item), [other for other in view.scene.objects if is_on(other, cupboard)]
     shut: dict[str, None] = {}
     for spot in itertools.islice(placements_in(cupboard, item, ()), _WAYS_IN):
-        there = resting_pose(item, spot, spot.rotation(item, 0.0))
+        there = resting_pose(item, spot, spot.rotation(level, 0.0))
         out = np.array([*(spot.way_out or (0.0, 0.0)), 0.0])
         stations = [
             with_pose(item, Pose.from_matrix(there.position + share * spot.depth * out, there.rotation))

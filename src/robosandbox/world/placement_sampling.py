@@ -104,9 +104,8 @@ class Placement:
     over: float = 0.0
     laid: float | None = None
 
-    def rotation(self, held: DetectedObject, yaw: float) -> Array:
-        """Return the rotation (3, 3) with which an object stands here at one of the headings."""
-        level = levelled(held)
+    def rotation(self, level: Array, yaw: float) -> Array:
+        """Return the rotation (3, 3) with which what is level as `level` (3, 3) stands here at one of the headings."""
         return about_z(yaw) @ (level if self.laid is None else _quarter_about(self.laid) @ level)
 
 
