@@ -47,9 +47,9 @@ def _sealed() -> list[sentences.Prompt]:
     return [prompt for path in sentences.SEALED for prompt in sentences.load_prompts(path)]
 
 
-def _few_move_wrongly(prompts: list[sentences.Prompt], record_property) -> None:
-    report = _told(record_property, "sealed sentences", language.run(prompts, _planner()))
-    # What moved wrongly is not shown: nobody mends the grammar for a sealed sentence.
+def _few_move_wrongly(prompts: list[sentences.Prompt], record_property, name: str = "sealed sentences") -> None:
+    report = _told(record_property, name, language.run(prompts, _planner()))
+    # What moved wrongly is not shown: nobody mends the grammar for one of these.
     least, _ = language.wilson_interval(report["wrong_motion"], report["sentences"])
     assert least <= WRONG_MOTIONS, report["by_kind"]
 
@@ -69,9 +69,9 @@ def test_few_of_the_sealed_sentences_move_wrongly(record_property) -> None:
 
 
 @pytest.mark.slow
-def test_coverage_of_the_sentences_that_nobody_reads_is_told(record_property) -> None:
+def test_few_of_the_sentences_that_nobody_reads_move_wrongly(record_property) -> None:
     prompts = [p for path in sentences.UNREAD for p in sentences.load_prompts(path)]
-    assert _told(record_property, "sentences that nobody reads", language.run(prompts, _planner()))["sentences"] > 3000
+    _few_move_wrongly(prompts[::6], record_property, "sentences that nobody reads, every sixth")
 
 
 @pytest.mark.slow
