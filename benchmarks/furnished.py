@@ -59,7 +59,7 @@ def at_most(seconds: float) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What came of one goal.
+    """Outcome of one goal.
 
     Attributes:
         seed: Of the scene.

@@ -1,4 +1,4 @@
-"""What really is so in a furnished scene, and what the robot pressed: from the raw state of MuJoCo and the drawing.
+"""True state of a furnished scene, and what the robot pressed: from the raw state of MuJoCo and the drawing.
 
 Nothing here is shared with skills, relations or the task's judge.
 """

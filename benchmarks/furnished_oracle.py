@@ -1,4 +1,4 @@
-"""Whether a refusal in a furnished scene is right: conditions without which no arm could do it, looked at with kinematics of its own.
+"""Proofs that a refusal in a furnished scene is right: conditions without which no arm could do it, looked at with kinematics of its own.
 
 What stands freely is left out, as it could be put aside. A hand that holds a thing keeps its lean to the thing from where it is taken to where
 it is left, so that one lean has to do for both. Coarse: so many headings, leans and places; a refusal of which every condition

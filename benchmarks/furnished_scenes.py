@@ -37,7 +37,7 @@ class Space:
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """What turns or slides: its body, its joint there, the values shut and fully open, and whether it is locked."""
+    """A part that turns or slides: its body, its joint there, the values shut and fully open, and whether it is locked."""
 
     body: str
     name: str

@@ -91,22 +91,21 @@ def robot_place(file: SceneFile, robot: RobotModel) -> tuple[tuple[float, float,
     near, far = robot.workspace.near, robot.workspace.far
     (x0, x1), (y0, y1) = file.table.area
     height = file.table.height + max(0.0, robot.base_pose.xyz[2] - TABLE_HEIGHT)
-    wanted = [_middle(item) for item in file.objects if not item.is_fixed or item.kind == "part"]
-    wanted = wanted or [np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0])]
+    wanted = np.array([_middle(item) for item in file.objects if not item.is_fixed or item.kind == "part"])
+    wanted = wanted if len(wanted) else np.array([[(x0 + x1) / 2.0, (y0 + y1) / 2.0]])
     solid = [_box(item) for item in file.objects]
     places: list[tuple[tuple[float, ...], tuple[float, float, float, float]]] = []
     for turn in _TURNS:
         ahead = np.array([math.cos(turn), math.sin(turn)])
-        for x, y in _around(wanted, far) if file.table.is_ground else _edge(x0, x1, y0, y1, ahead):
-            foot = np.array([x, y])
-            if any(_apart(foot, low[:2], high[:2]) < _FOOT for low, high in solid):
-                continue
-            away = [point - foot for point in wanted]
-            distances = [float(np.hypot(*offset)) for offset in away]
-            before = [float(offset @ ahead) > 0.0 for offset in away]
-            reached = sum(near < d < far and front for d, front in zip(distances, before, strict=True))
-            off = sum(abs(d - (near + far) / 2.0) for d in distances) / len(distances)
-            score = (-float(reached), 0.0 if turn == 0.0 else 1.0, round(off, 2), abs(y - (y0 + y1) / 2.0))
+        feet = _around(wanted, far) if file.table.is_ground else np.array(_edge(x0, x1, y0, y1, ahead))
+        for low, high in solid:
+            feet = feet[_apart(feet, low[:2], high[:2]) >= _FOOT]
+        away = wanted - feet[:, None]
+        distances = np.linalg.norm(away, axis=2)
+        reached = ((near < distances) & (distances < far) & (away @ ahead > 0.0)).sum(axis=1)
+        off = np.abs(distances - (near + far) / 2.0).mean(axis=1)
+        for (x, y), count, apart in zip(feet.tolist(), reached.tolist(), off.tolist(), strict=True):
+            score = (-float(count), 0.0 if turn == 0.0 else 1.0, round(apart, 2), abs(y - (y0 + y1) / 2.0))
             places.append((score, (round(x, 3), round(y, 3), round(height, 4), turn)))
     at_home = _home_boxes(robot)
     best = next((place for place in sorted(places) if not _meets(at_home, place[1], solid)), None)
@@ -126,10 +125,11 @@ def _edge(x0: float, x1: float, y0: float, y1: float, ahead: Array) -> Sequence[
     return [(x, y) for x in _along(x0, x1)]
 
 
-def _around(wanted: Sequence[Array], far: float) -> Sequence[tuple[float, float]]:
-    """Return places from which some of the points (2,) may be in reach."""
-    (x0, y0), (x1, y1) = np.min(wanted, axis=0) - far, np.max(wanted, axis=0) + far
-    return [(float(x), float(y)) for x in np.arange(x0, x1, _STEP) for y in np.arange(y0, y1, _STEP)]
+def _around(wanted: Array, far: float) -> Array:
+    """Return places, shape (m, 2), from which some of the points (n, 2) may be in reach."""
+    low, high = wanted.min(axis=0) - far, wanted.max(axis=0) + far
+    x, y = np.meshgrid(*(np.arange(a, b, _STEP) for a, b in zip(low, high, strict=True)), indexing="ij")
+    return np.column_stack([x.ravel(), y.ravel()])
 
 
 def _along(low: float, high: float) -> list[float]:
@@ -181,5 +181,7 @@ def _meets(
     return any(bool(((lows < high) & (highs > low)).all(axis=1).any()) for low, high in solid)
 
 
-def _apart(point: Array, low: Array, high: Array) -> float:
-    return float(np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0)))
+def _apart(points: Array, low: Array, high: Array) -> Array:
+    """Return how far points (m, 2) are from a rectangle, shape (m,), metres."""
+    distances: Array = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
+    return distances

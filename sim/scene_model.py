@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.files import read_xml
-from robosandbox.robots.importers.imported import compile_spec, get_scalar, one_line, put_scalar
+from robosandbox.robots.importers.imported import compile_spec, get_scalar, has_default_options, one_line, put_scalar
 from robosandbox.robots.importers.importing import is_urdf, let_overlaps_touch
 from robosandbox.robots.importers.urdf import import_urdf
 from robosandbox.sim.room import add_floor, set_options
@@ -56,17 +55,16 @@ def _mjcf(path: Path) -> SceneModel:
     if not _is_alone(spec):
         return SceneModel(spec=spec)
     notes: tuple[str, ...] = ()
-    try:
-        compile_spec(spec, path.name)
-    except InputError as error:
-        if "mjMINVAL" not in str(error):
-            raise
-        # Its compiler settings take the inertia of bodies from geoms that it does not have: they are its suite's.
-        groups = [int(geom.group) for geom in spec.geoms if geom.contype or geom.conaffinity]
-        spec.compiler.inertiagrouprange = [min(groups, default=0), max(groups, default=5)]
-        notes = ("a body that moves would weigh nothing: all weigh what of them collides",)
+    low, high = spec.compiler.inertiagrouprange
+    groups = [int(geom.group) for geom in spec.geoms if geom.contype or geom.conaffinity]
+    if not any(low <= group <= high for group in groups):
+        # Its compiler settings are for the whole scene of its suite: bodies that move would weigh nothing.
+        spec.compiler.inertiagrouprange = [min(groups, default=low), max(groups, default=high)]
+        notes = (
+            "by its compiler settings nothing that collides would weigh anything: bodies weigh what of them collides",
+        )
     _call(spec, path.stem)
-    _stand_on_floor(spec, path)
+    _stand_on_floor(spec, compile_spec(spec, path.name))
     return SceneModel(spec=spec, notes=notes, is_alone=True)
 
 
@@ -88,7 +86,7 @@ def _urdf(path: Path) -> SceneModel:
             inertia = float(model.dof_M0[model.joint(joint.name).dofadr[0]])
             put_scalar(joint, "damping", _SLOWS * inertia)
             imported.notes.append(f"joint {joint.name!r} has neither damping nor friction: it is damped")
-    _stand_on_floor(spec, path)
+    _stand_on_floor(spec, model)
     return SceneModel(spec=spec, notes=tuple(imported.notes), is_alone=True)
 
 
@@ -99,15 +97,14 @@ def _call(spec: mujoco.MjSpec, name: str) -> None:
         tops[0].name = name
 
 
-def _stand_on_floor(spec: mujoco.MjSpec, path: Path) -> None:
+def _stand_on_floor(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Put a model on a floor; the solver is the house's own where its file gives no options."""
-    model = compile_spec(spec, path.name)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     lowest = min((_lowest(model, data, geom) for geom in range(model.ngeom)), default=0.0)
     for body in spec.worldbody.bodies:
         body.pos = body.pos - np.array([0.0, 0.0, lowest])
-    if ElementTree.fromstring(read_xml(path)).find("option") is None:
+    if has_default_options(spec):
         set_options(spec)
     add_floor(spec)
 

@@ -15,7 +15,7 @@ from robosandbox.skills.primitives.drawing_out import draw_out
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.primitives.gripping import Grip, empty_aperture
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free, follow_until
-from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_with
+from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_with, wedged
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.skills.primitives.nudging import nudge_off_walls
@@ -270,7 +270,10 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
                 other = above.evidence.other if isinstance(above.evidence, CollisionEvidence) else ""
                 if all(item.id != other for item in others):
                     raise
-                raise _kept_under(arm, target, width, other, above) from None
+                said = (
+                    f"{target.id} cannot be lifted as the hand holds it: {above}; try another grasp, or clear the way"
+                )
+                raise wedged(arm, target, width, (other,), said) from None
     except TrackingError:
         raise lift_error(arm, target, width, load) from None
     except LimitError as error:
@@ -335,23 +338,6 @@ def _reason(error: SkillError) -> str:
 def _pressed(error: LimitError) -> tuple[str, ...]:
     """Return what the arm was stopped at for pressing too hard; nothing where a limit of place stopped it."""
     return error.evidence.met() if error.evidence is not None else ()
-
-
-def _kept_under(
-    arm: Manipulator, target: DetectedObject, width: float, other: str, above: CollisionError
-) -> GraspError:
-    return GraspError(
-        f"{target.id} cannot be lifted as the hand holds it: {above}; try another grasp, or clear the way",
-        phase=Phase.LIFT,
-        evidence=GraspEvidence(
-            object=target.id,
-            reason="wedged",
-            object_width=width,
-            aperture=arm.gripper.width,
-            max_aperture=arm.geometry.max_aperture,
-            touching=(other,),
-        ),
-    )
 
 
 def _missed(arm: Manipulator, grasp: Grasp, width: float) -> GraspError:

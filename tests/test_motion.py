@@ -159,6 +159,20 @@ def test_sampling_gives_up_where_there_is_no_way():
     assert asked < 300
 
 
+def test_sampling_ends_early_where_an_end_is_enclosed_and_goes_on_where_it_is_not():
+    asked = 0
+
+    def free(q, other):
+        nonlocal asked
+        asked += 1
+        # Nothing leaves the small square around the goal.
+        return (np.abs(q - 0.9).max() < 0.05) == (np.abs(other - 0.9).max() < 0.05)
+
+    low, high = -np.ones(2), np.ones(2)
+    assert find_knots(free, low, np.full(2, 0.9), low, high, ways=4000) is None
+    assert asked < 2000
+
+
 def test_nothing_is_stepped_over_between_two_waypoints(sim, planner):
     # Two configurations left and right of the post, and nothing said about the way between them.
     path = np.array([planner.ik(down(0.15, -0.2, 0.3)), planner.ik(down(0.15, 0.2, 0.3))])

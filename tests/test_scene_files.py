@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -21,8 +22,9 @@ from robosandbox.sim.scene_check import check_scene
 from robosandbox.sim.scene_file import read_scene_file
 from robosandbox.sim.scene_report import to_yaml
 from robosandbox.sim.scene_sidecar import sidecar_path
+from robosandbox.skills.primitives.stillness import Stillness
 from robosandbox.tasks.loader import load_task
-from robosandbox.types import Plan, Pose, Scene, SceneObject
+from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
@@ -447,6 +449,58 @@ def test_on_bare_ground_the_robot_stands_where_things_are_in_reach(tmp_path: Pat
     path.write_text(f'<mujoco><worldbody><geom type="plane" size="3 3 0.1"/>{cube}</worldbody></mujoco>')
     with open_here(WorkcellOptions(scene=path)) as cell:
         assert cell.run("pick up the red cube").success
+
+
+def test_a_part_that_runs_on_at_an_even_speed_is_not_still() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        shut = cell.observe()
+    door = shut.find("cupboard.door")
+    assert door is not None
+
+    def open_by(degrees: float) -> ObservedScene:
+        moved = replace(door, opening=np.radians(-degrees))
+        return replace(shut, objects=tuple(moved if item.id == door.id else item for item in shut.objects))
+
+    runs, rests = (Stillness(shut, (door.id,)) for _ in range(2))
+    assert [runs.seen(open_by(degrees)) for degrees in (1.0, 2.0, 3.0)] == [False] * 3
+    assert rests.seen(shut)
+
+
+def test_what_was_written_is_not_made_again_where_the_arm_does_not_get() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        episode = cell.run("move_to(x=3.0, y=0.0, z=1.0)")
+        assert not episode.success
+        assert episode.replans <= 1
+        assert "3.000" in episode.final_detail
+
+
+def test_what_is_too_high_for_a_level_is_laid_on_its_side_there(tmp_path: Path) -> None:
+    boards = "".join(
+        f'<geom type="box" pos="{at}" size="{size}"/>'
+        for at, size in (
+            ("0.05 0 -0.06", "0.05 0.15 0.06"),
+            ("0 0 0.006", "0.11 0.18 0.006"),
+            ("0 0 0.15", "0.11 0.18 0.006"),
+            ("0 0.18 0.08", "0.11 0.006 0.08"),
+            ("0 -0.18 0.08", "0.11 0.006 0.08"),
+            ("0.11 0 0.08", "0.006 0.18 0.08"),
+        )
+    )
+    (tmp_path / "books.xml").write_text(
+        '<mujoco><option timestep="0.002" integrator="implicitfast" cone="elliptic" impratio="10"/><worldbody>'
+        '<geom type="plane" size="3 3 0.1"/><body name="desk" pos="0.5 0 0"><geom type="box" pos="0 0 0.38" size="0.5 0.7 0.02"/></body>'
+        f'<body name="rack" pos="0.75 0.1 0.52">{boards}</body>'
+        '<body name="book" pos="0.40 -0.15 0.486"><freejoint/>'
+        '<geom type="box" size="0.06 0.017 0.085" mass="0.2" rgba="0.8 0.1 0.1 1" friction="0.9 0.01 0.001"/></body>'
+        "</worldbody></mujoco>"
+    )
+    path = tmp_path / "shelved.yaml"
+    path.write_text('name: shelved\ngoal: "inside(book, rack)"\nscene: {world: books.xml}\n')
+    with open_workcell(WorkcellOptions(task=load_task(path))) as cell:
+        episode = cell.run("put the book in the rack")
+        assert episode.success, episode.final_detail
+        assert cell.judge().success
+        assert abs(cell.simulation.truth().objects["book"].pose.rotation[2, 2]) < 0.1
 
 
 def test_a_button_goes_in_and_springs_back() -> None:

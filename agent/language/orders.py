@@ -12,6 +12,8 @@ from robosandbox.agent.language.intent import Rank, Ref
 from robosandbox.agent.language.world import World, volume
 from robosandbox.types import RefusalCode
 from robosandbox.values import frozen
+from robosandbox.world.parts import is_part
+from robosandbox.world.relations import centre
 
 Fits = Callable[[str], bool]
 _NO_ROW = 0.7  # Ratio of the narrower extent of things to the wider from which they stand in no row. Chosen.
@@ -164,9 +166,7 @@ class Orders(ABC):
     def _height(self, name: str) -> float:
         """Return how high something is: of a part its middle, metres; of a thing how many are below it."""
         item = self.world.objects[name]
-        if item.geometry is None or item.geometry.joint is None:
-            return float(self.world.level(name))
-        return float((item.pose.position + item.pose.rotation @ item.geometry.box[0])[2])
+        return float(centre(item)[2]) if is_part(item) else float(self.world.level(name))
 
     def _extreme(self, order: list[str], score: dict[str, float], ref: Ref) -> list[str]:
         """As in "the big cube": the biggest, if it stands out; "the big cubes": those above the widest gap."""

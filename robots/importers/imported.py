@@ -119,10 +119,19 @@ def copy_physics(spec: mujoco.MjSpec, source: mujoco.MjSpec) -> None:
     _copy_fields(spec.option, source.option)
 
 
+def has_default_options(spec: mujoco.MjSpec) -> bool:
+    """Tell whether a spec's physics options are all MuJoCo's own, as where its file says nothing of them."""
+    mine, default = spec.option, mujoco.MjSpec().option
+    return all(np.array_equal(getattr(mine, name), getattr(default, name)) for name in _fields(default))
+
+
 def _copy_fields(mine: object, theirs: object) -> None:
-    for name in dir(theirs):
-        if not name.startswith("_") and not callable(getattr(theirs, name)):
-            setattr(mine, name, getattr(theirs, name))
+    for name in _fields(theirs):
+        setattr(mine, name, getattr(theirs, name))
+
+
+def _fields(element: object) -> list[str]:
+    return [name for name in dir(element) if not name.startswith("_") and not callable(getattr(element, name))]
 
 
 def put_scalar(element: Any, field: str, value: float) -> None:

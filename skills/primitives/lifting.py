@@ -108,7 +108,7 @@ def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: f
         and up.pose.xyz[2] - item.pose.xyz[2] > _ALONG
     )
     if along:
-        raise _wedged(arm, held, width, risen, along, scene, f"{', '.join(along)} came up together with {held.id}")
+        raise _put_back(arm, held, width, risen, along, scene, f"{', '.join(along)} came up together with {held.id}")
     return now
 
 
@@ -132,7 +132,7 @@ def free_of_others(arm: Manipulator, held: DetectedObject, scene: ObservedScene,
     others = tuple(name for name, force in pressed.items() if force > _RUBS and name not in {held.id, *cargo})
     if others:
         said = f"the hand holds {held.id} and presses on {', '.join(others)} with {max(map(pressed.__getitem__, others)):.0f} N"
-        raise _wedged(arm, held, width, risen, others, scene, said)
+        raise _put_back(arm, held, width, risen, others, scene, said)
 
 
 def _cargo(held: DetectedObject, scene: ObservedScene) -> set[str]:
@@ -141,7 +141,7 @@ def _cargo(held: DetectedObject, scene: ObservedScene) -> set[str]:
     return cargo | {item.id for item in scene.objects if item.id != held.id and on_top(item, held).holds}
 
 
-def _wedged(
+def _put_back(
     arm: Manipulator,
     held: DetectedObject,
     width: float,
@@ -160,9 +160,20 @@ def _wedged(
         # From here it is let go all the same: it has come up by as little as the hand has.
         pass
     names = ", ".join(others)
-    return GraspError(
+    return wedged(
+        arm,
+        held,
+        width,
+        others,
         f"{said}: the hand is wedged between them; it was put back; try another grasp, or move "
         f"{held.id} away from {names} first",
+    )
+
+
+def wedged(arm: Manipulator, held: DetectedObject, width: float, others: tuple[str, ...], said: str) -> GraspError:
+    """Return the error of a thing so many metres wide that others keep from coming up with the hand."""
+    return GraspError(
+        said,
         phase=Phase.LIFT,
         evidence=GraspEvidence(
             object=held.id,

@@ -267,8 +267,8 @@ def _led_on(arm: Manipulator, part: DetectedObject, handle: DetectedObject, turn
         returns = tuple(_along(part, pose, (goal,), share)[0] for pose in reversed(turn.poses))
         arm.motion.allow(*touched(handle), *touched(part))
         try:
-            steps = _steps(arm, turn.steps[-1].q[-1], poses[1:])
-            back = _steps(arm, steps[-1].q[-1], returns[1:])
+            steps = tuple(_steps(arm, turn.steps[-1].q[-1], poses[1:]))
+            back = tuple(_steps(arm, steps[-1].q[-1], returns[1:]))
             arm.motion.plan_line(back[-1].q[-1], withdrawn(returns[-1], HOVERS[-1]), speed=SPEED)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
@@ -354,16 +354,11 @@ def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], pr
                     motion.allow()
                     motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
                 motion.allow(*allowed)
-                for pose in poses:
-                    steps.append(motion.plan_line(steps[-1].q[-1] if steps else descent.q[-1], pose, speed=SPEED))
+                steps.extend(_steps(arm, descent.q[-1], poses))
+                approach = coming.approach(height)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
                 ended[key] = abs(values[len(steps)] - here)
-                continue
-            try:
-                approach = coming.approach(height)
-            except CollisionError as error:
-                failures.append(error)
                 if sum(one.is_lost(height, approach=True) for one in comings) == _MOST_BLOCKED:
                     raise most_telling(failures) from None
                 continue
@@ -564,7 +559,7 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
             if comings.is_lost(height, approach=True):
                 comings.approach(height)
             motion.allow(*around(part))
-            steps = _steps(arm, descent.q[-1], poses)
+            steps = tuple(_steps(arm, descent.q[-1], poses))
             motion.plan_line(steps[-1].q[-1], withdrawn(poses[-1], HOVERS[-1]), speed=SPEED)
             approach = comings.approach(height)
         except (UnreachableError, CollisionError) as error:
@@ -574,18 +569,17 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
     raise most_telling(failures)
 
 
-def _steps(arm: Manipulator, q: Array, poses: Sequence[Pose]) -> tuple[Trajectory, ...]:
-    """Return the straight ways from a configuration (n,) through poses.
+def _steps(arm: Manipulator, q: Array, poses: Sequence[Pose]) -> Iterator[Trajectory]:
+    """Yield the straight ways from a configuration (n,) through poses.
 
     Raises:
-        UnreachableError: Part of it is out of reach.
-        CollisionError: Something is in the way.
+        UnreachableError: The next one is out of reach.
+        CollisionError: Something is in its way.
     """
-    steps: list[Trajectory] = []
     for pose in poses:
-        steps.append(arm.motion.plan_line(q, pose, speed=SPEED))
-        q = steps[-1].q[-1]
-    return tuple(steps)
+        step = arm.motion.plan_line(q, pose, speed=SPEED)
+        yield step
+        q = step.q[-1]
 
 
 def _is_end(part: DetectedObject, value: float) -> bool:

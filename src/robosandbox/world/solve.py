@@ -102,8 +102,7 @@ class _Solver:
             if found is not None:
                 return self._reached(found[0], goals)
         if isinstance(answer, Plan) and self._meets_the_same(answer.steps):
-            last = self._tried[-1]
-            return Refusal(code=RefusalCode.IMPOSSIBLE, message=f"{last.failed} failed: {last.error.message}")
+            return self._given_up()
         return answer
 
     def for_calls(self, calls: tuple[SkillCall, ...]) -> Plan | Refusal:
@@ -120,9 +119,12 @@ class _Solver:
             return Plan(steps=(*repair.calls, *calls[1:]))
         found = self._untried()
         if found is None:
-            last = self._tried[-1]
-            return Refusal(code=RefusalCode.IMPOSSIBLE, message=f"{last.failed} failed: {last.error.message}")
+            return self._given_up()
         return Plan(steps=(*found[0], *calls[found[1] :]))
+
+    def _given_up(self) -> Refusal:
+        last = self._tried[-1]
+        return Refusal(code=RefusalCode.IMPOSSIBLE, message=f"{last.failed} failed: {last.error.message}")
 
     def _reached(self, first: Calls, goals: tuple[Fact, ...]) -> Plan | Refusal:
         """Return calls, and behind them what reaches goals from the scene that they would leave."""

@@ -32,7 +32,7 @@ _SECONDS = 60.0
 
 
 class SayGoal(idl.IdlStruct):
-    """What is said."""
+    """The sentence."""
 
     __idl_typename__ = "robosandbox_msgs/action/Say_Goal"
     sentence: types.string = b""
@@ -40,7 +40,7 @@ class SayGoal(idl.IdlStruct):
 
 
 class SayResult(idl.IdlStruct):
-    """What came of it."""
+    """The outcome."""
 
     __idl_typename__ = "robosandbox_msgs/action/Say_Result"
     success: types.boolean = False
@@ -49,7 +49,7 @@ class SayResult(idl.IdlStruct):
 
 
 class SayFeedback(idl.IdlStruct):
-    """What happens meanwhile."""
+    """A line of progress."""
 
     __idl_typename__ = "robosandbox_msgs/action/Say_Feedback"
     said: types.string = b""
@@ -64,7 +64,7 @@ class SaySendGoalRequest(idl.IdlStruct):
 
 
 class SaySendGoalResponse(idl.IdlStruct):
-    """Whether it is taken."""
+    """The answer to a goal."""
 
     __idl_typename__ = "robosandbox_msgs/action/Say_SendGoal_Response"
     accepted: types.boolean = False
@@ -79,7 +79,7 @@ class SayGetResultRequest(idl.IdlStruct):
 
 
 class SayGetResultResponse(idl.IdlStruct):
-    """How it ended."""
+    """The end of a goal."""
 
     __idl_typename__ = "robosandbox_msgs/action/Say_GetResult_Response"
     status: types.int8 = types.int8(0)
@@ -104,7 +104,7 @@ GET = idl.make_idl_service(
 
 @dataclass
 class Seen:
-    """What came of a visit."""
+    """Outcome of a visit."""
 
     joints: int
     picture: str

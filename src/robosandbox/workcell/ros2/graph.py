@@ -1,4 +1,4 @@
-"""What the node asks of a ROS 2 graph, whoever carries it."""
+"""The ROS 2 graph as the node uses it, whoever carries it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ OPEN_CALLS = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Qos:
-    """How a topic is delivered.
+    """Delivery of a topic.
 
     Attributes:
         depth: Messages that are kept for one who is slow.
