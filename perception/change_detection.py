@@ -149,8 +149,8 @@ def table_disparity(lens: Intrinsics, rotation: Array, position: Array, table: T
     disparity = along[2] / np.float32(table.height - position[2])
     depth = np.divide(1.0, disparity, out=np.full_like(disparity, np.inf), where=disparity > 1.0 / MOST_DEPTH)
     with np.errstate(invalid="ignore"):
-        across = np.maximum(*(np.abs(along[k] * depth + np.float32(position[k])) for k in (0, 1)))
-    return as_image(np.where(across < table.half_extent, disparity, np.float32(0.0)))
+        on = table.within(*(along[k] * depth + np.float32(position[k]) for k in (0, 1)))
+    return as_image(np.where(on, disparity, np.float32(0.0)))
 
 
 @lru_cache(maxsize=8)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from robosandbox.errors import SensorError
 from robosandbox.perception.quantiles import MAD, median
 from robosandbox.types import Array, Intrinsics, RgbdFrame
+from robosandbox.types.objects import TABLE_AREA, Area
 from robosandbox.values import frozen
 
 Image = NDArray[np.float32]
@@ -43,18 +44,23 @@ class TablePrior:
 
     Attributes:
         height: Of its top, metres.
-        half_extent: Of its square top around the world's origin, metres.
+        area: Least and largest x, then y, of its top, metres.
         rgb: Its colour, channels 0..1: the reference against which other colours are read.
     """
 
     height: float
-    half_extent: float = 0.5
+    area: Area = TABLE_AREA
     rgb: tuple[float, float, float] = (0.80, 0.74, 0.66)
 
     def corners(self) -> Array:
         """Return the corners of its top in the world, (4, 3), metres."""
-        side = self.half_extent
-        return np.array([[x, y, self.height] for x in (-side, side) for y in (-side, side)])
+        xs, ys = self.area
+        return np.array([[x, y, self.height] for x in xs for y in ys])
+
+    def within(self, x: NDArray[Any], y: NDArray[Any], margin: float = 0.0) -> Mask:
+        """Tell which points of the world, metres, are over its top, `margin` metres from its edges at least; any shape."""
+        (x0, x1), (y0, y1) = ((np.float32(low + margin), np.float32(high - margin)) for low, high in self.area)
+        return np.asarray((x > x0) & (x < x1) & (y > y0) & (y < y1))
 
 
 @frozen(eq=False)
@@ -254,7 +260,7 @@ def _on_the_table(frame: PointCloudFrame, table: TablePrior, robot: Mask) -> tup
     xyz = _world(depth, x[::step], y[::step], frame.rotation, frame.position)
     near = frame.valid[::step, ::step] & ~robot[::step, ::step]
     near &= np.abs(xyz[2] - np.float32(table.height)) < _PLANE_BAND
-    near &= np.maximum(np.abs(xyz[0]), np.abs(xyz[1])) < table.half_extent - 0.02
+    near &= table.within(xyz[0], xyz[1], 0.02)
     if np.count_nonzero(near) < _PLANE_LEAST:
         return frame.rotation, frame.position, _USUAL_NOISE
     points = xyz[:, near].astype(np.float64)

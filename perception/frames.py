@@ -98,7 +98,7 @@ def _bare(frame: PointCloudFrame, table: TablePrior, tags_removed: Mask) -> Mask
     bare = frame.valid[some] & ~tags_removed[some]
     x, y, z = (plane[some] for plane in frame.xyz)
     bare &= np.abs(z - np.float32(table.height)) < max(_ON_TABLE, 2.0 * frame.noise)
-    bare &= np.maximum(np.abs(x), np.abs(y)) < table.half_extent - _FROM_EDGE
+    bare &= table.within(x, y, _FROM_EDGE)
     red, green, blue = (channel[some].astype(np.float32) for channel in cv2.split(frame.rgb))
     total = np.maximum(red + green + blue, 1.0)
     r, g, b = np.array(table.rgb, dtype=np.float32) / np.float32(sum(table.rgb))

@@ -27,7 +27,7 @@ def outlined(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_near:
         robot: Where the robot is.
         robot_near: How near its nearest part is there, metres.
     """
-    on_table = frame.valid & (np.abs(frame.xyz[:2]) < table.half_extent).all(axis=0)
+    on_table = frame.valid & table.within(frame.xyz[0], frame.xyz[1])
     room = np.ones((2 * MIXED + 1,) * 2, np.uint8)
     on_table = cv2.erode(on_table.view(np.uint8), room, borderValue=1).view(np.bool_)
     free = on_table & ~robot

@@ -108,8 +108,7 @@ def find_segments(frame: PointCloudFrame, table: TablePrior, robot: Mask, robot_
     free = frame.valid & (~robot | (frame.depth < robot_near))
     height = frame.xyz[2] - np.float32(table.height)
     low = max(_LEAST_HEIGHT, 3.0 * frame.noise)
-    limit = np.float32(table.half_extent + _EDGE)
-    free &= (np.abs(frame.xyz[0]) < limit) & (np.abs(frame.xyz[1]) < limit) & (height > -low) & (height < _HEADROOM)
+    free &= table.within(frame.xyz[0], frame.xyz[1], -_EDGE) & (height > -low) & (height < _HEADROOM)
     raised = free & (height > low)
     box = _box_around(raised, 4 * _BAND)
     if box is None:

@@ -184,7 +184,7 @@ def _offsets(
     # Surely the table, wherever the camera is; nothing of the robot, wherever it is.
     farthest = float(reach.max(initial=0.0))
     room = np.ones((2 * int(np.ceil(farthest)) + 1,) * 2, np.uint8)
-    inside = frame.valid & (np.abs(frame.xyz[:2]) < table.half_extent).all(axis=0)
+    inside = frame.valid & table.within(frame.xyz[0], frame.xyz[1])
     bordered = cv2.copyMakeBorder(inside.view(np.uint8), 1, 1, 1, 1, cv2.BORDER_REPLICATE)
     sure = cv2.erode(bordered, room)[1:-1, 1:-1].view(np.bool_)
     near_robot = cv2.dilate(robot.view(np.uint8), room).view(np.bool_)

@@ -137,10 +137,10 @@ def _raised(
 ) -> Iterator[tuple[tuple[int, int, int, int], float]]:
     """Yield the parts of a picture, left, top, right, bottom, that show something on the table, and how high it is."""
     height: Image = frame.xyz[2]
-    limit = float(table.half_extent)
+    (x0, x1), (y0, y1) = table.area
     over = cv2.inRange(height, table.height + max(_LEAST_HEIGHT, 3.0 * frame.noise), 1e3)
-    over &= cv2.inRange(frame.xyz[0], -limit, limit)
-    over &= cv2.inRange(frame.xyz[1], -limit, limit)
+    over &= cv2.inRange(frame.xyz[0], x0, x1)
+    over &= cv2.inRange(frame.xyz[1], y0, y1)
     free: Mask = (over > 0) & frame.valid & ~robot
     wide = cv2.dilate(free.view(np.uint8), np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(wide, connectivity=8)
