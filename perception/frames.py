@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior
+from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior, as_image
 from robosandbox.perception.segments import Segment, find_segments, segment_of
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
@@ -48,7 +48,8 @@ class SegmentedFrame:
     def beyond(self, points: Array) -> Array:
         """Return how far behind each point (n, 3) of the world the frame sees, (n,), metres; NaN where it does not tell.
 
-        It does not tell of what is out of the picture, has no depth there, or has the robot before it.
+        It does not tell of what is out of the picture, has no depth there, or has the robot before it. A pixel sees no farther than
+        those around it: beside an outline it may show what is behind.
         """
         pixels, depths = self.frame.project(points)
         height, width = self.frame.depth.shape
@@ -56,7 +57,16 @@ class SegmentedFrame:
         columns, rows = np.rint(pixels[inside]).astype(int).T
         clear = self.frame.valid[rows, columns] & ~self.robot[rows, columns]
         found = np.full(len(points), np.nan)
-        found[inside] = np.where(clear, self.frame.depth[rows, columns] - depths[inside], np.nan)
+        found[inside] = np.where(clear, self._nearest[rows, columns] - depths[inside], np.nan)
+        return found
+
+    @property
+    def _nearest(self) -> Image:
+        """The least depth of each pixel and those around it that have one, (height, width), metres."""
+        if "nearest" not in self.made:
+            depth = np.where(self.frame.valid, self.frame.depth, np.float32(np.inf))
+            self.made["nearest"] = as_image(cv2.erode(depth, np.ones((3, 3), np.uint8)))
+        found: Image = self.made["nearest"]
         return found
 
     def divided(self, whole: Segment, part: Segment) -> tuple[SegmentedFrame, Segment | None]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from robosandbox.perception.drawers import grip_of
-from robosandbox.perception.track import Track, carry
+from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import slide_contents
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.shapes.hull import BoxHull
-from robosandbox.types import ArmState, Array, GripperState, Pose
+from robosandbox.types import ArmState, Array, DetectedObject, GripperState, Pose
 from robosandbox.types.robot import GripperGeometry
 from robosandbox.world.relations import support
 
@@ -27,6 +28,21 @@ _PRESSING = 0.25  # Share of the gripper's largest force from which it presses o
 # Share of the fingers' travel by which they stop short of their command when something is between them. Chosen: a few times
 # what encoder noise and the servos' sag make up for on the bundled arms (the driver `hardware` draws 0.2 % of it).
 _SHORT_OF_COMMAND = 0.02
+
+
+class Holdable(Protocol):
+    """What is remembered of something that a hand may take: its id, and whether the last look did not show it."""
+
+    id: str
+    hidden: bool
+
+    def detected(self) -> DetectedObject:
+        """Return it in the planner's words."""
+        ...
+
+    def carry(self, pose: Pose) -> None:
+        """Take it to be somewhere else than it was seen."""
+        ...
 
 
 @dataclass(slots=True)
@@ -57,7 +73,7 @@ class HoldTracker:
         self._force_limit = force_limit
         self.hold: Hold | None = None
 
-    def update(self, seen: ArmState, tracks: Iterable[Track]) -> None:
+    def update(self, seen: ArmState, tracks: Iterable[Holdable]) -> None:
         """Take the gripper's readings; what is held moves with the TCP.
 
         Args:
@@ -71,16 +87,16 @@ class HoldTracker:
         if self.hold is not None and (self.hold.id not in known or not self._still_holds(state)):
             if self.hold.id in known:
                 # It stays where the hand leaves it, until a look says otherwise.
-                carry(known[self.hold.id], seen.tcp_pose @ self.hold.object_in_tcp)
+                known[self.hold.id].carry(seen.tcp_pose @ self.hold.object_in_tcp)
             self.hold = None
-        if self.hold is None and self._grips(state):
+        if self.hold is None and self.grips(state):
             held = _between_fingers(seen.tcp_pose, state.width, geometry, known.values())
             if held is not None:
                 pose = _centred(held, seen.tcp_pose, state.width, geometry)
                 self.hold = Hold(held.id, seen.tcp_pose.inverse() @ pose, state.width)
         if self.hold is not None:
             track = known[self.hold.id]
-            carry(track, seen.tcp_pose @ self.hold.object_in_tcp)
+            track.carry(seen.tcp_pose @ self.hold.object_in_tcp)
             track.hidden = False
 
     def move_drawers(self, seen: ArmState, tracks: Iterable[Track]) -> None:
@@ -102,7 +118,7 @@ class HoldTracker:
                 continue
             # The opening at which its grip would be where the TCP is.
             opening, there = thing.opening, -float(local[0])
-            if self._grips(state) and abs(state.width - 2.0 * float(shape.grip[1])) < _OPENED:
+            if self.grips(state) and abs(state.width - 2.0 * float(shape.grip[1])) < _OPENED:
                 if -_WITHIN < there < shape.max_open + _WITHIN:
                     opening = there
             elif there > opening:
@@ -112,7 +128,7 @@ class HoldTracker:
             slide_contents(track, opening - thing.opening, known)
             track.thing = replace(thing, opening=opening)
 
-    def _grips(self, state: GripperState) -> bool:
+    def grips(self, state: GripperState) -> bool:
         """Tell whether the fingers press on something: stopped before they are closed, and pressing on."""
         geometry = self._geometry
         assert geometry is not None
@@ -148,7 +164,7 @@ def _sucks(state: GripperState, geometry: GripperGeometry) -> bool:
     return state.closed > 0.0 and state.seal is not None and state.seal >= geometry.seal
 
 
-def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks: Iterable[Track]) -> Track | None:
+def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks: Iterable[Holdable]) -> Holdable | None:
     """Return the thing whose place is between the fingers and whose width fits the aperture best."""
     closing = tcp.rotation[:, 1]
     middle = tcp.position + geometry.centre(width) * closing
@@ -166,7 +182,7 @@ def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks:
     return min(options, key=lambda option: option[0])[1] if options else None
 
 
-def _centred(track: Track, tcp: Pose, width: float, geometry: GripperGeometry) -> Pose:
+def _centred(track: Holdable, tcp: Pose, width: float, geometry: GripperGeometry) -> Pose:
     """Return the held thing's pose as the closed fingers have it: in their middle, its sides along the pads; a cup moves nothing."""
     item, closing = track.detected(), tcp.rotation[:, 1]
     if geometry.cup is not None or not item.shape.size_fields:

@@ -25,6 +25,8 @@ _POINTS, _SEEN = 4000, 200
 _HEADINGS = np.radians(np.arange(0.0, 360.0, 15.0))
 # Faces on which it may rest, the largest first; ways of lying that are moved to what was seen. Chosen.
 _FACES, _BEST = 24, 80
+# Poses near which it may lie that are moved to what was seen: the best of those that are told.
+_LIKELY = 5
 # Steps of moving. Chosen: the last ones change it by less than 0.1 mm.
 _STEPS = 12
 # Metres from which a distance counts no more. Chosen as half of a finger.
@@ -125,26 +127,41 @@ def fit_mesh(
         seen: Points of its surface in the world, shape (n, 3).
         frames: The views.
         table: Height of what it stands on, metres.
-        near: How it may lie, as it lay before, which is tried first.
+        near: How it may lie, as it lay before, which is tried first, and taken where one of them explains what was seen.
     """
     some = seen[:: max(1, len(seen) // _SEEN)]
-    for pose in near:
-        found = fit_near(mesh, seen, frames, pose)
-        if found.explains:
-            return found
+    if near and (found := fit_near(mesh, seen, frames, near)).explains:
+        return found
     starts = list(_starts(mesh, some, table))
     rough = np.array([_distance(mesh, some, *start) for start in starts])
     moved = (_laid(mesh, some, frames, *starts[k]) for k in np.argsort(rough, kind="stable")[:_BEST])
     return min(moved, key=lambda one: one.cost)
 
 
-def fit_near(mesh: KnownMesh, seen: Array, frames: Sequence[SegmentedFrame], near: Pose) -> MeshFit:
-    """Return how a mesh lies that lay nearly so; arguments as for `fit_mesh`."""
-    return _laid(mesh, seen[:: max(1, len(seen) // _SEEN)], frames, near.rotation, near.position)
+def fit_near(mesh: KnownMesh, seen: Array, frames: Sequence[SegmentedFrame], near: Sequence[Pose]) -> MeshFit:
+    """Return how a mesh lies that lay nearly as one of some poses says; arguments as for `fit_mesh`."""
+    some = seen[:: max(1, len(seen) // _SEEN)]
+    rough = np.array([_distance(mesh, some, pose.rotation, pose.position) for pose in near])
+    likely = [near[k] for k in np.argsort(rough, kind="stable")[:_LIKELY]]
+    return min((_laid(mesh, some, frames, pose.rotation, pose.position) for pose in likely), key=lambda one: one.cost)
 
 
-def _laid(mesh: KnownMesh, seen: Array, frames: Sequence[SegmentedFrame], rotation: Array, place: Array) -> MeshFit:
-    rotation, place = _moved(mesh, seen, rotation, place)
+def fit_level(mesh: KnownMesh, seen: Array, frames: Sequence[SegmentedFrame], near: Pose) -> MeshFit:
+    """Return how a mesh lies that lay nearly so, turned about the vertical alone; arguments as for `fit_mesh`."""
+    some = seen[:: max(1, len(seen) // _SEEN)]
+    return _laid(mesh, some, frames, near.rotation, near.position, level=True)
+
+
+def _laid(
+    mesh: KnownMesh,
+    seen: Array,
+    frames: Sequence[SegmentedFrame],
+    rotation: Array,
+    place: Array,
+    *,
+    level: bool = False,
+) -> MeshFit:
+    rotation, place = _moved(mesh, seen, rotation, place, level=level)
     return MeshFit(Pose.from_matrix(place, rotation), _cost(mesh, seen, frames, rotation, place))
 
 
@@ -169,8 +186,9 @@ def _distance(mesh: KnownMesh, seen: Array, rotation: Array, place: Array) -> fl
     return float(np.minimum(apart, _FAR).mean())
 
 
-def _moved(mesh: KnownMesh, seen: Array, rotation: Array, place: Array) -> tuple[Array, Array]:
-    """Return rotation and place moved such that what was seen lies on the surface."""
+def _moved(mesh: KnownMesh, seen: Array, rotation: Array, place: Array, *, level: bool = False) -> tuple[Array, Array]:
+    """Return rotation and place moved such that what was seen lies on the surface; `level` turns about the vertical alone."""
+    tilts = 1e6 if level else 1e-4
     reach = 4.0 * _FAR
     for _ in range(_STEPS):
         local = (seen - place) @ rotation
@@ -183,7 +201,7 @@ def _moved(mesh: KnownMesh, seen: Array, rotation: Array, place: Array) -> tuple
         gaps = ((local[near] - mesh.points[index[near]]) * mesh.normals[index[near]]).sum(axis=1)
         arms = seen[near] - place
         rows = np.column_stack([np.cross(arms, normals), normals])
-        damping = np.diag([1e-4, 1e-4, 1e-5, 0.1, 0.1, 0.1])
+        damping = np.diag([tilts, tilts, 1e-5, 0.1, 0.1, 0.1])
         change = np.linalg.solve(rows.T @ rows + damping, rows.T @ gaps)
         # The mesh moves towards what was seen.
         rotation = matrix_from_rotation_vector(change[:3]) @ rotation

@@ -20,6 +20,7 @@ from robosandbox.perception.frames import FrameSet, segment_frame
 from robosandbox.perception.groups import group
 from robosandbox.perception.holding import HoldTracker
 from robosandbox.perception.known_meshes import KnownMeshes
+from robosandbox.perception.known_scene import KnownScenePerception
 from robosandbox.perception.occlusion import lies_in
 from robosandbox.perception.recognize import recognize
 from robosandbox.perception.robot_mask import RobotMask
@@ -62,8 +63,8 @@ class RgbdPerception:
     ) -> None:
         if setup.scene.world is not None:
             raise InputError(
-                f"perception: rgbd looks for things on a bare table and does not know the fixtures of "
-                f"{setup.scene.world.name} yet; use --perception ground_truth"
+                f"perception: this one looks for things on a bare table and does not know the fixtures of "
+                f"{setup.scene.world.name}; use --perception rgbd, or ground_truth"
             )
         self._setup = setup
         self._cameras = cameras
@@ -337,6 +338,23 @@ class RgbdPerception:
         if self._silhouette is None:
             self._silhouette = RobotMask(self._planning_scenes().robot_shapes())
         return self._silhouette
+
+
+def make_rgbd(
+    *,
+    setup: Setup = Setup(),  # noqa: B008  frozen
+    cameras: tuple[str, ...] | None = None,
+    calibration: Path | None = None,
+) -> RgbdPerception | KnownScenePerception:
+    """Return perception from colour and depth: of what stands on a table, or of a scene whose file is known.
+
+    Args:
+        setup: What is known before the first look.
+        cameras: Which to look through; all that the driver declares when left out.
+        calibration: A file that `robo-sandbox calibrate` wrote.
+    """
+    kind = RgbdPerception if setup.scene.world is None else KnownScenePerception
+    return kind(setup=setup, cameras=cameras, calibration=calibration)
 
 
 def _unclear(track: Track) -> str:

@@ -78,12 +78,11 @@ class Track:
             tag=self.tag,
         )
 
-
-def carry(track: Track, pose: Pose) -> None:
-    """Take a thing to be somewhere else than it was seen."""
-    shift = pose.position - track.thing.pose.position
-    moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
-    track.thing = replace(track.thing, pose=pose, fit=moved)
+    def carry(self, pose: Pose) -> None:
+        """Take it to be somewhere else than it was seen."""
+        shift = pose.position - self.thing.pose.position
+        moved = replace(self.thing.fit, centre=self.thing.fit.centre + shift)
+        self.thing = replace(self.thing, pose=pose, fit=moved)
 
 
 def update_from(track: Track, thing: Thing) -> None:

@@ -18,7 +18,7 @@ from robosandbox.perception.occlusion import is_its_contents, lies_in
 from robosandbox.perception.shape_prior import KnownShape
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
-from robosandbox.perception.track import FADING, Track, carry, update_from
+from robosandbox.perception.track import FADING, Track, update_from
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array, ObjectKind, Pose
 from robosandbox.world.relations import inside
@@ -301,7 +301,7 @@ def slide_contents(drawer: Track, out: float, tracks: Iterable[Track]) -> None:
     for track in tracks:
         if not track.thing.shape.opens and inside(track.detected(), box).holds:
             pose = track.thing.pose
-            carry(track, Pose.from_matrix(pose.position - out * box.pose.rotation[:, 0], pose.rotation))
+            track.carry(Pose.from_matrix(pose.position - out * box.pose.rotation[:, 0], pose.rotation))
 
 
 def as_described(thing: Thing, size: tuple[float, ...]) -> Thing:
