@@ -7,8 +7,9 @@ stands before that. What the file does not explain is told.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import degrees
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.holding import HoldTracker
 from robosandbox.perception.mesh_fit import KnownMesh, MeshFit, fit_level, fit_mesh, fit_near, surface_of
 from robosandbox.perception.part_values import PartValues
+from robosandbox.perception.pushed_parts import PushedParts
 from robosandbox.perception.quantiles import MAD, median
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.scene_depths import SceneDepths
@@ -185,6 +187,7 @@ class KnownScenePerception:
             for item in scene.objects
             if item.geometry is not None and item.geometry.joint is not None
         }
+        self._pushed = PushedParts(self._world, self._depths)
         self._file = read_scene_file(setup.scene.world).path.name
         self._start = self._depths.data.qpos.copy()
         self._things: dict[str, KnownThing] = {}
@@ -273,10 +276,34 @@ class KnownScenePerception:
         known = [thing for thing in self._things.values() if thing.pose is not None]
         for name, hand in self._hands.items():
             state = driver.arms[driver.hands[name].arm].state()
+            before = hand.hold
             elsewhere = {other.hold.id for other in self._hands.values() if other is not hand and other.hold}
             hand.update(state, [thing for thing in known if thing.id not in elsewhere])
+            if before is not None and hand.hold is not before:
+                self._drop(self._things[before.id])
             self._lead(name, hand, state)
         self._stand_all()
+        led = {led.part for led in self._led.values()}
+        free = {name: part for name, part in self._parts.items() if name not in led}
+        arms = {name: arm.state() for name, arm in driver.arms.items()}
+        self._moving(free, partial(self._pushed.give_way, free, arms))
+
+    def _drop(self, thing: KnownThing) -> None:
+        """Take a thing that a hand has let go to be on what is below it: where on its way up the hand was is not known."""
+        assert thing.pose is not None
+        gap = self._over(thing, thing.pose, _NEAR)
+        if np.isfinite(gap):
+            thing.pose = Pose.from_matrix(thing.pose.position - [0.0, 0.0, gap], thing.pose.rotation)
+
+    def _over(self, thing: KnownThing, pose: Pose, above: float) -> float:
+        """Return how far a thing is above what is below it, metres, in it where less than 0, looked for from so far above its feet."""
+        corners = thing.mesh.corners @ pose.rotation.T + pose.position
+        lowest = float(corners[:, 2].min())
+        feet = corners[corners[:, 2] < lowest + 0.003]
+        starts = np.vstack([feet, feet.mean(axis=0)[None]])
+        starts[:, 2] = lowest + above
+        under = self._depths.below(starts, self._world.object_bodies[thing.id])
+        return lowest - float(under.max(initial=-np.inf))
 
     def _lead(self, name: str, hand: HoldTracker, state: ArmState) -> None:
         """Note which part a hand has taken, if any."""
@@ -362,10 +389,14 @@ class KnownScenePerception:
                 for hand, led in self._led.items()
                 if led.part == name
             ]
-            before, frame = part.value, self._frame(name)
-            within = self._within(name)
-            part.measure(views, likely)
-            if part.value != before:
+            self._moving([name], partial(part.measure, views, likely))
+
+    def _moving(self, names: Iterable[str], move: Callable[[], object]) -> None:
+        """Let parts be moved by something; what lies in one goes along."""
+        before = [(name, self._frame(name), self._within(name)) for name in names]
+        move()
+        for name, frame, within in before:
+            if within and self._frame(name) != frame:
                 moved = self._frame(name) @ frame.inverse()
                 for thing in within:
                     assert thing.pose is not None
@@ -518,7 +549,8 @@ class KnownScenePerception:
             for piece in _pieces(points, left & (off < _OTHER_COLOUR) if tinted else left):
                 if _width(points[piece]) > 2.0 * float(np.linalg.norm(thing.mesh.half)) + _STANDS:
                     continue
-                about = (thing.id, anyhow, *np.round(points[piece].mean(axis=0) / _STANDS).astype(int))
+                spread = (*points[piece].mean(axis=0), *points[piece].std(axis=0))
+                about = (thing.id, anyhow, *np.round(np.array(spread) / _STANDS).astype(int))
                 if about in self._in_vain:
                     continue
                 fit = self._laid(thing, points[piece], views, anyhow=anyhow)
@@ -585,13 +617,7 @@ class KnownScenePerception:
         for thing in sorted(loose, key=lambda one: one.pose.position[2]):  # type: ignore[union-attr]
             assert thing.pose is not None
             pose = _straightened(thing.mesh, thing.pose, _STRAIGHT)
-            corners = thing.mesh.corners @ pose.rotation.T + pose.position
-            lowest = float(corners[:, 2].min())
-            feet = corners[corners[:, 2] < lowest + 0.003]
-            starts = np.vstack([feet, feet.mean(axis=0)[None]])
-            starts[:, 2] = lowest + 2.0 * _STANDS
-            under = self._depths.below(starts, self._world.object_bodies[thing.id])
-            gap = lowest - float(under.max(initial=-np.inf))
+            gap = self._over(thing, pose, 2.0 * _STANDS)
             if abs(gap) < _STANDS:
                 pose = Pose.from_matrix(pose.position - [0.0, 0.0, gap], pose.rotation)
             thing.pose = thing.told = pose
