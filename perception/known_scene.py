@@ -38,6 +38,7 @@ from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.scene_depths import SceneDepths
 from robosandbox.perception.sensed import SensedDriver
 from robosandbox.perception.tolerances import TOLERANCES
+from robosandbox.perception.visualize import draw
 from robosandbox.robots.loader import robots_of
 from robosandbox.sim.objects.standing import stand
 from robosandbox.sim.populated import populated
@@ -56,8 +57,9 @@ from robosandbox.types import (
 )
 from robosandbox.values import frozen
 
-# Pixels from one to the next that are compared with what the file would show: 4 mm on a table at 1 m.
-_STRIDE = 2
+# Pixels from one to the next that are compared with what the file would show, first everywhere, then where something may stand: 8 and
+# 4 mm on a table at 1 m.
+_COARSE, _STRIDE = 4, 2
 # Depth, metres, by which something stands before what the file shows at the least, and the same in standard deviations of depth.
 _BEFORE, _DEVIATIONS = 0.004, 3.5
 # Metres from where a thing is believed within which what is seen may be it.
@@ -140,6 +142,18 @@ class _Led:
     part: str
     value: float
     tcp: Pose
+
+
+@frozen(eq=False)
+class _ShownPart:
+    """A part as it is drawn."""
+
+    item: DetectedObject
+    hidden: bool = False
+
+    def detected(self) -> DetectedObject:
+        """Return it in the planner's words."""
+        return self.item
 
 
 class KnownScenePerception:
@@ -250,6 +264,11 @@ class KnownScenePerception:
     def doubt(self) -> None:
         """Look at everything anew next time: something went otherwise than it was believed to."""
         self._fresh = False
+
+    def picture(self) -> NDArray[np.uint8]:
+        """Return what the last look made of its pictures, side by side, (height, width, 3) RGB; what is fixed is not outlined."""
+        parts = [_ShownPart(item) for item in self._detected() if item.id in self._parts]
+        return draw(self.frames, (), [*(one for one in self._things.values() if one.pose is not None), *parts])
 
     def _begin(self, driver: Driver) -> None:
         """Forget all but the file where an episode begins."""
@@ -428,18 +447,23 @@ class KnownScenePerception:
         points, colours = [], []
         for view in views:
             frame = view.frame
-            rows, columns = (
-                one.ravel() for one in np.mgrid[: frame.depth.shape[0] : _STRIDE, : frame.depth.shape[1] : _STRIDE]
-            )
-            shape = -(-frame.depth.shape[0] // _STRIDE), -(-frame.depth.shape[1] // _STRIDE)
-            cast, _ = self._depths.cast(frame, rows, columns, things=False)
-            measured = frame.depth[rows, columns]
-            clear = frame.valid[rows, columns] & ~view.robot[rows, columns]
-            off = measured - cast
-            some = off[clear & (np.abs(off) < 0.02)]
+            rows, columns, off = self._off(view, *_grid(frame.depth.shape, _COARSE))
+            some = off[np.abs(off) < 0.02]
             noise = float(MAD * median(np.abs(some - median(some)))) if len(some) else TOLERANCES.depth
-            nearest = _eroded(cast.reshape(shape)).ravel()
-            before = clear & (measured < nearest - max(_BEFORE, _DEVIATIONS * noise))
+            least = max(_BEFORE, _DEVIATIONS * noise)
+            # Where something may stand it is looked closer.
+            maybe = np.zeros((-(-frame.depth.shape[0] // _COARSE), -(-frame.depth.shape[1] // _COARSE)), dtype=np.uint8)
+            maybe[rows // _COARSE, columns // _COARSE] = off < -least / 2.0
+            maybe = cv2.dilate(maybe, np.ones((5, 5), np.uint8))
+            rows, columns = _grid(frame.depth.shape, _STRIDE)
+            closer = maybe[rows // _COARSE, columns // _COARSE] > 0
+            rows, columns = rows[closer], columns[closer]
+            cast, _ = self._depths.cast(frame, rows, columns, things=False)
+            nearest = np.full((-(-frame.depth.shape[0] // _STRIDE), -(-frame.depth.shape[1] // _STRIDE)), np.inf)
+            nearest[rows // _STRIDE, columns // _STRIDE] = cast
+            nearest = _eroded(nearest)[rows // _STRIDE, columns // _STRIDE]
+            clear = frame.valid[rows, columns] & ~view.robot[rows, columns]
+            before = clear & (frame.depth[rows, columns] < nearest - least)
             xyz = frame.xyz[:, rows[before], columns[before]].T.astype(float)
             near = np.zeros(len(xyz), dtype=bool)
             for spec in arms:
@@ -447,6 +471,15 @@ class KnownScenePerception:
             points.append(xyz[near])
             colours.append(frame.rgb[rows[before], columns[before]][near] / 255.0)
         return np.concatenate([np.zeros((0, 3)), *points]), np.concatenate([np.zeros((0, 3)), *colours])
+
+    def _off(
+        self, view: SegmentedFrame, rows: NDArray[np.intp], columns: NDArray[np.intp]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+        """Return those of some pixels that have a depth and no robot before it, and how far it is off the file's, metres."""
+        clear = view.frame.valid[rows, columns] & ~view.robot[rows, columns]
+        rows, columns = rows[clear], columns[clear]
+        cast, _ = self._depths.cast(view.frame, rows, columns, things=False)
+        return rows, columns, np.asarray(view.frame.depth[rows, columns] - cast, dtype=float)
 
     def _follow(self, views: Sequence[SegmentedFrame], points: Array, held: set[str]) -> NDArray[np.bool_]:
         """Lay things that are about where they were on what is seen; return which points are none of theirs."""
@@ -715,6 +748,12 @@ def _straightened(mesh: KnownMesh, pose: Pose, within: float) -> Pose:
             middle = rotation @ mesh.corners.mean(axis=0)
             return Pose.from_matrix(pose.position + middle - turn @ middle, turn @ rotation)
     return pose
+
+
+def _grid(size: tuple[int, ...], stride: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return rows and columns of every so many pixels of a picture, (n,) each."""
+    rows, columns = np.mgrid[: size[0] : stride, : size[1] : stride]
+    return rows.ravel(), columns.ravel()
 
 
 def _eroded(depth: Array) -> Array:

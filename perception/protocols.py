@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from robosandbox.driver import Driver
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.types import ObservedScene
@@ -22,6 +25,15 @@ class Perception(Protocol):
 
     def planning(self, driver: Driver, seen: ObservedScene) -> PlanningScene:
         """Return what to plan among where things are believed to be as `seen`; changes nothing of the driver."""
+        ...
+
+
+@runtime_checkable
+class Pictured(Perception, Protocol):
+    """A perception that looks through cameras."""
+
+    def picture(self) -> NDArray[np.uint8]:
+        """Return what the last look made of its pictures, side by side, (height, width, 3) RGB."""
         ...
 
 

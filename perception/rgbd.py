@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.driver import CameraSpec, Driver, require
 from robosandbox.errors import InputError
@@ -31,6 +32,7 @@ from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
+from robosandbox.perception.visualize import draw
 from robosandbox.types import Array, ObservedScene, RgbdFrame
 
 _log = logging.getLogger(__name__)
@@ -213,6 +215,10 @@ class RgbdPerception:
         )
         self.things = labelled([*told, *things], self.tags)
         return self.things
+
+    def picture(self) -> NDArray[np.uint8]:
+        """Return what the last look made of its pictures, side by side, (height, width, 3) RGB."""
+        return draw(self.frames, self.things, self.tracks, self.tags)
 
     def assign_ids(self) -> None:
         """Give what is remembered other names, with `rename`; here things keep those that they have."""

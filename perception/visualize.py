@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.tags import Tag
 from robosandbox.perception.thing import Thing
-from robosandbox.perception.track import Track
 from robosandbox.types import Array, DetectedObject
 from robosandbox.world.relations import support
 
@@ -23,8 +23,21 @@ _ROBOT = np.array([90, 90, 160], dtype=np.float32)
 _AXIS_LENGTH = 0.04  # Metres. Chosen about as long as a cube.
 
 
+class Shown(Protocol):
+    """What is believed of something, and whether the last look did not show it."""
+
+    @property
+    def hidden(self) -> bool:
+        """Whether the last look did not show it."""
+        ...
+
+    def detected(self) -> DetectedObject:
+        """Return it in the planner's words."""
+        ...
+
+
 def draw(
-    frames: FrameSet, things: Sequence[Thing], tracks: Sequence[Track], tags: Sequence[Tag] = ()
+    frames: FrameSet, things: Sequence[Thing], tracks: Sequence[Shown], tags: Sequence[Tag] = ()
 ) -> NDArray[np.uint8]:
     """Return the last look, its cameras side by side, (height, width, 3) uint8 RGB.
 
@@ -39,7 +52,7 @@ def draw(
 
 
 def _panel(
-    segmented: SegmentedFrame, things: Sequence[Thing], tracks: Sequence[Track], tags: Sequence[Tag]
+    segmented: SegmentedFrame, things: Sequence[Thing], tracks: Sequence[Shown], tags: Sequence[Tag]
 ) -> NDArray[np.uint8]:
     canvas = segmented.frame.rgb.astype(np.float32)
     canvas[segmented.robot] = 0.6 * canvas[segmented.robot] + 0.4 * _ROBOT
@@ -72,7 +85,7 @@ def _draw_tag(picture: NDArray[np.uint8], segmented: SegmentedFrame, tag: Tag) -
     cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, _TAG, 1, cv2.LINE_AA)
 
 
-def _draw_track(picture: NDArray[np.uint8], segmented: SegmentedFrame, track: Track) -> None:
+def _draw_track(picture: NDArray[np.uint8], segmented: SegmentedFrame, track: Shown) -> None:
     item = track.detected()
     hull, depth = segmented.frame.project(_hull(item))
     height, width = picture.shape[:2]

@@ -113,7 +113,9 @@ def test_the_bare_table_has_the_disparity_of_its_plane():
     down = np.diag([1.0, -1.0, -1.0])
     lens = perfect_intrinsics(SIZE, 0.8)
     everywhere = ~NOTHING
-    found = table_disparity(lens, down, np.array([0.0, 0.0, 1.04]), TablePrior(0.04, area=((-0.3, 0.3), (-0.3, 0.3))), everywhere)
+    found = table_disparity(
+        lens, down, np.array([0.0, 0.0, 1.04]), TablePrior(0.04, area=((-0.3, 0.3), (-0.3, 0.3))), everywhere
+    )
     found = found.reshape(SIZE)
     assert found[240, 320] == pytest.approx(1.0, abs=1e-6)
     beside = int(320 + 0.31 * lens.fx)

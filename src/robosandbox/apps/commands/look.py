@@ -91,15 +91,13 @@ def _record(item: DetectedObject) -> dict[str, Any]:
 
 
 def _draw(eyes: Perception, name: str, path: Path) -> None:
-    from robosandbox.perception.rgbd import RgbdPerception
+    from robosandbox.perception.protocols import Pictured
 
-    if not isinstance(eyes, RgbdPerception):
+    if not isinstance(eyes, Pictured):
         raise InputError(f"--picture: {name} looks through no camera; give --perception rgbd")
     import cv2
 
-    from robosandbox.perception.visualize import draw
-
-    written, content = cv2.imencode(".png", draw(eyes.frames, eyes.things, eyes.tracks, eyes.tags)[..., ::-1])
+    written, content = cv2.imencode(".png", eyes.picture()[..., ::-1])
     try:
         if written:
             path.write_bytes(content.tobytes())
