@@ -105,6 +105,7 @@ class PartValues:
         tried = np.linspace(self.low, self.high, _TRIED)
         pixels = self._pixels(views, tried)
         if not pixels:
+            self.put(believed)
             return False
         cast = np.array([self._seen(pixels, value) for value in tried])
         telling = np.nan_to_num(np.ptp(np.minimum(cast, 10.0), axis=0)) > _TELLS

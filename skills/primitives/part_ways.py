@@ -595,14 +595,16 @@ def _values(part: DetectedObject, grip: Pose, goal: float) -> list[float]:
     steps = np.linspace(0.0, last, max(2, math.ceil(last / _STEP) + 1))[1:] if joint.kind == "hinge" else [last]
     marks = [0.0, _TRIAL, *(float(step) for step in steps if step > _TRIAL), length]
     kept = [mark for mark, then in pairwise(marks) if mark < then and mark < length]
-    return [here + (goal - here) * mark / length for mark in kept] + [goal]
+    # What is at its stop already may be pressed against it.
+    return [here, *(here + (goal - here) * mark / length for mark in kept[1:]), goal]
 
 
 def _pressed_home(part: DetectedObject, goal: float, grip: Pose, press: float) -> float:
     """Return the value of its joint to which a hand pushes a part, beyond the end of its range where that is the goal."""
     if not _is_end(part, goal):
         return goal
-    return goal + math.copysign(press, goal - part_value(part)) / _arm_of(joint_of(part), grip.position)
+    joint = joint_of(part)
+    return goal + (press if goal == joint.high else -press) / _arm_of(joint, grip.position)
 
 
 def _along(part: DetectedObject, grip: Pose, values: Sequence[float], share: float) -> tuple[Pose, ...]:
