@@ -1,6 +1,6 @@
 """Furnished scenes: what is claimed, pressed and refused among shelves, cupboards, drawers, buttons and walls, against raw state and an oracle.
 
-    uv run benchmarks/furnished.py [--scenes 200] [--first-seed 1000] [--perception rgbd] [--seconds 20] [--no-oracle] [--json FILE]
+    uv run benchmarks/furnished.py [--scenes 200] [--first-seed 1000] [--perception rgbd --sensor realsense] [--seconds 20] [--no-oracle] [--json FILE]
 
 `furnished_scenes.py` writes from a seed a file with a table of some height and size, a shelf of two or three boards, a cupboard with a door or a
 cabinet of drawers, a button, one or two walls or posts, and three to five boxes, cans, mugs and bowls on them; the bundled arm stands where
@@ -209,6 +209,7 @@ def main() -> int:
     parser.add_argument("--scenes", type=int, default=200)
     parser.add_argument("--first-seed", type=int, default=1000)
     parser.add_argument("--perception", default="ground_truth")
+    parser.add_argument("--sensor", default="ideal", help="what the cameras are like")
     parser.add_argument("--seconds", type=float, default=20.0, help="CPU time of a goal; 0 for no end")
     parser.add_argument("--no-oracle", action="store_true", help="do not look whether what was refused can be done")
     parser.add_argument("--json", type=Path)
@@ -217,7 +218,7 @@ def main() -> int:
     rows: list[Row] = []
     empty = 0
     for seed in range(given.first_seed, given.first_seed + given.scenes):
-        found = run(seed, oracle=not given.no_oracle, seconds=given.seconds, perception=given.perception)
+        found = run(seed, oracle=not given.no_oracle, seconds=given.seconds, perception=given.perception, sensor=given.sensor)
         empty += not found
         for one in found:
             rows.append(one)
