@@ -218,7 +218,9 @@ def main() -> int:
     rows: list[Row] = []
     empty = 0
     for seed in range(given.first_seed, given.first_seed + given.scenes):
-        found = run(seed, oracle=not given.no_oracle, seconds=given.seconds, perception=given.perception, sensor=given.sensor)
+        found = run(
+            seed, oracle=not given.no_oracle, seconds=given.seconds, perception=given.perception, sensor=given.sensor
+        )
         empty += not found
         for one in found:
             rows.append(one)

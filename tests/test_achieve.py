@@ -318,3 +318,11 @@ def test_goal_that_a_task_cannot_have_is_told(changes: dict[str, str], message: 
 def test_run_command_says_what_is_wrong_with_a_goal(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_app(app, "robo-sandbox", ["run", "--goal", "over(red_cube, blue_cube)"]) == 2
     assert "no relation is called 'over'" in capsys.readouterr().err
+
+
+def test_one_goal_that_its_own_calls_do_not_bring_about_is_refused_by_what_would_be_so() -> None:
+    drawer = thing("cabinet", "drawer", (0.16, 0.16, 0.10, 0.12), (0.45, 0.15, 0.04), opening=0.12)
+    bottle = thing("bottle", "cylinder", (0.02, 0.09), (0.35, -0.15, 0.13))
+    answer = solve([fact("inside", "bottle", "cabinet")], scene_of(drawer, bottle), SKILLS)
+    assert isinstance(answer, Refusal)
+    assert "it would not be so: bottle is not in cabinet: its middle is over the rim" in answer.message

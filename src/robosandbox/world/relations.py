@@ -232,11 +232,18 @@ def inside(obj: DetectedObject, container: DetectedObject) -> MeasuredRelation:
     axis = rotation[:, 2]
     lowest = -float(support(obj, -axis[None])[0]) - float(axis @ container.pose.position)
     below_rim = height - lowest
-    leans_out = container.shape.joint(container) is not None and float(local[2]) > height
     return MeasuredRelation(
-        margin > 0.0 and not leans_out and 0.0 < below_rim < height - min(room.floor, 0.0) + REST_TOLERANCE,
+        margin > 0.0
+        and not leans_out(obj, container)
+        and 0.0 < below_rim < height - min(room.floor, 0.0) + REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "below_rim_mm": 1e3 * below_rim},
     )
+
+
+def leans_out(obj: DetectedObject, container: DetectedObject) -> bool:
+    """Tell whether an object's middle is over the rim of a drawer, so that it leans out when that moves."""
+    local = container.pose.rotation.T @ (centre(obj) - container.pose.position)
+    return container.shape.joint(container) is not None and float(local[2]) > room_of(container).rim
 
 
 def room_of(container: DetectedObject) -> Room:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.achievers import Achiever, Achievers, marks, subject_of
-from robosandbox.world.contracts import apply_effects, lookup
+from robosandbox.world.contracts import apply_effects, find, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.goal_conflicts import find_conflict
 from robosandbox.world.heuristic import SearchState, estimate, preferred
@@ -108,6 +108,7 @@ class Search:
         count = itertools.count()
         queue: list[_SearchNode] = []
         failure: NoWayError | None = None
+        in_vain: tuple[SearchState, Fact] | None = None
 
         def push(state: SearchState) -> None:
             told = estimate(state, goals, self._achievers)
@@ -134,12 +135,19 @@ class Search:
                 node.is_new = False
             goal = node.todo.pop(0)
             try:
-                push(self._bring_about(goal, node.state, (), goals))
+                state = self._bring_about(goal, node.state, (), goals)
+                push(state)
+                if in_vain is None and find(goal, state.view).is_refuted:
+                    in_vain = state, goal
             except NoWayError as error:
                 failure = failure if failure is not None and failure.depth <= error.depth else error
             if node.todo:
                 node.number = next(count)
                 heapq.heappush(queue, node)
+        if failure is None and in_vain is not None:
+            state, goal = in_vain
+            calls = ", ".join(map(str, state.calls))
+            failure = NoWayError(f"after {calls} it would not be so: {find(goal, state.view).cause}")
         raise failure or NoWayError("the goals exclude one another, as far as was searched", 0)
 
     def _state(self, calls: tuple[SkillCall, ...], scene: ObservedScene, moved: dict[str, Fact]) -> SearchState:
