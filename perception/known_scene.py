@@ -40,6 +40,7 @@ from robosandbox.perception.sensed import SensedDriver
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.visualize import draw
 from robosandbox.robots.loader import robots_of
+from robosandbox.sim.objects import place
 from robosandbox.sim.objects.standing import stand
 from robosandbox.sim.populated import populated
 from robosandbox.sim.scene_file import read_scene_file
@@ -190,6 +191,8 @@ class KnownScenePerception:
         self._scenes = PlanningScenes.exact(setup.scene)
         self._world = build_world(scene, robots_of(scene))
         self._depths = SceneDepths(self._world)
+        for item in scene.objects:
+            place(scene, item, self._depths.data)
         self._depths.place()
         self._robot = RobotMask(PlanningScenes.exact(setup.scene).robot_shapes())
         self._table = TablePrior(scene.table_height, scene.table_area)

@@ -330,6 +330,7 @@ class _Reader:
                 low=low,
                 high=high,
                 stiffness=float(np.asarray(model.jnt_stiffness[joint]).flat[0]),
+                start=float(self._data.qpos[model.jnt_qposadr[joint]]),
             )
             own = name
             if prefix:

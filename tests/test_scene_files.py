@@ -775,3 +775,17 @@ def test_a_drawer_that_is_open_in_part_is_opened_to_its_end_where_that_is_asked(
         cell.do("open", part="cabinet.top", share=1.0)
         opening = cell.simulation.truth().objects["cabinet.top"].opening
         assert opening == pytest.approx(0.16, abs=0.008)
+
+
+def test_a_keyframe_of_the_sidecar_opens_doors_and_moves_things(tmp_path: Path) -> None:
+    path = tmp_path / "kitchen.xml"
+    path.write_text(KITCHEN.read_text().replace('qpos="0 0  0.50 0.02', 'qpos="-0.8 0  0.50 0.04'))
+    sidecar_path(path).write_text("keyframe: tidy\n")
+    with open_here(WorkcellOptions(scene=path, robot_base=(0.264, 0.05, 0.74, 0.0))) as cell:
+        before = cell.simulation.truth().objects
+        assert before["cupboard.door"].opening == pytest.approx(-0.8, abs=0.01)
+        assert before["red_mug"].pose.xyz[1] == pytest.approx(0.04, abs=0.002)
+        assert cell.run("close the cupboard").success
+        assert abs(cell.simulation.truth().objects["cupboard.door"].opening or 0.0) < np.radians(3.0)
+        cell.reset()
+        assert cell.simulation.truth().objects["cupboard.door"].opening == pytest.approx(-0.8, abs=0.01)

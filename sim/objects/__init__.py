@@ -90,7 +90,10 @@ def count_geoms(scene: Scene) -> int:
 def place(scene: Scene, item: SceneObject, data: mujoco.MjData) -> None:
     """Put an object where its scene has it at the start."""
     if item.body is not None:
-        if not item.is_fixed:
+        joint = None if item.geometry is None else item.geometry.joint
+        if joint is not None:
+            data.qpos[data.model.jnt_qposadr[data.model.body(item.body).jntadr[0]]] = joint.start
+        elif not item.is_fixed:
             stand(data.model, data.qpos, data.model.body(item.body).id, item.pose)
         return
     starts = iter(_starts(scene, item))

@@ -93,6 +93,7 @@ class PartJoint:
         low: Least value, metres or radians.
         high: Greatest value; both are infinite where nothing limits it.
         stiffness: Of its spring, N/m or N m/rad.
+        start: Value with which a scene begins.
     """
 
     kind: Literal["hinge", "slide"]
@@ -101,6 +102,7 @@ class PartJoint:
     low: float
     high: float
     stiffness: float = 0.0
+    start: float = 0.0
 
     @property
     def shut(self) -> float:
