@@ -49,7 +49,7 @@ _NEXT_ROOM = 0.004
 # Metres of free space beyond which more is no better; chosen as a small object's width.
 _ENOUGH_ROOM = 0.04
 # Metres over a face at which a thing is carried in from the side, and by which it is outside before.
-CARRIED_OVER, _OUTSIDE = 0.01, 0.03
+CARRIED_OVER, OUTSIDE = 0.01, 0.03
 # Metres above what lies there at which a thing is put on it; chosen below what a drop shows.
 _ABOVE = 0.001
 # Metres over its support at which an object is let go where the hand does not get lower; chosen so that the last is
@@ -529,7 +529,7 @@ def _on_face(
             depth = 0.0
             if way is not None and out is not None:
                 edge = float((face.points @ way).max() - spot @ way)
-                depth = edge + float(np.hypot(*half)) + _OUTSIDE
+                depth = edge + float(np.hypot(*half)) + OUTSIDE
             placement = Placement(
                 (float(x), float(y)),
                 height,
