@@ -117,7 +117,10 @@ def lead_or_push(
             return push(arm, name, goals, enough, most)
         except (UnreachableError, CollisionError) as unpushed:
             raise arm.clearest([held, unpushed]) from held
-        except (GraspError, DrawerError):
+        except DrawerError as felt:
+            # What was felt tells more than that a grip could not be planned.
+            raise (held if isinstance(held, DrawerError) else felt) from None
+        except GraspError:
             raise held from None
 
 
