@@ -372,7 +372,7 @@ def test_what_the_hand_alone_may_touch_no_link_before_it_may() -> None:
         forearm = next(g for g in range(model.ngeom) if model.body(model.geom_bodyid[g]).name == "robot/link4")
         elbow_at, tcp = tuple(data.geom_xpos[forearm].tolist()), motion.forward(q).xyz
     for place, by_hand in ((tcp, True), (elbow_at, False)):
-        block = SceneObject(id="block", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=place), mass=0.1)
+        block = SceneObject(id="block", kind="box", size=(0.05, 0.05, 0.05), pose=Pose(xyz=place), mass=0.1)
         with open_session(Scene(objects=(block,))) as session:
             motion.use(session.ctx.planning(session.observe()), session.mujoco.arms["arm"].state())
             assert motion.touch(q) is not None
