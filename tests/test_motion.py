@@ -1,6 +1,7 @@
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -371,10 +372,13 @@ def test_what_the_hand_alone_may_touch_no_link_before_it_may() -> None:
         mujoco.mj_kinematics(model, data)
         forearm = next(g for g in range(model.ngeom) if model.body(model.geom_bodyid[g]).name == "robot/link4")
         elbow_at, tcp = tuple(data.geom_xpos[forearm].tolist()), motion.forward(q).xyz
-    for place, by_hand in ((tcp, True), (elbow_at, False)):
-        block = SceneObject(id="block", kind="box", size=(0.05, 0.05, 0.05), pose=Pose(xyz=place), mass=0.1)
-        with open_session(Scene(objects=(block,))) as session:
-            motion.use(session.ctx.planning(session.observe()), session.mujoco.arms["arm"].state())
+    block = SceneObject(id="block", kind="box", size=(0.05, 0.05, 0.05), pose=Pose(xyz=(0.3, 0.3, 0.1)), mass=0.1)
+    with open_session(Scene(objects=(block,))) as session:
+        seen = session.observe()
+        for place, by_hand in ((tcp, True), (elbow_at, False)):
+            there = replace(seen.objects[0], pose=Pose(xyz=place))
+            planning = session.ctx.planning(replace(seen, objects=(there,)))
+            motion.use(planning, session.mujoco.arms["arm"].state())
             assert motion.touch(q) is not None
             motion.allow("block")
             assert motion.touch(q) is None
