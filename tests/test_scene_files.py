@@ -28,9 +28,11 @@ from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
+from robosandbox.world.contracts import lookup
 from robosandbox.world.covered import ways_out
-from robosandbox.world.placement_sampling import at_its_height, separately
-from robosandbox.world.relations import bottom, top
+from robosandbox.world.facts import fact
+from robosandbox.world.placement_sampling import at_its_height, levelled, resting_pose, separately, tried_on_table
+from robosandbox.world.relations import bottom, centre, top
 
 RACK = Path(__file__).parents[1] / "examples" / "scenes" / "rack.xml"
 STOVE = Path(__file__).parents[1] / "examples" / "scenes" / "stove.xml"
@@ -595,6 +597,21 @@ def test_a_can_goes_into_a_rack_from_the_side_as_the_simulated_state_says(tmp_pa
         assert episode.success, episode.final_detail
         assert not cell.judge().success
         assert max(forces, default=0.0) < 5.0
+
+
+def test_the_middle_of_a_mug_with_its_handle_is_put_to_a_point_however_it_is_turned() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        seen = cell.observe()
+    mug, point = seen.find("red_mug"), np.array([0.2, 0.0])
+    assert mug is not None and np.linalg.norm(centre(mug)[:2] - mug.pose.position[:2]) > 0.008
+    move = lookup(fact("at", "red_mug", *point)).effect
+    assert move is not None
+    placed = move(seen, "red_mug", *point).find("red_mug")
+    assert placed is not None and centre(placed)[:2] == pytest.approx(point, abs=1e-6)
+    ((spot, _),) = tried_on_table(seen, mug, [point])
+    for yaw in spot.yaws:
+        there = replace(mug, pose=resting_pose(mug, spot, spot.rotation(levelled(mug), yaw)))
+        assert centre(there)[:2] == pytest.approx(point, abs=1e-6)
 
 
 def test_a_thing_in_a_rack_comes_out_level_by_the_side_that_is_open() -> None:

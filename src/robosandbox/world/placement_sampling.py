@@ -87,13 +87,14 @@ class Placement:
     """Placement for the held object.
 
     Attributes:
-        xy: The object's origin, metres; the middle of one that is laid down.
+        xy: The object's origin, metres, or its middle.
         height: Its lowest point, metres.
         yaws: Headings to try, radians about world z from its present one, best first.
         way_out: Level unit vector along which it is left by what has to come in from the side; None from above.
         depth: Metres along it to where what stands there would be outside.
         over: Metres above it from which it is come down to straight at the least, as around a post.
         laid: Direction of the level axis, radians about world z, about which the object is laid down by a quarter turn; None as it stands.
+        by_middle: Whether `xy` is the middle, however it is turned: a mug's origin is off that by its handle. So it is of what is laid down.
     """
 
     xy: tuple[float, float]
@@ -103,6 +104,7 @@ class Placement:
     depth: float = 0.0
     over: float = 0.0
     laid: float | None = None
+    by_middle: bool = False
 
     def rotation(self, level: Array, yaw: float) -> Array:
         """Return the rotation (3, 3) with which what is level as `level` (3, 3) stands here at one of the headings."""
@@ -134,14 +136,15 @@ def tried_on_table(
     level = levelled(held)
     headings = turns(0.0)
     # Around the table's middle, to be compared with what is there before it is put to each point.
-    here = extent(with_pose(held, resting_pose(held, Placement((0.0, 0.0), scene.table_height, headings), level)))
+    origin = Placement((0.0, 0.0), scene.table_height, headings, by_middle=True)
+    here = extent(with_pose(held, resting_pose(held, origin, level)))
     there = [(item, extent(item)) for item in scene.objects if item.id != held.id]
     others = [(item, around) for item, around in there if around.low < here.high]
     pieces: dict[str, tuple[DetectedObject, ...]] = {}
     for point in points:
         if margin_on_table(scene.table_area, point, half) < 0.0:
             continue
-        spot = Placement((float(point[0]), float(point[1])), scene.table_height, headings)
+        spot = replace(origin, xy=(float(point[0]), float(point[1])))
         x, y = spot.xy[0] + here.x, spot.xy[1] + here.y
         standing: DetectedObject | None = None
         near = []
@@ -248,7 +251,7 @@ def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
 def resting_pose(held: DetectedObject, spot: Placement, rotation: Array) -> Pose:
     """Return where the object stands on a spot, turned by `rotation` (3, 3)."""
     there = with_pose(held, Pose.from_matrix(np.array([*spot.xy, 0.0]), rotation))
-    x, y = spot.xy if spot.laid is None else 2.0 * np.array(spot.xy) - centre(there)[:2]
+    x, y = spot.xy if spot.laid is None and not spot.by_middle else 2.0 * np.array(spot.xy) - centre(there)[:2]
     return Pose.from_matrix(np.array([x, y, spot.height + _DROP - bottom(there)]), rotation)
 
 
