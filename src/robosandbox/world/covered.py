@@ -8,9 +8,10 @@ import numpy as np
 
 from robosandbox.shapes.compound import Geometry
 from robosandbox.types import Array, DetectedObject
-from robosandbox.world.placement_sampling import OUTSIDE
 from robosandbox.world.relations import support
 
+# Metres by which a thing is outside that came out.
+OUTSIDE = 0.03
 # Metres by which what is over a thing may seem to be lower than its top, and what it stands on higher than its foot.
 _SEEN_WITHIN = 0.01
 

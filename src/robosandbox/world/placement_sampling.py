@@ -15,6 +15,7 @@ from robosandbox.spatial import matrix_about_axis
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
 from robosandbox.values import frozen
+from robosandbox.world.covered import OUTSIDE, ways_out
 from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.relations import (
     BESIDE_GAP,
@@ -48,8 +49,8 @@ _WALL_ROOM = 0.004
 _NEXT_ROOM = 0.004
 # Metres of free space beyond which more is no better; chosen as a small object's width.
 _ENOUGH_ROOM = 0.04
-# Metres over a face at which a thing is carried in from the side, and by which it is outside before.
-CARRIED_OVER, OUTSIDE = 0.01, 0.03
+# Metres over a face at which a thing is carried in from the side.
+CARRIED_OVER = 0.01
 # Metres above what lies there at which a thing is put on it; chosen below what a drop shows.
 _ABOVE = 0.001
 # Metres over its support at which an object is let go where the hand does not get lower; chosen so that the last is
@@ -510,11 +511,13 @@ def _on_face(
     if high[2] - low[2] + 2.0 * CARRIED_OVER > face.headroom:
         return [], ()
     level = levelled(held)
-    near = [
-        item
-        for item in others
-        if item.id not in (held.id, base.id) and not is_on(item, base) and bounds(item)[1][2] > height
+    tall = high[2] - low[2] + 2.0 * CARRIED_OVER
+    around = [
+        item for item in others if item.id not in (held.id, base.id) and not is_on(item, base) and top(item) > height
     ]
+    # What is fixed over a place leaves room there, for what comes in from the side.
+    near = [part for item in around for part in separately(item) if top(part) > height and bottom(part) < height + tall]
+    over = [item for item in around if item.is_fixed and top(item) > height + tall]
     rotation, origin = base.pose.rotation, base.pose.position
     found, blocking = [], dict[str, None]()
     # The end of what lies may stand out over the edge, so that the hand keeps out.
@@ -544,9 +547,17 @@ def _on_face(
             standing = with_pose(held, resting_pose(held, placement, level))
             names = [item.id for item in near if gap(standing, item) < _SPACING]
             blocking.update(dict.fromkeys(names))
-            if not names:
-                found.append(placement)
+            if names:
+                continue
+            outs = ways_out(standing, over, math.inf) if way is None and over else []
+            found += [_from_aside(placement, out) for out in outs] or [placement]
     return found, tuple(blocking)
+
+
+def _from_aside(placement: Placement, out: Array) -> Placement:
+    """Return a spot that is come to and left on a level way (3,) out from under what is over it."""
+    length = float(np.linalg.norm(out))
+    return replace(placement, way_out=(float(out[0]) / length, float(out[1]) / length), depth=length)
 
 
 def _laid_on_face(
