@@ -141,7 +141,7 @@ class Pick(Skill):
         scene = arm.look(*around(target, arm.start))
         if width < empty and scene.held != target.id:
             raise _missed(arm, grasp, width)
-        after = _lift(arm, arm.find(target.id, scene), grasp.width, firm=firm)
+        after = _lift(arm, arm.find(target.id, scene), grasp.width, firm=firm, out=plan.out)
         return SkillResult(
             skill=self.name,
             detail={
@@ -237,7 +237,9 @@ def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
     )
 
 
-def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool = False) -> DetectedObject:
+def _lift(
+    arm: Manipulator, target: DetectedObject, width: float, *, firm: bool = False, out: Array | None = None
+) -> DetectedObject:
     """Lift what the fingers have closed on, and return where it is seen when it is still.
 
     Args:
@@ -245,6 +247,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
         target: The object as it lies between the fingers.
         width: Its extent between them, metres.
         firm: Hold as hard as the fingers can.
+        out: Level way (3,) on which it comes out from under what is over it, metres; None where that is not known.
 
     Raises:
         GraspError: It did not come up.
@@ -255,7 +258,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float, *, firm: bool 
     load, grip = LoadMeter(arm, target.id), Grip(arm, target, firm=firm)
     end = arm.driver.subscribe(load)
     try:
-        scene = draw_out(arm, target, scene, (grip,))
+        scene = draw_out(arm, target, scene, (grip,), out)
         target = arm.find(target.id, scene)
         # Going up, it leaves whatever it stands on, in or against.
         others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]

@@ -10,6 +10,8 @@ from types import ModuleType
 
 import pytest
 
+from robosandbox.workcell.session import open_session
+
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 
 
@@ -36,3 +38,16 @@ def test_a_press_is_judged_by_how_far_in_the_button_went_and_a_refused_place_is_
     assert press.fixed_n[0] == 0.0 < press.part_n[0] < furnished.LIMIT_N
     figures = furnished.summary([in_the_shelf, press])
     assert figures["achieved"] == figures["refused_proved"] == 1 and figures["false_claims"] == 0
+
+
+@pytest.mark.parametrize(("seed", "why"), [(1064, ""), (1075, "locked")])
+def test_no_link_sweeps_a_door_along_and_fingers_that_slip_off_it_press_on_nothing(
+    furnished: ModuleType, tmp_path: Path, seed: int, why: str
+) -> None:
+    room = furnished.drawn(seed)
+    with open_session(scene=room.write(tmp_path), seed=0) as cell:
+        meter = furnished.Meter(cell.mujoco, room)
+        cell.driver.subscribe(meter)
+        episode = cell.run("open(cupboard.door)")
+        assert episode.success is (why == "") and why in episode.final_detail
+        assert meter.part[0] < furnished.LIMIT_N and meter.fixed[0] < 40.0

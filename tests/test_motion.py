@@ -1,6 +1,7 @@
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -15,6 +16,7 @@ from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.timing import spline, time_path
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import Pose, Scene, SceneObject
 from robosandbox.workcell.session import open_session
 
@@ -358,3 +360,41 @@ def test_a_way_with_room_goes_before_one_that_grazes(sim, planner):
     assert checker.first_touch(straight) is None or checker.is_narrow(straight, 0.008)
     way = planner.plan_joints(*beside, speed=0.5)
     assert checker.first_touch(way.q) is None and not checker.is_narrow(way.q, 0.008)
+
+
+def test_what_the_hand_alone_may_touch_no_link_before_it_may() -> None:
+    with open_session(Scene()) as session:
+        q = session.mujoco.robot.home_q
+        motion = DLSMotionPlanner()
+        motion.use(session.ctx.planning(session.observe()), session.mujoco.arms["arm"].state())
+        model, data = session.mujoco.model, mujoco.MjData(session.mujoco.model)
+        data.qpos[session.mujoco.robot.qpos_indices] = q
+        mujoco.mj_kinematics(model, data)
+        forearm = next(g for g in range(model.ngeom) if model.body(model.geom_bodyid[g]).name == "robot/link4")
+        elbow_at, tcp = tuple(data.geom_xpos[forearm].tolist()), motion.forward(q).xyz
+    block = SceneObject(id="block", kind="box", size=(0.05, 0.05, 0.05), pose=Pose(xyz=(0.3, 0.3, 0.1)), mass=0.1)
+    with open_session(Scene(objects=(block,))) as session:
+        seen = session.observe()
+        for place, by_hand in ((tcp, True), (elbow_at, False)):
+            there = replace(seen.objects[0], pose=Pose(xyz=place))
+            planning = session.ctx.planning(replace(seen, objects=(there,)))
+            motion.use(planning, session.mujoco.arms["arm"].state())
+            assert motion.touch(q) is not None
+            motion.allow("block")
+            assert motion.touch(q) is None
+            motion.allow(by_hand=("block",))
+            assert (motion.touch(q) is None) is by_hand
+
+
+def test_fingers_are_apart_before_the_hand_goes_a_way_that_closed_ones_would_meet() -> None:
+    low = SceneObject(id="low", kind="cylinder", size=(0.012, 0.05), pose=Pose(xyz=(0.15, 0.1, 0.09)))
+    with open_session(Scene(objects=(low,))) as session:
+        arm = Manipulator(session.ctx)
+        arm.open(0.0)
+        arm.use(arm.look())
+        arm.motion.open_to(0.08)
+        over = arm.motion.plan_joints(arm.q, arm.motion.ik(down(0.15, 0.1, 0.25)))
+        arm.follow(over, "approach")
+        way = arm.motion.plan_line(arm.q, down(0.15, 0.1, 0.11))
+        arm.open_for(way, 0.08)
+        assert arm.gripper.width > 0.075

@@ -28,8 +28,11 @@ from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
-from robosandbox.world.placement_sampling import at_its_height, separately
-from robosandbox.world.relations import bottom, top
+from robosandbox.world.contracts import lookup
+from robosandbox.world.covered import ways_out
+from robosandbox.world.facts import fact
+from robosandbox.world.placement_sampling import at_its_height, levelled, resting_pose, separately, tried_on_table
+from robosandbox.world.relations import bottom, centre, top
 
 RACK = Path(__file__).parents[1] / "examples" / "scenes" / "rack.xml"
 STOVE = Path(__file__).parents[1] / "examples" / "scenes" / "stove.xml"
@@ -589,8 +592,40 @@ def test_a_can_goes_into_a_rack_from_the_side_as_the_simulated_state_says(tmp_pa
         verdict = cell.judge()
         assert verdict.success, verdict.detail
         assert max(forces, default=0.0) < 5.0
-        # Its top is covered, and a hand that lifted it would meet that.
-        assert "nothing is taken out from there" in cell.run("pick up the can").final_detail
+        # Its top is covered, and a hand that lifted it there would meet that.
+        episode, forces = _pressed_on(cell, "put the can on the table", "rack")
+        assert episode.success, episode.final_detail
+        assert not cell.judge().success
+        assert max(forces, default=0.0) < 5.0
+
+
+def test_the_middle_of_a_mug_with_its_handle_is_put_to_a_point_however_it_is_turned() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        seen = cell.observe()
+    mug, point = seen.find("red_mug"), np.array([0.2, 0.0])
+    assert mug is not None and np.linalg.norm(centre(mug)[:2] - mug.pose.position[:2]) > 0.008
+    move = lookup(fact("at", "red_mug", *point)).effect
+    assert move is not None
+    placed = move(seen, "red_mug", *point).find("red_mug")
+    assert placed is not None and centre(placed)[:2] == pytest.approx(point, abs=1e-6)
+    ((spot, _),) = tried_on_table(seen, mug, [point])
+    for yaw in spot.yaws:
+        there = replace(mug, pose=resting_pose(mug, spot, spot.rotation(levelled(mug), yaw)))
+        assert centre(there)[:2] == pytest.approx(point, abs=1e-6)
+
+
+def test_a_thing_in_a_rack_comes_out_level_by_the_side_that_is_open() -> None:
+    with open_here(WorkcellOptions(scene=RACK)) as cell:
+        seen = cell.observe()
+    can, rack = seen.find("can"), seen.find("rack")
+    assert can is not None and rack is not None and rack.geometry is not None and rack.geometry.cavity is not None
+    assert ways_out(can, seen.objects, 0.3) == []
+    floor = rack.pose.position[2] + rack.geometry.cavity.height
+    x, y = rack.pose.position[:2] + rack.geometry.cavity.middle
+    there = replace(can, pose=Pose(xyz=(x, y, can.pose.position[2] - bottom(can) + floor)))
+    (way,) = ways_out(there, seen.objects, 0.3)
+    assert way / np.linalg.norm(way) == pytest.approx(rack.pose.rotation[:, 0] * -1.0, abs=1e-3)
+    assert 0.1 < np.linalg.norm(way) < 0.3
 
 
 def test_a_thing_whose_geometry_is_in_a_welded_body_is_held(tmp_path: Path) -> None:

@@ -109,11 +109,11 @@ class Fingers:
     def open_for(self, way: Trajectory, aperture: float) -> None:
         """Send the fingers to `aperture` metres for a way that was planned with them there.
 
-        Where they have to come nearer to each other for it to be free, they are waited for first; else they go meanwhile.
+        Where it is not free with them as they are, they are waited for first; else they go meanwhile.
         """
         wide = self.gripper.width
         self.open(aperture, wait=False)
-        if wide - aperture > _GRIP_STILL:
+        if abs(wide - aperture) > _GRIP_STILL:
             self.motion.open_to(wide)
             blocked = any(self.motion.touch(q) is not None for q in way.q[::_EVERY])
             self.motion.open_to(aperture)

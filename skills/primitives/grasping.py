@@ -15,10 +15,12 @@ from robosandbox.grasp.analytic import narrowest
 from robosandbox.grasp.hand import FINGER_CLEARANCE, THINNEST
 from robosandbox.grasp.suction import least_face, widest_face
 from robosandbox.shapes import CONTAINER_WALL
+from robosandbox.skills.primitives.drawing_out import carried_out
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
     LIFT_HEIGHT,
     Manipulator,
+    moved,
     withdrawn,
 )
 from robosandbox.skills.primitives.rising import check_rise
@@ -26,6 +28,7 @@ from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, Observe
 from robosandbox.types.robot import GripperGeometry
 from robosandbox.values import frozen
 from robosandbox.world.abilities import Obstruction
+from robosandbox.world.covered import ways_out
 from robosandbox.world.relations import support
 
 # How much wider than the object the fingers come on each side, metres, the widest that is free first; chosen as a
@@ -45,6 +48,8 @@ _HOVER_CLEARANCE = 0.004
 _MOST_UNREACHABLE = 6
 # Grasps that are tried for one object; chosen so that even a mesh's every side has its turn, and a refusal comes soon.
 _MOST_TRIED = 160
+# Least cosine between the approach of a hand that reaches in from the side and the way in.
+_INWARDS = 0.7
 # Grasps whose approach may be blocked; chosen because each blocked way is searched for by sampling, which takes
 # longest.
 _MOST_BLOCKED = 5
@@ -56,6 +61,8 @@ _RESTARTS = 30
 _CLOSING_STEP = CONTAINER_WALL
 # Metres between two grasps that are tried as one; chosen below a fingertip's width.
 _SAME_PLACE = 0.008
+# Metres between two grasps with both of which, or neither, the hand is taken to have room where a thing is to go: less than a hand is thick.
+_HAND = 0.015
 # Cosine between the axes of two such grasps; chosen as 14 degrees.
 _SAME_TURN = 0.97
 
@@ -69,12 +76,14 @@ class GraspPlan:
         aperture: How far apart the fingers come, metres.
         approach: To the hover.
         descent: From there to the grasp.
+        out: Level way (3,) on which it is drawn out from under what is over it, metres; None where it rises.
     """
 
     grasp: Grasp
     aperture: float
     approach: Trajectory
     descent: Trajectory
+    out: Array | None = None
 
 
 def plan_grasp(
@@ -107,19 +116,26 @@ def plan_grasp(
     pieces = arm.planning.pieces(target.id)
     hand = arm.state.tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.spec, pieces=pieces, hand=hand)
-    search = _GraspSearch(arm, target, least_aperture)
+    ways = ways_out(target, scene.objects, 2.0 * LIFT_HEIGHT)
+    search = _GraspSearch(arm, target, scene, least_aperture, ways)
     later = list[Obstruction]()
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     candidates: Iterable[Grasp] = (_faced(arm, grasp) for grasp in fresh)
+    if ways:
+        # A hand from above has no room there as a rule.
+        candidates = sorted(candidates, key=lambda grasp: _way_of(grasp, ways) is None)
     # A cup is to touch what it is to hold.
     touched = () if arm.geometry.cup is None else (target.id,)
     # Most grasps with which there is room have it at the first place that is looked at; the others are told at length if need be.
     for briefly in (True, False) if met is not None else (False,):
-        left, later = list[Grasp](), list[Obstruction]()
+        left, later, in_vain = list[Grasp](), list[Obstruction](), list[Grasp]()
         for grasp in candidates:
+            if any(_alike(grasp, other, _HAND) for other in in_vain):
+                continue
             if met is not None and (obstruction := met(grasp, briefly)) is not None:
                 later.append(obstruction)
                 left.append(grasp)
+                in_vain.append(grasp)
                 continue
             plan = search.attempt(grasp, *touched)
             if plan is not None:
@@ -132,6 +148,9 @@ def plan_grasp(
         candidates = left
     # Where the measured gap is not exact, as of curved fingers, the hand may seem to touch what it is to hold.
     for grasp in tuple(search.touching):
+        if _way_of(grasp, ways) is not None:
+            # Coming level a finger would pass through its wall unseen.
+            continue
         plan = search.attempt(grasp, target.id)
         if plan is not None:
             arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
@@ -167,10 +186,19 @@ class _GraspSearch:
         touching: Candidates whose hand would touch the target itself, fingers by no more than their clearance.
     """
 
-    def __init__(self, arm: Manipulator, target: DetectedObject, least_aperture: float) -> None:
+    def __init__(
+        self,
+        arm: Manipulator,
+        target: DetectedObject,
+        scene: ObservedScene,
+        least_aperture: float,
+        ways: Sequence[Array],
+    ) -> None:
         self._arm = arm
         self._least_aperture = least_aperture
         self._target = target
+        self._ways = ways
+        self._scene = scene
         self._q = arm.q
         self._unreachable: Counter[tuple[str, float]] = Counter()
         self.tried: list[Grasp] = []
@@ -192,7 +220,10 @@ class _GraspSearch:
         geometry, motion = self._arm.geometry, self._arm.motion
         try:
             q_grasp = self._ik(grasp.tcp_pose)
-            hovers = list(self._hovers(grasp))
+            out = _way_of(grasp, self._ways)
+            hovers = [withdrawn(grasp.tcp_pose, height) for height in self._hovers(grasp)]
+            if out is not None:
+                hovers = [moved(grasp.tcp_pose, out)]
         except UnreachableError as error:
             self._unreachable[kind] += 1
             self.failures.append((grasp, error))
@@ -207,8 +238,12 @@ class _GraspSearch:
                 try:
                     self._check_closing(grasp, aperture, q_grasp, *allowed)
                     descent = self._descent(grasp, hovers, q_grasp)
-                    check_rise(self._arm, descent.q[-1], LIFT_HEIGHT / 2.0, self._target.id)
-                    return self._plan(grasp, aperture, descent)
+                    # What is drawn out rises where the hand came from.
+                    risen_at = descent.q[-1] if out is None else descent.q[0]
+                    check_rise(self._arm, risen_at, LIFT_HEIGHT / 2.0, self._target.id)
+                    if out is not None:
+                        self._check_out(grasp, aperture, descent.q[-1], out, *allowed)
+                    return self._plan(grasp, aperture, descent, out)
                 except (UnreachableError, CollisionError) as error:
                     failure = error
             if not self._is_of_fingers(failure):
@@ -246,6 +281,23 @@ class _GraspSearch:
         motion.open_to(aperture)
         motion.allow(*allowed)
 
+    def _check_out(self, grasp: Grasp, aperture: float, q: Array, out: Array, *allowed: str) -> None:
+        """Check that what is held at `q` (n,) can be carried out on a level way (3,).
+
+        Raises:
+            UnreachableError: The way is out of reach.
+            CollisionError: Something is in it.
+        """
+        motion = self._arm.motion
+        motion.use(self._arm.planning, replace(self._arm.state, q=q, tcp_pose=motion.forward(q)), held=self._target.id)
+        motion.open_to(grasp.width)
+        try:
+            carried_out(self._arm, self._target, self._scene, q, out)
+        finally:
+            self._arm.use(self._scene)
+            motion.open_to(aperture)
+            motion.allow(*allowed)
+
     def _ik(self, pose: Pose) -> Array:
         """Return a configuration near where the arm is, or near home: others may lead to where no line goes on.
 
@@ -259,7 +311,7 @@ class _GraspSearch:
                 continue
         return self._arm.motion.ik(pose, self._arm.spec.home_q, restarts=_RESTARTS)
 
-    def _plan(self, grasp: Grasp, aperture: float, descent: Trajectory) -> GraspPlan:
+    def _plan(self, grasp: Grasp, aperture: float, descent: Trajectory, out: Array | None) -> GraspPlan:
         """Add the approach, which is what takes longest to find."""
         self._arm.motion.allow()
         try:
@@ -267,7 +319,7 @@ class _GraspSearch:
         except CollisionError:
             self._blocked += 1
             raise
-        return GraspPlan(grasp, aperture, approach, descent)
+        return GraspPlan(grasp, aperture, approach, descent, out)
 
     def _hovers(self, grasp: Grasp) -> Iterator[float]:
         """Yield distances behind the grasp from which to come: far ones first."""
@@ -277,7 +329,7 @@ class _GraspSearch:
         yield HOVER_HEIGHT
         yield from (height for height in _LOW_HOVERS if height >= least)
 
-    def _descent(self, grasp: Grasp, hovers: Sequence[float], q_grasp: Array) -> Trajectory:
+    def _descent(self, grasp: Grasp, hovers: Sequence[Pose], q_grasp: Array) -> Trajectory:
         """Return a straight way to the grasp, from far behind it if that can be reached, else from nearer.
 
         Raises:
@@ -285,10 +337,10 @@ class _GraspSearch:
             CollisionError: Something is in the way.
         """
         failure: UnreachableError | None = None
-        for height in hovers:
+        for pose in hovers:
             for seed in (q_grasp, self._q):
                 try:
-                    hover = self._arm.motion.ik(withdrawn(grasp.tcp_pose, height), seed, restarts=_RESTARTS)
+                    hover = self._arm.motion.ik(pose, seed, restarts=_RESTARTS)
                     return self._arm.motion.plan_line(hover, grasp.tcp_pose, speed=self._arm.tempo.near)
                 except UnreachableError as error:
                     failure = error
@@ -301,9 +353,15 @@ class _GraspSearch:
         return isinstance(evidence, CollisionEvidence) and self._arm.planning.is_of_gripper(evidence.body)
 
 
-def _alike(one: Grasp, other: Grasp) -> bool:
-    """Tell whether two grasps in the object's frame are the same for practical purposes."""
-    near = float(np.linalg.norm(one.tcp_pose.position - other.tcp_pose.position)) < _SAME_PLACE
+def _way_of(grasp: Grasp, ways: Sequence[Array]) -> Array | None:
+    """Return the way out (3,) that is against a grasp's approach, where there is one."""
+    against = [way for way in ways if grasp.tcp_pose.rotation[:, 2] @ way < -_INWARDS * float(np.linalg.norm(way))]
+    return against[0] if against else None
+
+
+def _alike(one: Grasp, other: Grasp, within: float = _SAME_PLACE) -> bool:
+    """Tell whether two grasps in one frame are the same for practical purposes: the hand turned alike, and within some metres."""
+    near = float(np.linalg.norm(one.tcp_pose.position - other.tcp_pose.position)) < within
     axes = (one.tcp_pose.rotation * other.tcp_pose.rotation).sum(axis=0)
     return near and bool((axes > _SAME_TURN).all())
 

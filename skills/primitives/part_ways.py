@@ -43,6 +43,8 @@ _TRIAL, _STEP = 0.005, 0.02
 _STOP_WITHIN, _PRESS = 0.008, 0.002
 # Share of the longest lever that a grip on a hinged part has.
 _LEAST_LEVER = 0.5
+# Shares of a step at which it is looked whether a link is in the part's way.
+_ALONG = (0.0, 0.5, 1.0)
 # How much of the part's turn the hand makes, as a share, tried in this order.
 _TURNS = (1.0, 0.7, 0.4)
 # How much less sure a grip is that pulls by friction than one whose fingers push, as a ratio.
@@ -268,6 +270,8 @@ def _led_on(arm: Manipulator, part: DetectedObject, handle: DetectedObject, turn
         arm.motion.allow(*touched(handle), *touched(part))
         try:
             steps = tuple(_steps(arm, turn.steps[-1].q[-1], poses[1:]))
+            _check_beside(arm, part, steps, values)
+            arm.motion.allow(*touched(handle), *touched(part))
             back = tuple(_steps(arm, steps[-1].q[-1], returns[1:]))
             arm.motion.plan_line(back[-1].q[-1], withdrawn(returns[-1], HOVERS[-1]), speed=SPEED)
         except (UnreachableError, CollisionError) as error:
@@ -355,6 +359,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], pr
                     motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
                 motion.allow(*allowed)
                 steps.extend(_steps(arm, descent.q[-1], poses))
+                _check_beside(arm, part, steps, values)
                 approach = coming.approach(height)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
@@ -560,7 +565,7 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
                 comings.approach(height)
             motion.allow(*around(part))
             steps = tuple(_steps(arm, descent.q[-1], poses))
-            motion.plan_line(steps[-1].q[-1], withdrawn(poses[-1], HOVERS[-1]), speed=SPEED)
+            _check_beside(arm, part, steps, values)
             approach = comings.approach(height)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
@@ -580,6 +585,35 @@ def _steps(arm: Manipulator, q: Array, poses: Sequence[Pose]) -> Iterator[Trajec
         step = arm.motion.plan_line(q, pose, speed=SPEED)
         yield step
         q = step.q[-1]
+
+
+def _check_beside(arm: Manipulator, part: DetectedObject, steps: Sequence[Trajectory], values: Sequence[float]) -> None:
+    """Check that no link before the hand meets a part as that moves, nor as the hand comes off it at the end.
+
+    Args:
+        arm: Whose hand moves it.
+        part: What is moved.
+        steps: The ways of the arm.
+        values: The joint's value where each begins, and where the last ends.
+
+    Raises:
+        CollisionError: A link meets it.
+        UnreachableError: The hand cannot draw back from it.
+    """
+    motion = arm.motion
+    motion.allow(by_hand=around(part))
+    try:
+        for step, (first, last) in zip(steps, pairwise(values), strict=True):
+            for share in _ALONG:
+                motion.move_part(part.id, first + share * (last - first))
+                met = motion.touch(step.q[round(share * (len(step.q) - 1))])
+                if met is not None and _is_own(part, met):
+                    raise met
+        motion.move_part(part.id, values[-1])
+        q = steps[-1].q[-1]
+        motion.plan_line(q, withdrawn(motion.forward(q), HOVERS[-1]), speed=SPEED)
+    finally:
+        motion.move_part(part.id, part_value(part))
 
 
 def _is_end(part: DetectedObject, value: float) -> bool:

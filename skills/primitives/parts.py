@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -17,7 +19,7 @@ from robosandbox.errors import CollisionError, DrawerError, GraspError, Phase, S
 from robosandbox.evidence import DrawerEvidence
 from robosandbox.skills.primitives.gripping import empty_aperture
 from robosandbox.skills.primitives.guarded import follow_free, follow_until, nowhere_faster
-from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, moved, withdrawn
+from robosandbox.skills.primitives.manipulator import Manipulator, most_telling, moved
 from robosandbox.skills.primitives.part_ways import (
     HOVERS,
     PRESHAPE,
@@ -49,8 +51,9 @@ _MOST_ACROSS = 35.0
 # nothing changes, at more than the way no drawer is open).
 PULLED_SHARE = 0.75
 # m/s of a hand that leads a part that it holds; that pushes it, since what is pushed runs ahead and is met again; that feels whether what
-# it holds follows, as of a touch; and that brings it to its stop, which gives least: what it presses with grows by its servos' stiffness times this.
-_LEADS, _PUSHES, _FEELS, _STOPS = 0.06, 0.04, 0.01, 0.006
+# it holds follows, as of a touch; that brings it to its stop, which gives least: what it presses with grows by its servos' stiffness times
+# this; and that leaves a part, which it may still catch on.
+_LEADS, _PUSHES, _FEELS, _STOPS, _LEAVES = 0.06, 0.04, 0.01, 0.006, 0.06
 # m/s of a hand to which a part that is pushed still does not give way is stuck.
 _SLOWEST = 0.005
 # Metres that a hand goes at the most which turns on the spot.
@@ -114,7 +117,10 @@ def lead_or_push(
             return push(arm, name, goals, enough, most)
         except (UnreachableError, CollisionError) as unpushed:
             raise arm.clearest([held, unpushed]) from held
-        except (GraspError, DrawerError):
+        except DrawerError as felt:
+            # What was felt tells more than that a grip could not be planned.
+            raise (held if isinstance(held, DrawerError) else felt) from None
+        except GraspError:
             raise held from None
 
 
@@ -261,7 +267,7 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -
             return along > most or across > _MOST_ACROSS
 
         stops = way.ends_at_stop and number == len(way.poses) - 1
-        slow = _STOPS if stops else _PUSHES if way.grasp is None else _FEELS if number == 1 else _LEADS
+        slow = _STOPS if stops else _FEELS if number == 1 else _PUSHES if way.grasp is None else _LEADS
         length = max(length, abs(way.values[number] - way.values[number - 1]) * lever(part))
         stopped = follow_until(arm, _slowed(way.steps[number - 1], length, slow), Phase.SLIDE, felt)
         while stopped and way.grasp is None and not stops and slow > _SLOWEST:
@@ -299,36 +305,47 @@ def _let_go(arm: Manipulator, part: DetectedObject) -> None:
 def _step_back(arm: Manipulator, part: DetectedObject, way: PartWay) -> None:
     """Take the hand off what it pushes against the way, if it can: one that rises while it presses pulls the part along."""
     arm.use(arm.look())
-    arm.motion.allow(*around(part))
+    arm.motion.allow(by_hand=around(part))
     step = way.poses[-1].position - way.poses[-2].position
-    direction = step / max(float(np.linalg.norm(step)), 1e-9)
-    goal = moved(arm.state.tcp_pose, -STAND_OFF * direction)
-    try:
-        back = arm.motion.plan_line(arm.q, goal, speed=SPEED)
-    except (UnreachableError, CollisionError):
-        return
-
-    def pulls() -> bool:
-        """Tell whether the hand has come against what is behind it, as a handle that it pushed on from within."""
-        pressed = arm.force_on(part.id)
-        return float(np.linalg.norm(pressed)) > RESISTED and float(pressed @ direction) < RESISTED
-
-    follow_until(arm, back, Phase.RETREAT, pulls)
+    goal = moved(arm.state.tcp_pose, -STAND_OFF * step / max(float(np.linalg.norm(step)), 1e-9))
+    with suppress(UnreachableError, CollisionError):
+        follow_until(arm, arm.motion.plan_line(arm.q, goal, speed=SPEED), Phase.RETREAT, _pulls(arm))
 
 
 def _withdraw(arm: Manipulator, part: DetectedObject) -> None:
-    """Take the hand back along its approach, else up."""
-    arm.use(arm.look())
-    arm.motion.allow(*around(part))
-    state = arm.state
-    for distance in HOVERS:
+    """Take the hand off a part: back along its approach, and where that is not free, or the hand pulls on something, another way.
+
+    Raises:
+        UnreachableError: No way is in reach.
+        CollisionError: None is free.
+    """
+    turn, gone, failures = arm.state.tcp_pose.rotation, False, list[SkillError]()
+    # Fingers that were around something come off it along their approach, or along it.
+    for way, distance in product((-turn[:, 2], turn[:, 0], -turn[:, 0], np.array([0.0, 0.0, 1.0])), HOVERS):
+        arm.use(arm.look())
+        arm.motion.allow(by_hand=around(part))
         try:
-            back = arm.motion.plan_line(state.q, withdrawn(state.tcp_pose, distance), speed=arm.tempo.free)
-        except (UnreachableError, CollisionError):
+            back = arm.motion.plan_line(arm.q, moved(arm.state.tcp_pose, distance * way), speed=arm.tempo.free)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
             continue
-        arm.follow(back, Phase.RETREAT)
-        return
-    arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+        gone = True
+        if not follow_until(arm, nowhere_faster(arm, back, _LEAVES), Phase.RETREAT, _pulls(arm)):
+            return
+    if not gone:
+        raise most_telling(failures).with_(phase=Phase.RETREAT)
+
+
+def _pulls(arm: Manipulator) -> Callable[[], bool]:
+    """Return what tells whether a hand that leaves takes something along: it presses on it harder than when it began to leave."""
+    before = {name: float(np.linalg.norm(force)) for name, force in arm.forces().items()}
+
+    def felt() -> bool:
+        return any(
+            float(np.linalg.norm(force)) > before.get(name, 0.0) + RESISTED for name, force in arm.forces().items()
+        )
+
+    return felt
 
 
 def _gone(before: DetectedObject, now: DetectedObject) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -79,6 +80,9 @@ _ASKEW = math.radians(1.0)
 _EDGE_MM = 4.0
 # Ways that may be blocked; chosen because each is searched for by sampling, which takes longest.
 _MOST_BLOCKED = 5
+# Spots, those nearest to the open side first, at which the hand meets with one heading what a thing is to go into from the side: farther in
+# it has no more room.
+_MOST_MET = 6
 
 # Spots and headings with the failure of an object that has no room there by itself.
 Barred = dict[tuple[Placement, float], SkillError]
@@ -329,6 +333,7 @@ class _PlaceSearch:
         self._lower = landing(arm, held, bearable(arm, held, lower)) if isinstance(lower, Timing) else lower
         self._failures: list[SkillError] = []
         self._blocked = 0
+        self._met = Counter[tuple[object, float]]()
 
     @property
     def failure(self) -> SkillError:
@@ -352,6 +357,9 @@ class _PlaceSearch:
     def attempt(self, spot: Placement, yaw: float) -> PlacePlan | None:
         """Return the way to a spot, or None."""
         arm, motion = self._arm, self._arm.motion
+        coming = (spot.way_out, yaw)
+        if self._met[coming] >= _MOST_MET:
+            return None
         if (bar := self._barred.get((spot, yaw))) is not None:
             self._failures.append(bar)
             return None
@@ -389,8 +397,16 @@ class _PlaceSearch:
                 descent = motion.plan_through(way.q[-1], through, speed=self._lower)
         except (UnreachableError, CollisionError) as error:
             self._failures.append(error)
+            self._met[coming] += spot.way_out is not None and self._is_hand_on_base(error)
             return None
         return PlacePlan(goal, way, descent, opening, leave)
+
+    def _is_hand_on_base(self, error: SkillError) -> bool:
+        """Tell whether the hand meets what the object is to go on or into."""
+        met = error.evidence
+        if not isinstance(met, CollisionEvidence) or met.other.partition("/")[0] not in self._allowed:
+            return False
+        return self._arm.planning.is_of_hand(met.body)
 
     def _hold(self) -> None:
         """Plan with the object in hand, and what lies in it free to touch it."""

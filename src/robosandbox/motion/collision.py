@@ -19,6 +19,8 @@ from robosandbox.values import frozen
 # A contact bit that only this module uses: movers carry it as type, obstacles as affinity, so that MuJoCo looks at
 # robot-obstacle and robot-robot pairs and spends nothing on objects that stand on the table.
 _BIT = 1 << 30
+# The same of what the hand alone may touch: the links before it carry it as type.
+_LINK_BIT = 1 << 28
 # How far MuJoCo looks for obstacles, and so the longest way of any point of the robot between two checks of a path; metres.
 _SIGHT = 0.02
 # Shapes whose contacts come from the general convex solver, and by what share of the margin those of all solids may be off.
@@ -61,6 +63,7 @@ class CollisionChecker:
         names: What people call each body.
         clearance: Distance to obstacles that already counts as a touch, metres.
         movers: Bodies of the robot that are checked; None for all. Of the others nothing is known then.
+        hand: Bodies of the robot that are its hand, which alone may touch some things.
     """
 
     def __init__(
@@ -71,6 +74,7 @@ class CollisionChecker:
         *,
         clearance: float = 0.001,
         movers: Collection[int] | None = None,
+        hand: Collection[int] = (),
     ) -> None:
         self.model: mujoco.MjModel = copy.copy(model)
         self.robot = robot
@@ -89,6 +93,7 @@ class CollisionChecker:
         self._robot_body = np.isin(np.arange(model.nbody), list(robot.bodies))
         self._finger = np.isin(np.arange(model.nbody), list(robot.gripper.bodies if robot.gripper else ()))
         self._allowed = np.zeros(model.nbody, dtype=np.bool_)
+        self._by_hand = np.zeros(model.nbody, dtype=np.bool_)
         self._stands: Array | None = None
         self._near: dict[tuple[int, int], float] = {}
         self._movers, self._obstacles = self._robot_geoms & self._solid, ~self._robot_geoms & self._solid
@@ -96,6 +101,7 @@ class CollisionChecker:
             unseen = self._robot_geoms & ~np.isin(model.geom_bodyid, list(movers))
             self.model.geom_contype[unseen] = self.model.geom_conaffinity[unseen] = 0
             self._movers = self._movers & ~unseen
+        self._links = self._movers & ~np.isin(model.geom_bodyid, list(hand))
         self._general = np.isin(model.geom_type, _GENERAL)
         self._boxes = model.geom_type == _BOX
         self._levers = _levers(model, robot)
@@ -130,10 +136,11 @@ class CollisionChecker:
             self._held = (body, address, tcp_to_object.position, tcp_to_object.rotation)
         self._apply_bits()
 
-    def allow(self, bodies: Iterable[int]) -> None:
-        """Let movers touch these bodies; replaces what was allowed before."""
-        self._allowed[:] = False
+    def allow(self, bodies: Iterable[int], by_hand: Iterable[int] = ()) -> None:
+        """Let movers touch these bodies, and the hand and what it holds some more; replaces what was allowed before."""
+        self._allowed[:] = self._by_hand[:] = False
         self._allowed[list(bodies)] = True
+        self._by_hand[list(by_hand)] = True
         self._apply_bits()
 
     def stand(self, q: Array) -> None:
@@ -279,6 +286,7 @@ class CollisionChecker:
         model, bodies = self.model, self.model.geom_bodyid
         movers, obstacles = self._movers, self._obstacles
         model.geom_contype[movers] |= _BIT
+        model.geom_contype[self._links] |= _LINK_BIT
         model.geom_contype[obstacles] = 0
         model.geom_conaffinity[obstacles] = _BIT
         sight = max(self.clearance, _SIGHT)
@@ -286,6 +294,7 @@ class CollisionChecker:
         # Pairs of bodies with several geoms are looked for in trees of boxes, which grow by the margin of the body: with the
         # compiled one, 0, all that is near without touching would be missed.
         model.body_margin[:] = sight
+        model.geom_conaffinity[self._by_hand[bodies] & obstacles] = _LINK_BIT
         model.geom_conaffinity[self._allowed[bodies] & obstacles] = 0
         if self._held is not None:
             held = self._with_held()[bodies] & self._solid

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -93,16 +93,19 @@ class DLSMotionPlanner:
         """Return a new checker of what the paths of this planner may touch."""
         return planning.collisions(self.clearance)
 
-    def allow(self, *names: str) -> None:
+    def allow(self, *names: str, by_hand: Iterable[str] = ()) -> None:
         """Let the robot and what it holds touch these bodies, with the parts of them, from now on, and no others.
 
-        "table" is all ground: the floor beside it, too.
+        "table" is all ground: the floor beside it, too. What is named `by_hand` no link before the hand may touch.
         """
-        wanted = set(names)
-        if wanted & _GROUND:
-            wanted |= _GROUND
-        bodies = enumerate(self._collisions.names)
-        self._collisions.allow(b for b, name in bodies if name in wanted or name.partition("/")[0] in wanted)
+        self._collisions.allow(self._bodies(names), self._bodies(by_hand))
+
+    def move_part(self, name: str, value: float) -> None:
+        """Check the plans that follow with a part's joint at a value, metres or radians."""
+        assert self._planning is not None
+        body = self._planning.body(name)
+        if body is not None:
+            self._collisions.slide(body, value)
 
     def open_to(self, aperture: float) -> None:
         """Check the paths that follow with the fingers `aperture` apart, metres."""
@@ -316,6 +319,13 @@ class DLSMotionPlanner:
         return CollisionError(
             f"{evidence.told()} at waypoint {index + 1} of {len(path)}; {remedy}", phase=Phase.PLAN, evidence=evidence
         )
+
+    def _bodies(self, names: Iterable[str]) -> list[int]:
+        wanted = set(names)
+        if wanted & _GROUND:
+            wanted |= _GROUND
+        bodies = enumerate(self._collisions.names)
+        return [body for body, name in bodies if name in wanted or name.partition("/")[0] in wanted]
 
     @property
     def _kinematics(self) -> Kinematics:

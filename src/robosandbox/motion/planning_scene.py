@@ -110,7 +110,9 @@ class PlanningScene:
     def collisions(self, clearance: float, *, hand_only: bool = False) -> CollisionChecker:
         """Return a new checker of collisions that keeps `clearance` metres from obstacles, of the arm or of its hand alone."""
         world, movers = self._world, self._hand_bodies if hand_only else None
-        return CollisionChecker(world.model, self.robot, world.names, clearance=clearance, movers=movers)
+        return CollisionChecker(
+            world.model, self.robot, world.names, clearance=clearance, movers=movers, hand=self._hand_bodies
+        )
 
     def arrange(self, checker: CollisionChecker) -> None:
         """Put what `collisions` checks against where it is believed to be: objects, and the other arms."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
@@ -19,8 +19,15 @@ class MotionPlanner(Protocol):
         """Take the world to plan in: objects as believed, the robot as it stands, `held` moving with the TCP."""
         ...
 
-    def allow(self, *names: str) -> None:
-        """Let the robot touch these objects (and "table", with the floor beside it) in the plans that follow, and nothing else."""
+    def allow(self, *names: str, by_hand: Iterable[str] = ()) -> None:
+        """Let the robot touch these objects (and "table", with the floor beside it) in the plans that follow, and nothing else.
+
+        What is named `by_hand` the hand and what it holds may touch, and no link before it.
+        """
+        ...
+
+    def move_part(self, name: str, value: float) -> None:
+        """Check the plans that follow with a part's joint at a value, metres or radians."""
         ...
 
     def open_to(self, aperture: float) -> None:

@@ -155,13 +155,27 @@ def lets_in(view: View, a: str, c: str) -> Finding:
 
 def _way_in(view: View, item: DetectedObject, cupboard: DetectedObject) -> Finding:
     """Return whether no door stands where an object comes into a cupboard from the side."""
-    level, doors = levelled(item), [other for other in view.scene.objects if is_on(other, cupboard)]
-    shut: dict[str, None] = {}
+    level = levelled(item)
+    ways = []
     for spot in itertools.islice(placements_in(cupboard, item, ()), _WAYS_IN):
-        there = resting_pose(item, spot, spot.rotation(level, 0.0))
-        out = np.array([*(spot.way_out or (0.0, 0.0)), 0.0])
+        there = with_pose(item, resting_pose(item, spot, spot.rotation(level, 0.0)))
+        ways.append((there, spot.depth * np.array([*(spot.way_out or (0.0, 0.0)), 0.0])))
+    return no_door_before(view, cupboard, ways)
+
+
+def no_door_before(view: View, cupboard: DetectedObject, ways: Sequence[tuple[DetectedObject, Array]]) -> Finding:
+    """Return whether no door of a cupboard stands in one of some ways.
+
+    Args:
+        view: What is seen.
+        cupboard: The doors are parts of it.
+        ways: A thing where it stands in the cupboard, and the way (3,) on which it comes out, metres.
+    """
+    doors = [other for other in view.scene.objects if is_on(other, cupboard)]
+    shut: dict[str, None] = {}
+    for there, out in ways:
         stations = [
-            with_pose(item, Pose.from_matrix(there.position + share * spot.depth * out, there.rotation))
+            with_pose(there, Pose.from_matrix(there.pose.position + share * out, there.pose.rotation))
             for share in _SHARES
         ]
         met = [door.id for door in doors if any(nearer(door, one, 0.0) for one in stations)]
@@ -172,7 +186,7 @@ def _way_in(view: View, item: DetectedObject, cupboard: DetectedObject) -> Findi
     names = tuple(closed or shut)
     return Finding(
         holds=not names,
-        is_sure=is_clearly_seen(item, cupboard),
+        is_sure=all(is_clearly_seen(there, cupboard) for there, _ in ways),
         cause=f"{', '.join(names)} {'stands' if len(names) == 1 else 'stand'} before {cupboard.id}",
         help=f"open {names[0]} first" if names else "",
         blocking=names,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from robosandbox.errors import (
@@ -16,6 +17,9 @@ from robosandbox.errors import (
 from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import ObservedScene
+from robosandbox.world import parts
+from robosandbox.world.containers import no_door_before
+from robosandbox.world.covered import ways_out
 from robosandbox.world.effects import taken
 from robosandbox.world.facts import HELD, TABLE, Fact, fact
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
@@ -229,17 +233,20 @@ def graspable(view: View, a: str) -> Finding:
 
 @predicate("object")
 def accessible(view: View, a: str) -> Finding:
-    """No drawer's cabinet and no board of a fixture is over an object."""
+    """No drawer's cabinet is over an object, and no door before it; an open side it is taken out by."""
     item = view.get(a)
     for drawer in view.others(a):
-        if drawer.kind == "cupboard" and a != drawer.id and lies_in(item, drawer):
-            return Finding(
-                holds=False,
-                is_sure=is_clearly_seen(item),
-                cause=f"{a} is inside {drawer.id}, which is open to the side only, and nothing is taken out from there",
-                help="take it out by hand",
-                blocking=(drawer.id,),
-            )
+        if drawer.kind == "cupboard" and lies_in(item, drawer):
+            ways = [(item, out) for out in ways_out(item, [drawer], drawer.size[2])]
+            finding = no_door_before(view, drawer, ways)
+            if not finding.holds:
+                return finding
+            continue
+        if parts.is_part(drawer) and lies_in(item, drawer):
+            finding = parts.open_(view, drawer.id)
+            if not finding.holds:
+                return replace(finding, blocking=(drawer.id,), remedies=(fact("open", drawer.id),))
+            continue
         if not drawer.shape.opens or item.shape.is_granular:
             continue
         local = drawer.pose.rotation.T @ (item.shape.centre(item) - drawer.pose.position)

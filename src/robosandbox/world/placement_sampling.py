@@ -15,6 +15,7 @@ from robosandbox.spatial import matrix_about_axis
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
 from robosandbox.values import frozen
+from robosandbox.world.covered import OUTSIDE, ways_out
 from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.relations import (
     BESIDE_GAP,
@@ -48,8 +49,8 @@ _WALL_ROOM = 0.004
 _NEXT_ROOM = 0.004
 # Metres of free space beyond which more is no better; chosen as a small object's width.
 _ENOUGH_ROOM = 0.04
-# Metres over a face at which a thing is carried in from the side, and by which it is outside before.
-CARRIED_OVER, _OUTSIDE = 0.01, 0.03
+# Metres over a face at which a thing is carried in from the side.
+CARRIED_OVER = 0.01
 # Metres above what lies there at which a thing is put on it; chosen below what a drop shows.
 _ABOVE = 0.001
 # Metres over its support at which an object is let go where the hand does not get lower; chosen so that the last is
@@ -87,13 +88,14 @@ class Placement:
     """Placement for the held object.
 
     Attributes:
-        xy: The object's origin, metres; the middle of one that is laid down.
+        xy: The object's origin, metres, or its middle.
         height: Its lowest point, metres.
         yaws: Headings to try, radians about world z from its present one, best first.
         way_out: Level unit vector along which it is left by what has to come in from the side; None from above.
         depth: Metres along it to where what stands there would be outside.
         over: Metres above it from which it is come down to straight at the least, as around a post.
         laid: Direction of the level axis, radians about world z, about which the object is laid down by a quarter turn; None as it stands.
+        by_middle: Whether `xy` is the middle, however it is turned: a mug's origin is off that by its handle. So it is of what is laid down.
     """
 
     xy: tuple[float, float]
@@ -103,6 +105,7 @@ class Placement:
     depth: float = 0.0
     over: float = 0.0
     laid: float | None = None
+    by_middle: bool = False
 
     def rotation(self, level: Array, yaw: float) -> Array:
         """Return the rotation (3, 3) with which what is level as `level` (3, 3) stands here at one of the headings."""
@@ -134,14 +137,15 @@ def tried_on_table(
     level = levelled(held)
     headings = turns(0.0)
     # Around the table's middle, to be compared with what is there before it is put to each point.
-    here = extent(with_pose(held, resting_pose(held, Placement((0.0, 0.0), scene.table_height, headings), level)))
+    origin = Placement((0.0, 0.0), scene.table_height, headings, by_middle=True)
+    here = extent(with_pose(held, resting_pose(held, origin, level)))
     there = [(item, extent(item)) for item in scene.objects if item.id != held.id]
     others = [(item, around) for item, around in there if around.low < here.high]
     pieces: dict[str, tuple[DetectedObject, ...]] = {}
     for point in points:
         if margin_on_table(scene.table_area, point, half) < 0.0:
             continue
-        spot = Placement((float(point[0]), float(point[1])), scene.table_height, headings)
+        spot = replace(origin, xy=(float(point[0]), float(point[1])))
         x, y = spot.xy[0] + here.x, spot.xy[1] + here.y
         standing: DetectedObject | None = None
         near = []
@@ -248,7 +252,7 @@ def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
 def resting_pose(held: DetectedObject, spot: Placement, rotation: Array) -> Pose:
     """Return where the object stands on a spot, turned by `rotation` (3, 3)."""
     there = with_pose(held, Pose.from_matrix(np.array([*spot.xy, 0.0]), rotation))
-    x, y = spot.xy if spot.laid is None else 2.0 * np.array(spot.xy) - centre(there)[:2]
+    x, y = spot.xy if spot.laid is None and not spot.by_middle else 2.0 * np.array(spot.xy) - centre(there)[:2]
     return Pose.from_matrix(np.array([x, y, spot.height + _DROP - bottom(there)]), rotation)
 
 
@@ -507,11 +511,13 @@ def _on_face(
     if high[2] - low[2] + 2.0 * CARRIED_OVER > face.headroom:
         return [], ()
     level = levelled(held)
-    near = [
-        item
-        for item in others
-        if item.id not in (held.id, base.id) and not is_on(item, base) and bounds(item)[1][2] > height
+    tall = high[2] - low[2] + 2.0 * CARRIED_OVER
+    around = [
+        item for item in others if item.id not in (held.id, base.id) and not is_on(item, base) and top(item) > height
     ]
+    # What is fixed over a place leaves room there, for what comes in from the side.
+    near = [part for item in around for part in separately(item) if top(part) > height and bottom(part) < height + tall]
+    over = [item for item in around if item.is_fixed and top(item) > height + tall]
     rotation, origin = base.pose.rotation, base.pose.position
     found, blocking = [], dict[str, None]()
     # The end of what lies may stand out over the edge, so that the hand keeps out.
@@ -529,7 +535,7 @@ def _on_face(
             depth = 0.0
             if way is not None and out is not None:
                 edge = float((face.points @ way).max() - spot @ way)
-                depth = edge + float(np.hypot(*half)) + _OUTSIDE
+                depth = edge + float(np.hypot(*half)) + OUTSIDE
             placement = Placement(
                 (float(x), float(y)),
                 height,
@@ -541,9 +547,17 @@ def _on_face(
             standing = with_pose(held, resting_pose(held, placement, level))
             names = [item.id for item in near if gap(standing, item) < _SPACING]
             blocking.update(dict.fromkeys(names))
-            if not names:
-                found.append(placement)
+            if names:
+                continue
+            outs = ways_out(standing, over, math.inf) if way is None and over else []
+            found += [_from_aside(placement, out) for out in outs] or [placement]
     return found, tuple(blocking)
+
+
+def _from_aside(placement: Placement, out: Array) -> Placement:
+    """Return a spot that is come to and left on a level way (3,) out from under what is over it."""
+    length = float(np.linalg.norm(out))
+    return replace(placement, way_out=(float(out[0]) / length, float(out[1]) / length), depth=length)
 
 
 def _laid_on_face(

@@ -98,22 +98,25 @@ def _put_on(scene: ObservedScene, a: str, b: str) -> ObservedScene:
     if item is None:
         return scene
     if base is None:
-        point, height = centre(item), scene.table_height
-        heading = 0.0
-    else:
-        spots, _ = placements_on(item, base, scene.objects)
-        point, height = (
-            (centre(base), rest_height(item, base)) if not spots else (np.array(spots[0].xy), spots[0].height)
-        )
-        heading = yaw_to_align(item, base)
-    return _stood(scene, item, (float(point[0]), float(point[1])), height, heading)
+        return _stood(scene, item, centre(item)[:2], 0.0)
+    spots, _ = placements_on(item, base, scene.objects)
+    heading = yaw_to_align(item, base)
+    if not spots:
+        return _stood(scene, item, centre(base)[:2], heading, rest_height(item, base))
+    return put(scene, a, resting_pose(item, spots[0], about_z(heading) @ levelled(item)))
 
 
 def _stood(
-    scene: ObservedScene, item: DetectedObject, xy: tuple[float, float], height: float, heading: float
+    scene: ObservedScene,
+    item: DetectedObject,
+    point: Sequence[float] | Array,
+    heading: float,
+    height: float | None = None,
 ) -> ObservedScene:
-    rotation = about_z(heading) @ levelled(item)
-    return put(scene, item.id, resting_pose(item, Placement(xy, height, ()), rotation))
+    """Return the scene with an object's middle over a point, x and y, of the table or at another height, turned by a heading."""
+    xy = float(point[0]), float(point[1])
+    spot = Placement(xy, scene.table_height if height is None else height, (), by_middle=True)
+    return put(scene, item.id, resting_pose(item, spot, about_z(heading) @ levelled(item)))
 
 
 def _put_beside(scene: ObservedScene, a: str, b: str, side: Side) -> ObservedScene:
@@ -122,15 +125,14 @@ def _put_beside(scene: ObservedScene, a: str, b: str, side: Side) -> ObservedSce
         return scene
     points = points_beside(item, other, side)
     spots, _ = table_placements(scene, item, points)
-    xy = spots[0].xy if spots else (float(points[0][0]), float(points[0][1]))
-    return _stood(scene, item, xy, scene.table_height, 0.0)
+    return _stood(scene, item, spots[0].xy if spots else points[0], 0.0)
 
 
 def _put_at(scene: ObservedScene, a: str, x: float, y: float, yaw: float | None = None) -> ObservedScene:
     item = scene.find(a)
     if item is None:
         return scene
-    return _stood(scene, item, (x, y), scene.table_height, 0.0 if yaw is None else yaw - item.pose.yaw)
+    return _stood(scene, item, (x, y), 0.0 if yaw is None else yaw - item.pose.yaw)
 
 
 def _righted(scene: ObservedScene, a: str) -> ObservedScene:
