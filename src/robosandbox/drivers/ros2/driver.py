@@ -53,6 +53,8 @@ except ImportError as error:
 
 # Seconds over which a speed is taken where the joint states tell none.
 _SPEED_SECONDS = 0.1
+# Number of goals whose ways to the controller tell how long that of the next may take.
+_WAYS = 20
 
 
 class Ros2(WallClockDriver):
@@ -227,6 +229,9 @@ class _RosArm(BareArm):
         self._sent: Sent | None = None
         self._integral = IntegralAction(spec.n, cell.control_timestep)
         self._past: deque[tuple[float, Array]] = deque()
+        # Where what was sent last ends, and how long the controller took to answer the ones before, seconds.
+        self._end: Array | None = None
+        self._ways: deque[float] = deque(maxlen=_WAYS)
 
     @property
     def moves(self) -> bool:
@@ -336,12 +341,16 @@ class _RosArm(BareArm):
     def _send(self, rows: Array, velocities: Array | None, seconds: Array) -> None:
         if self._sent is not None:
             self._sent.replaced = True
+            if self._sent.took is not None:
+                self._ways.append(self._sent.took)
+        self._end = rows[-1]
         self._sent = self._cell.link.follow(self._joints, rows, velocities, seconds)
 
     def _seconds_to(self, q: Array, speeds: Array | None = None, least: float = np.inf) -> float:
         """Return in how many seconds a controller takes the arm somewhere within its limits of speed, a tick at the least.
 
-        It begins where the arm is when the goal comes, and with its speed: that is a tick after it was told of, or sooner.
+        It begins where the arm is when the goal comes, and with its speed. That may be as late as the slowest of the goals before
+        came, and a tick; until then the arm goes on as it does, or as fast as it may to where it was sent last.
 
         Args:
             q: Where to, shape (n,).
@@ -349,8 +358,11 @@ class _RosArm(BareArm):
             least: The shortest time of use where that is shorter than a tick, seconds.
         """
         cell, now = self._cell, self.state()
-        later = now.q + (max(0.0, cell.time - now.time) + cell.control_timestep) * now.qd
-        steps = q - np.array([now.q, later])
+        late = max(0.0, cell.time - now.time) + cell.control_timestep + max(self._ways, default=0.0)
+        places, most = [now.q, now.q + late * now.qd], late * self.spec.velocity_limits
+        if self._end is not None and self.moves:
+            places.append(now.q + np.clip(self._end - now.q, -most, most))
+        steps = q - np.array(places)
         return seconds_to(steps, now.qd, speeds, self.spec.velocity_limits, min(least, cell.control_timestep))
 
     def _wait_for_answer(self, guards: Sequence[Guard]) -> None:

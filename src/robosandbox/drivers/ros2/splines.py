@@ -37,12 +37,12 @@ def seconds_to(steps: Array, before: Array, after: Array | None, limits: Array, 
 
     Args:
         steps: How far it is, from each place where the arm may be when the controller begins, shape (k, n).
-        before: Speeds that it may begin with, shape (n,); not known of a controller that is told none, which goes by a line.
+        before: Speeds that it begins with, shape (n,).
         after: Speeds there, shape (n,); None where the controller goes there by a line.
         limits: Of speed, shape (n,).
         least: The shortest time that is of use.
     """
-    times = least * _STEP ** np.arange(_TRIED)
+    times: Array = least * np.power(_STEP, np.arange(float(_TRIED)))
     across = np.broadcast_to(steps, (_TRIED, *steps.shape))
     speeds = np.abs(across) / times[:, None, None]
     most = limits
