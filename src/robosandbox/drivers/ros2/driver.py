@@ -229,8 +229,8 @@ class _RosArm(BareArm):
         self._sent: Sent | None = None
         self._integral = IntegralAction(spec.n, cell.control_timestep)
         self._past: deque[tuple[float, Array]] = deque()
-        # Where what was sent last ends, and how long the controller took to answer the ones before, seconds.
-        self._end: Array | None = None
+        # The rows that were sent last, and how long the controller took to answer goals, seconds.
+        self._rows: Array = np.empty((0, spec.n))
         self._ways: deque[float] = deque(maxlen=_WAYS)
 
     @property
@@ -343,14 +343,15 @@ class _RosArm(BareArm):
             self._sent.replaced = True
             if self._sent.took is not None:
                 self._ways.append(self._sent.took)
-        self._end = rows[-1]
+        self._rows = rows
         self._sent = self._cell.link.follow(self._joints, rows, velocities, seconds)
 
     def _seconds_to(self, q: Array, speeds: Array | None = None, least: float = np.inf) -> float:
         """Return in how many seconds a controller takes the arm somewhere within its limits of speed, a tick at the least.
 
-        It begins where the arm is when the goal comes, and with its speed. That may be as late as the slowest of the goals before
-        came, and a tick; until then the arm goes on as it does, or as fast as it may to where it was sent last.
+        It begins where the arm is when the goal comes, and with its speed. Until then the arm goes on to where it was sent last: all
+        of the way where that is one row, which is near, else as far as it gets until a goal comes as late as the slowest of those before,
+        and a tick.
 
         Args:
             q: Where to, shape (n,).
@@ -360,8 +361,9 @@ class _RosArm(BareArm):
         cell, now = self._cell, self.state()
         late = max(0.0, cell.time - now.time) + cell.control_timestep + max(self._ways, default=0.0)
         places, most = [now.q, now.q + late * now.qd], late * self.spec.velocity_limits
-        if self._end is not None and self.moves:
-            places.append(now.q + np.clip(self._end - now.q, -most, most))
+        if self.moves:
+            ahead = self._rows[-1] - now.q
+            places.append(now.q + (ahead if len(self._rows) == 1 else np.clip(ahead, -most, most)))
         steps = q - np.array(places)
         return seconds_to(steps, now.qd, speeds, self.spec.velocity_limits, min(least, cell.control_timestep))
 
