@@ -100,7 +100,7 @@ def _object(name: str, told: dict[str, Any]) -> DetectedObject:
                 high=high,
                 stiffness=0.0,
             )
-        geometry = Geometry(tuple(_boxes(told)), told["kind"], joint)
+        geometry = _kept(Geometry(tuple(_boxes(told)), told["kind"], joint))
     return DetectedObject(
         id=name,
         kind=told["kind"],
@@ -111,6 +111,12 @@ def _object(name: str, told: dict[str, Any]) -> DetectedObject:
         opening=opening,
         geometry=geometry,
     )
+
+
+@cache
+def _kept(geometry: Geometry) -> Geometry:
+    """Return the first that is equal: one bowl stands in many scenes, and what is worked out of it is kept with it."""
+    return geometry
 
 
 def _boxes(told: dict[str, Any]) -> Iterator[Piece]:

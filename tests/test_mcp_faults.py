@@ -46,7 +46,7 @@ def test_a_line_that_is_no_message_is_answered_and_the_next_one_too(line: str, n
 
 @pytest.mark.slow
 def test_a_sim_that_died_is_told_by_name() -> None:
-    with SimProcess() as sim, McpProcess("--connect", sim.endpoint) as server:
+    with SimProcess() as sim, McpProcess("--connect", sim.endpoint, "--reconnect", "2") as server:
         server.call(1, "look")
         sim.kill()
         found = server.call(2, "pick", object="red_cube")["result"]

@@ -11,7 +11,10 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from robosandbox.drivers.ros2.splines import largest_speeds, seconds_to, stretch
 
 PROJECT = Path(__file__).parents[1] / "examples" / "drivers" / "ros2"
 RUN = "from robosandbox.apps.cli import main; main()"
@@ -29,6 +32,7 @@ CLAIMS = (
     "a_controller_that_is_started_again_is_found_again",
     "an_outside_node_sees_and_is_answered",
     "an_outside_node_cancels_and_stops",
+    "a_way_that_begins_beside_the_arm_is_gone_to_within_its_speed",
     "no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits",
     "bytes_and_hashes_without_ros_are_those_of_the_wheels",
     "a_bag_of_the_topics_is_read_back_by_another_reader",
@@ -55,6 +59,48 @@ def test_the_interfaces_are_where_colcon_is_told() -> None:
         path.relative_to(folder).as_posix() for kind in ("msg", "srv", "action") for path in folder.rglob(f"*.{kind}")
     ]
     assert files and all(f'"{file}"' in written for file in files)
+
+
+def fastest(step: float, before: float, after: float, seconds: float) -> float:
+    """Return the largest speed of a cubic, by looking at very many places of it."""
+    share, first, last = np.linspace(0.0, 1.0, 20_001), before * seconds, after * seconds
+    second, third = 3.0 * step - 2.0 * first - last, first + last - 2.0 * step
+    return float(np.abs(first + share * (2.0 * second + 3.0 * third * share)).max() / seconds)
+
+
+def test_the_largest_speed_of_a_cubic_is_that_of_all_its_places() -> None:
+    random = np.random.default_rng(0)
+    for step, before, after, seconds in random.uniform((-1, -2, -2, 0.01), (1, 2, 2, 1.0), (300, 4)):
+        found = largest_speeds(np.array([step]), np.array([before]), np.array([after]), seconds)
+        assert found[0] == pytest.approx(fastest(step, before, after, seconds), rel=1e-6)
+    # From standing to standing the middle is half as fast again as a line.
+    assert largest_speeds(np.ones(1), np.zeros(1), np.zeros(1), 1.0)[0] == 1.5
+
+
+def test_a_goal_is_joined_to_within_the_limits_by_a_line_and_by_a_cubic() -> None:
+    random, limits = np.random.default_rng(1), np.array([2.0, 0.5])
+    for _ in range(100):
+        steps = random.normal(scale=0.2, size=(2, 2))
+        before, after = random.uniform(-limits, limits, (2, 2))
+        seconds = seconds_to(steps, before, after, limits, 0.01)
+        by_line = seconds_to(steps, before, None, limits, 0.01)
+        assert (np.abs(steps) / by_line <= limits * (1 + 1e-6)).all() and by_line <= seconds
+        for step in steps:
+            for joint, limit in enumerate(limits):
+                assert fastest(step[joint], before[joint], after[joint], seconds) <= limit * (1 + 1e-6)
+    assert seconds_to(np.zeros((1, 2)), np.zeros(2), np.zeros(2), limits, 0.01) == 0.01
+
+
+def test_rows_that_keep_to_a_speed_are_stretched_where_their_cubics_do_not() -> None:
+    rows, limits = np.array([[0.0], [0.1], [0.2], [0.2]]), np.array([1.0])
+    speeds = np.gradient(rows, 0.1, axis=0)
+    longer = stretch(rows, speeds, 0.1, limits)
+    assert longer == pytest.approx(fastest(0.1, 1.0, 0.5, 0.1)) and longer > 1.05
+    assert (
+        largest_speeds(np.diff(rows, axis=0), speeds[:-1] / longer, speeds[1:] / longer, 0.1 * longer).max()
+        <= 1.0 + 1e-9
+    )
+    assert stretch(rows, speeds, 0.1, 2.0 * limits) == 1.0
 
 
 def ros_domain(worker: str) -> str:

@@ -310,23 +310,28 @@ def _depths(mask: NDArray[np.bool_]) -> Array:
 def _filled(heights: Array) -> Array:
     """Return up to which height water stands on each cell, shape as given.
 
-    Priority flood (Barnes, Lehman and Mulla, 2014): cells are reached from the border inwards, the lowest first.
+    Priority flood (Barnes, Lehman and Mulla, 2014, algorithm 2): cells are reached from the border inwards, the lowest first; what
+    lies no higher than the cell it is reached from waits in no queue.
     """
-    level = heights.copy()
-    rows, columns = heights.shape
-    reached = np.zeros(heights.shape, dtype=bool)
-    queue: list[tuple[float, int, int]] = []
-    for i in range(rows):
-        for j in range(columns):
-            if i in (0, rows - 1) or j in (0, columns - 1):
-                queue.append((float(heights[i, j]), i, j))
-                reached[i, j] = True
+    columns = heights.shape[1]
+    border = np.ones(heights.shape, dtype=bool)
+    border[1:-1, 1:-1] = False
+    level: list[float] = heights.ravel().tolist()
+    queue = [(level[cell], cell) for cell in np.flatnonzero(border).tolist()]
+    # Cells are numbered row by row; a row more stands for what is beyond the last, and what is beyond the other sides is border.
+    reached = bytearray(border.tobytes()) + bytearray(b"\x01" * columns)
     heapq.heapify(queue)
     while queue:
-        height, i, j = heapq.heappop(queue)
-        for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
-            if 0 <= a < rows and 0 <= b < columns and not reached[a, b]:
-                reached[a, b] = True
-                level[a, b] = max(height, heights[a, b])
-                heapq.heappush(queue, (float(level[a, b]), a, b))
-    return level
+        height, cell = heapq.heappop(queue)
+        flooded = [cell]
+        for cell in flooded:
+            for near in (cell - columns, cell + columns, cell - 1, cell + 1):
+                if reached[near]:
+                    continue
+                reached[near] = 1
+                if level[near] > height:
+                    heapq.heappush(queue, (level[near], near))
+                else:
+                    level[near] = height
+                    flooded.append(near)
+    return np.array(level).reshape(heights.shape)

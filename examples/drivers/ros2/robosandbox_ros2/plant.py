@@ -4,8 +4,10 @@
 
 FOLDER has `scene.pickle` (a `Scene`, what to feel, and where the arm begins) and gets `referee`, a socket over which the true state
 is told and faults are made: never anything that the driver under test could hear. The controller does what ros2_control's
-JointTrajectoryController does: a new goal replaces the one before it, a cancelled one leaves the arm where it is, tolerances abort
-with a code, and what is no trajectory of its joints is rejected.
+JointTrajectoryController does as it comes: a goal begins at the next tick where the arm is measured to be, with its measured speed,
+and goes by cubics through points with speeds and by lines through others; a new goal replaces the one before it; after a cancel the
+arm is held where it is measured to be, at once (`decelerate_on_cancel` is off); tolerances abort with a code, and what is no
+trajectory of its joints is rejected. Its clock counts ticks, so that a process which comes late moves nothing faster.
 """
 
 from __future__ import annotations
@@ -50,26 +52,48 @@ _RESULT = FollowJointTrajectory.Result
 
 
 class Follower:
-    """A trajectory that is followed: rows, when each is due, and what tells its client of the end."""
+    """A trajectory that is followed: rows, when each is due, and what tells its client of the end.
 
-    def __init__(self, handle: Any, joints: list[str], start: np.ndarray, began: float) -> None:
+    Args:
+        handle: The goal's.
+        joints: Of the arm.
+        start: Where the arm is measured to be, rad or m, shape (n,).
+        speed: How fast, likewise.
+        began: Seconds of the controller's clock.
+        number: How many goals there were, with this one.
+    """
+
+    def __init__(
+        self, handle: Any, joints: list[str], start: np.ndarray, speed: np.ndarray, began: float, number: int
+    ) -> None:
         points = handle.request.trajectory.points
         order = [handle.request.trajectory.joint_names.index(joint) for joint in joints]
         seconds = [point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec for point in points]
         rows = [np.array(point.positions)[order] for point in points]
+        speeds = [np.array(point.velocities)[order] for point in points if len(point.velocities)]
+        by_cubics = len(speeds) == len(rows)
         if seconds[0] > 0.0:
-            seconds, rows = [0.0, *seconds], [start, *rows]
-        self.handle, self.began = handle, began
+            seconds, rows, speeds = [0.0, *seconds], [start, *rows], [speed, *speeds]
+        self.handle, self.began, self.number = handle, began, number
         self.seconds, self.rows = np.array(seconds), np.array(rows)
+        self.speeds = np.array(speeds) if by_cubics else None
         self.ended = threading.Event()
         self.code, self.said, self.cancelled = _RESULT.SUCCESSFUL, "", False
 
     def at(self, now: float) -> tuple[np.ndarray, np.ndarray]:
         """Return where the joints are to be, and how fast."""
-        due = min(now - self.began, self.seconds[-1])
-        row = np.array([np.interp(due, self.seconds, column) for column in self.rows.T])
-        ahead = min(due + TICK, self.seconds[-1])
-        return row, (np.array([np.interp(ahead, self.seconds, column) for column in self.rows.T]) - row) / TICK
+        due = now - self.began
+        if due >= self.seconds[-1]:
+            return self.rows[-1], np.zeros(self.rows.shape[1])
+        k = int(np.searchsorted(self.seconds, due, side="right")) - 1
+        span, way = self.seconds[k + 1] - self.seconds[k], self.rows[k + 1] - self.rows[k]
+        share = (due - self.seconds[k]) / span
+        if self.speeds is None:
+            return self.rows[k] + share * way, way / span
+        first, last = span * self.speeds[k : k + 2]
+        second, third = 3.0 * way - 2.0 * first - last, first + last - 2.0 * way
+        row = self.rows[k] + share * (first + share * (second + share * third))
+        return row, (first + share * (2.0 * second + 3.0 * share * third)) / span
 
     def end(self, code: int = _RESULT.SUCCESSFUL, said: str = "", *, cancelled: bool = False) -> None:
         """Take note that it is over, and tell its client."""
@@ -97,6 +121,7 @@ class Plant:
         self.controls = np.array(self.sim.controls)
         self.hold = self.sim.arm_state("arm").q.copy()
         self.following: Follower | None = None
+        self.ticks = 0
         self.order: dict[int, int] = {}
         self.newest = 0
         self.grip: tuple[float, Any] | None = None
@@ -184,15 +209,17 @@ class Plant:
             if self.order.pop(id(handle.request)) < self.newest:
                 handle.abort()
                 return _RESULT(error_code=_RESULT.INVALID_GOAL, error_string="preempted by a new goal")
-            begun = self.hold if self.following is None else self.following.at(time.monotonic())[0]
             if self.following is not None:
                 self.following.end(_RESULT.INVALID_GOAL, "preempted by a new goal")
-            mine = self.following = Follower(handle, self.joints, begun, time.monotonic())
+            state = self.sim.arm_state("arm")
+            mine = self.following = Follower(
+                handle, self.joints, state.q.copy(), state.qd.copy(), TICK * self.ticks, self.newest
+            )
         while not mine.ended.wait(TICK):
             if handle.is_cancel_requested:
                 with self.lock:
                     if self.following is mine:
-                        # Where it is now: it brakes with what its servos have.
+                        # It brakes with what its servos have.
                         self.hold, self.following = self.sim.arm_state("arm").q.copy(), None
                         mine.end(cancelled=True)
         result = _RESULT(error_code=mine.code, error_string=mine.said)
@@ -254,10 +281,12 @@ class Plant:
     def tick(self) -> None:
         """Pass a control tick: commands, physics, tolerances, and what is told of it."""
         with self.lock:
-            now, following = time.monotonic(), self.following
+            now, following = TICK * self.ticks, self.following
             row, speed = (self.hold, 0.0) if following is None else following.at(now)
             ahead = row + self.sim.servo_lag("arm") * speed
-            self.commands.append(np.array([now, following is not None, *row]))
+            number = 0 if following is None else following.number
+            self.commands.append(np.array([number, *row, *self.sim.arm_state("arm").q]))
+            self.ticks += 1
             self.controls[np.asarray(self.robot.actuator_ids, dtype=int)] = self.robot.control(ahead)
             if self.hand is not None and self.grip is not None:
                 geometry = self.hand.geometry
@@ -267,7 +296,7 @@ class Plant:
                 )
             self.sim.replay(self.controls)
             state = self.sim.arm_state("arm")
-            self.speeds.append((now, float(np.abs(state.qd).max())))
+            self.speeds.append((time.monotonic(), float(np.abs(state.qd).max())))
             if following is not None:
                 off = np.abs(state.q - row)
                 if 0.0 < self.path_tolerance < off.max():
@@ -355,7 +384,7 @@ class Plant:
         return [each for each in self.speeds if each[0] >= since]
 
     def do_commands(self) -> np.ndarray:
-        """Return seconds of the monotonic clock, whether a trajectory was followed, and what the servos were commanded, shape (ticks, 2 + n)."""
+        """Return the number of the goal that was followed, 0 for none, what the servos were commanded, and where the arm was, shape (ticks, 1 + 2 n)."""
         return np.array(self.commands)
 
     def do_inject(self, fault: str, value: float = 1.0) -> float:

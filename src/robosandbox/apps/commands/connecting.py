@@ -14,3 +14,4 @@ RobotId = Annotated[str | None, typer.Option("--robot-id", help="Which robot, wh
 ZenohConfig = Annotated[
     Path | None, typer.Option("--zenoh-config", help="A Zenoh configuration with credentials, see examples/zenoh/.")
 ]
+Reconnect = Annotated[float, typer.Option("--reconnect", help="Seconds that commands wait for a sim that went away.")]

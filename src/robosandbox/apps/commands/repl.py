@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import sys
 from io import TextIOWrapper
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from robosandbox.apps.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.apps.commands.world import Connection, check_remote, open_here, takes_world
@@ -27,16 +25,11 @@ _PICTURE_SIZE = (480, 640)
 def repl(
     connection: Connection,
     world: WorkcellOptions,
-    reconnect: Annotated[
-        float, typer.Option("--reconnect", help="Seconds that commands wait for a sim that went away.")
-    ] = 30.0,
     record: Record = None,
     video: Video = None,
     video_fps: VideoFps = 20.0,
 ) -> int:
     """Talk to a robot, line by line; without --connect in a world of this process."""
-    if not 0.0 <= reconnect <= 86400.0:
-        raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
     settings = record_settings(record, video, video_fps)
     if not connection:
         with open_here(world, render_size=_PICTURE_SIZE) as cell:
@@ -47,7 +40,7 @@ def repl(
         raise InputError("--record: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out")
     from robosandbox.apps.repl.link import Link
 
-    with connection.client(reconnect=reconnect) as client:
+    with connection.client() as client:
         far = connection.before(client, world)
         return _talk(far, world, Link(client, far.robot))
 

@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
-from robosandbox.apps.commands.connecting import Connect, RobotId, ZenohConfig
+from robosandbox.apps.commands.connecting import Connect, Reconnect, RobotId, ZenohConfig
 from robosandbox.apps.commands.options import (
     ArmName,
     BaseUrl,
@@ -151,11 +151,22 @@ class Connection:
         connect: Zenoh endpoints.
         robot_id: Which robot, where there are several.
         zenoh_config: A Zenoh configuration with credentials.
+        reconnect: Seconds to wait for a sim that went away.
     """
 
     connect: Connect = None
     robot_id: RobotId = None
     zenoh_config: ZenohConfig = None
+    reconnect: Reconnect = 30.0
+
+    def __post_init__(self) -> None:
+        """Check the time to wait.
+
+        Raises:
+            InputError: It is no time.
+        """
+        if not 0.0 <= self.reconnect <= 86400.0:
+            raise InputError(f"--reconnect: {self.reconnect:g} is not within 0..86400 seconds")
 
     def __bool__(self) -> bool:
         return bool(self.connect or self.robot_id or self.zenoh_config)
@@ -172,7 +183,8 @@ class Connection:
 
         with ExitStack() as opened:
             with doing("connecting"):
-                client = opened.enter_context(connect(*(self.connect or ()), zenoh_config=self.zenoh_config, **options))
+                given = {"zenoh_config": self.zenoh_config, "reconnect": self.reconnect, **options}
+                client = opened.enter_context(connect(*(self.connect or ()), **given))
             yield client
 
     @contextmanager

@@ -79,6 +79,7 @@ def check_words(skill: Skill, scene: ObservedScene, arguments: Mapping[str, obje
         arguments: Valid arguments for it; one that is a thing stands for the verb's object.
     """
     told, scene = skill.words, replace(scene, poses=("camera",))
+    planner = StubPlanner([skill, Pick()])
     for words in told if isinstance(told, tuple) else (told,) if told else ():
         named = {words.object, *(name for slot in words.slots for name in slot.argument.split())} - {""}
         strange = named - {*skill.schema["properties"]}
@@ -97,7 +98,7 @@ def check_words(skill: Skill, scene: ObservedScene, arguments: Mapping[str, obje
             thing = str(arguments.get(words.object, "")) if words.object else ""
             said = verb.replace("{}", thing) if "{}" in verb else f"{verb} {thing}"
             sentence = " ".join(f"{said} {extra}".split())
-            answer = StubPlanner([skill, Pick()]).plan(sentence, scene)
+            answer = planner.plan(sentence, scene)
             calls = [step.skill for step in answer.steps] if isinstance(answer, Plan) else []
             demand(skill.name in calls, f"{skill.name}: “{sentence}” is not understood as it: {answer}")
 

@@ -42,6 +42,7 @@ from robosandbox.types.robot import GripperSpec, RobotSpec
 try:
     from robosandbox.drivers.ros2.link import RosLink, Sent
     from robosandbox.drivers.ros2.senses import RosSenses
+    from robosandbox.drivers.ros2.splines import seconds_to, stretch
 except ImportError as error:
     if error.name is None or error.name.startswith("robosandbox."):
         raise
@@ -52,6 +53,8 @@ except ImportError as error:
 
 # Seconds over which a speed is taken where the joint states tell none.
 _SPEED_SECONDS = 0.1
+# Number of goals whose ways to the controller tell how long that of the next may take.
+_WAYS = 20
 
 
 class Ros2(WallClockDriver):
@@ -226,6 +229,9 @@ class _RosArm(BareArm):
         self._sent: Sent | None = None
         self._integral = IntegralAction(spec.n, cell.control_timestep)
         self._past: deque[tuple[float, Array]] = deque()
+        # The rows that were sent last, and how long the controller took to answer goals, seconds.
+        self._rows: Array = np.empty((0, spec.n))
+        self._ways: deque[float] = deque(maxlen=_WAYS)
 
     @property
     def moves(self) -> bool:
@@ -260,8 +266,8 @@ class _RosArm(BareArm):
         # A server that answers in several threads may otherwise take up the one before after this one.
         self._wait_for_answer(guards)
         # Within what is allowed it may begin beside where the arm is, which then goes there no faster than it may.
-        there = self._seconds_to(q[0])
         if len(q) < 2:
+            there = self._seconds_to(q[0])
             self._send(q, None, np.array([there]))
             self._watch(there, guards)
             return
@@ -273,10 +279,13 @@ class _RosArm(BareArm):
         rows = np.concatenate([q, braking])
         velocities = np.gradient(rows, dt, axis=0)
         velocities[-1] = 0.0
-        late = there > max(dt, self._cell.control_timestep)
-        begin, lead = (0, there) if late else (1, 0.0)
+        # Rows that keep to a speed may lie on cubics that do not.
+        longer = stretch(rows, velocities, dt, self.spec.velocity_limits)
+        velocities, dt = velocities / longer, dt * longer
+        late = self._seconds_to(rows[1], velocities[1], dt) > dt
+        begin, lead = (0, self._seconds_to(rows[0], velocities[0], dt)) if late else (1, 0.0)
         self._send(rows[begin:], velocities[begin:], lead + dt * np.arange(float(begin), len(rows)))
-        self._watch(lead + trajectory.duration, guards, to_its_end=not trajectory.goes_on)
+        self._watch(lead + longer * trajectory.duration, guards, to_its_end=not trajectory.goes_on)
 
     def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,).
@@ -332,12 +341,31 @@ class _RosArm(BareArm):
     def _send(self, rows: Array, velocities: Array | None, seconds: Array) -> None:
         if self._sent is not None:
             self._sent.replaced = True
+            if self._sent.took is not None:
+                self._ways.append(self._sent.took)
+        self._rows = rows
         self._sent = self._cell.link.follow(self._joints, rows, velocities, seconds)
 
-    def _seconds_to(self, q: Array) -> float:
-        """Return in how many seconds the arm gets to a configuration within its limits of speed, a tick at the least."""
-        seconds = np.abs(q - self.state().q) / self.spec.velocity_limits
-        return max(self._cell.control_timestep, float(seconds.max()))
+    def _seconds_to(self, q: Array, speeds: Array | None = None, least: float = np.inf) -> float:
+        """Return in how many seconds a controller takes the arm somewhere within its limits of speed, a tick at the least.
+
+        It begins where the arm is when the goal comes, and with its speed. Until then the arm goes on to where it was sent last: all
+        of the way where that is one row, which is near, else as far as it gets until a goal comes as late as the slowest of those before,
+        and a tick.
+
+        Args:
+            q: Where to, shape (n,).
+            speeds: There, shape (n,); None where the controller is told none.
+            least: The shortest time of use where that is shorter than a tick, seconds.
+        """
+        cell, now = self._cell, self.state()
+        late = max(0.0, cell.time - now.time) + cell.control_timestep + max(self._ways, default=0.0)
+        places, most = [now.q, now.q + late * now.qd], late * self.spec.velocity_limits
+        if self.moves:
+            ahead = self._rows[-1] - now.q
+            places.append(now.q + (ahead if len(self._rows) == 1 else np.clip(ahead, -most, most)))
+        steps = q - np.array(places)
+        return seconds_to(steps, now.qd, speeds, self.spec.velocity_limits, min(least, cell.control_timestep))
 
     def _wait_for_answer(self, guards: Sequence[Guard]) -> None:
         """Let ticks pass until the controller has answered what was sent last, cancels as well."""

@@ -88,9 +88,12 @@ class Sent:
         outcome: How it ended; None before that.
         said: What the controller says of its end: the error's name and its own words.
         replaced: Whether another goal was sent after it, which ends it.
+        took: How long the answer took, seconds; None as long as there is none.
     """
 
     def __init__(self) -> None:
+        self._sent = time.monotonic()
+        self.took: float | None = None
         self.accepted: bool | None = None
         self.outcome: Outcome | None = None
         self.said: str = ""
@@ -111,6 +114,7 @@ class Sent:
 
     def _answered(self, asked: Any) -> None:
         handle = asked.result()
+        self.took = time.monotonic() - self._sent
         self._handle, self.accepted = handle, handle.accepted
         if not handle.accepted:
             self.outcome = "rejected"
