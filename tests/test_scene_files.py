@@ -824,3 +824,10 @@ def test_a_keyframe_of_the_sidecar_opens_doors_and_moves_things(tmp_path: Path) 
         assert abs(cell.simulation.truth().objects["cupboard.door"].opening or 0.0) < np.radians(3.0)
         cell.reset()
         assert cell.simulation.truth().objects["cupboard.door"].opening == pytest.approx(-0.8, abs=0.01)
+
+
+def test_a_cabinet_is_in_none_of_its_drawers() -> None:
+    with open_here(WorkcellOptions(scene=CABINET)) as cell:
+        plan = cell.plan("on(can, cabinet)")
+        assert isinstance(plan, Plan)
+        assert "open" not in {call.skill for call in plan.calls}

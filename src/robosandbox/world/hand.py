@@ -242,7 +242,8 @@ def accessible(view: View, a: str) -> Finding:
             if not finding.holds:
                 return finding
             continue
-        if parts.is_part(drawer) and lies_in(item, drawer):
+        # A cabinet is where its drawers are, and in none of them.
+        if parts.is_part(drawer) and not item.is_fixed and lies_in(item, drawer):
             finding = parts.open_(view, drawer.id)
             if not finding.holds:
                 return replace(finding, blocking=(drawer.id,), remedies=(fact("open", drawer.id),))
