@@ -19,7 +19,8 @@ from robosandbox.types import Array
 _TRIED = 25
 # Times that values around the best are tried, and by how much closer each time: of a way of 0.4 m the last ones are 0.3 mm apart.
 _CLOSER, _FINER = 3, 4
-# Pixels of a camera at which a part's way is looked, at most, and the fewest of all at which its values differ.
+# Pixels of a camera at which a part's way is looked, at most, and the fewest of all at which its values differ, and by which another value
+# must explain more than the one believed, things that stand before it counted as they cost.
 _PIXELS, _LEAST = 2500, 12
 # Metres up to which a depth may be off and count by how much; what a coarse step of a large door is off by.
 _CAP = 0.012
@@ -27,8 +28,6 @@ _CAP = 0.012
 _BEFORE = 0.4
 # Metres by which a pixel's depth changes along a part's way at the least, to tell of it.
 _TELLS = 0.004
-# Mean cost by which another value must explain more than what is believed.
-_BETTER = 0.02
 _UNLIMITED = np.pi  # Radians either way that a hinge without stops is looked along.
 
 
@@ -118,7 +117,7 @@ class PartValues:
         best, least = float(tried[costs.argmin()]), float(costs.min())
         now = [believed, *likely]
         those = [float(_cost(measured, self._seen(pixels, value)[None])[0]) for value in now]
-        if min(those) < least + _BETTER:
+        if min(those) < least + _BEFORE * _LEAST / len(measured):
             best, least = now[int(np.argmin(those))], min(those)
         step = (self.high - self.low) / (_TRIED - 1)
         for _ in range(_CLOSER):

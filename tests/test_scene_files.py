@@ -830,4 +830,4 @@ def test_a_cabinet_is_in_none_of_its_drawers() -> None:
     with open_here(WorkcellOptions(scene=CABINET)) as cell:
         plan = cell.plan("on(can, cabinet)")
         assert isinstance(plan, Plan)
-        assert "open" not in {call.skill for call in plan.calls}
+        assert "open" not in {call.skill for call in plan.steps}
