@@ -463,4 +463,4 @@ def _grid(size: tuple[int, ...], stride: int) -> tuple[NDArray[np.intp], NDArray
 
 def _eroded(depth: Array) -> Array:
     """Return the least of each pixel's depth and its neighbours', (height, width)."""
-    return np.asarray(cv2.erode(np.minimum(depth, 1e3).astype(np.float32), np.ones((3, 3), np.uint8)))
+    return np.asarray(cv2.erode(np.minimum(depth, 1e3).astype(np.float32), np.ones((3, 3), np.uint8)), dtype=float)
