@@ -96,6 +96,14 @@ class PointCloudFrame:
         """Focal length, pixels."""
         return float(self.matrix[0, 0])
 
+    def rays(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Array:
+        """Return the directions of pixels, of depth 1, in the world, (n, 3)."""
+        matrix = self.matrix
+        flat = np.column_stack(
+            [(columns - matrix[0, 2]) / matrix[0, 0], (rows - matrix[1, 2]) / matrix[1, 1], np.ones(len(rows))]
+        )
+        return np.asarray(flat @ self.rotation.T)
+
     def project(self, points: Array) -> tuple[Array, Array]:
         """Return the pixels (n, 2) and depths (n,) of world points (n, 3)."""
         local = (points - self.position) @ self.rotation

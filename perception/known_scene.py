@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from robosandbox.driver import Driver, require
 from robosandbox.errors import InputError, SensorError
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
+from robosandbox.motion.scene_depths import SceneDepths
 from robosandbox.perception.calibration import Calibration
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.factory import Setup
@@ -31,7 +32,6 @@ from robosandbox.perception.part_values import PartValues
 from robosandbox.perception.pushed_parts import PushedParts
 from robosandbox.perception.quantiles import MAD, median
 from robosandbox.perception.robot_mask import RobotMask
-from robosandbox.perception.scene_depths import SceneDepths
 from robosandbox.perception.sensed import SensedDriver
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.visualize import draw
@@ -361,7 +361,7 @@ class KnownScenePerception:
             rows, columns = _grid(frame.depth.shape, _STRIDE)
             closer = maybe[rows // _COARSE, columns // _COARSE] > 0
             rows, columns = rows[closer], columns[closer]
-            cast, _ = self._depths.cast(frame, rows, columns, things=False)
+            cast = self._depths.cast(frame.position, frame.rays(rows, columns))
             nearest = np.full((-(-frame.depth.shape[0] // _STRIDE), -(-frame.depth.shape[1] // _STRIDE)), np.inf)
             nearest[rows // _STRIDE, columns // _STRIDE] = cast
             nearest = _eroded(nearest)[rows // _STRIDE, columns // _STRIDE]
@@ -381,7 +381,7 @@ class KnownScenePerception:
         """Return those of some pixels that have a depth and no robot before it, and how far it is off the file's, metres."""
         clear = view.frame.valid[rows, columns] & ~view.robot[rows, columns]
         rows, columns = rows[clear], columns[clear]
-        cast, _ = self._depths.cast(view.frame, rows, columns, things=False)
+        cast = self._depths.cast(view.frame.position, view.frame.rays(rows, columns))
         return rows, columns, np.asarray(view.frame.depth[rows, columns] - cast, dtype=float)
 
     # What is told.

@@ -12,10 +12,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from robosandbox.motion.scene_depths import SceneDepths
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.frames import SegmentedFrame
 from robosandbox.perception.mesh_fit import KnownMesh, MeshFit, fit_level, fit_mesh, fit_near, surface_of
-from robosandbox.perception.scene_depths import SceneDepths
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.sim.objects.standing import stand as stand_body
 from robosandbox.sim.world import World

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.motion.scene_depths import SceneDepths
 from robosandbox.perception.frame import Image
 from robosandbox.perception.frames import SegmentedFrame
-from robosandbox.perception.scene_depths import SceneDepths
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.types import Array
 
@@ -28,7 +27,6 @@ _CAP = 0.012
 _BEFORE = 0.4
 # Metres by which a pixel's depth changes along a part's way at the least, to tell of it.
 _TELLS = 0.004
-_UNLIMITED = np.pi  # Radians either way that a hinge without stops is looked along.
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +38,14 @@ class _Pixels:
         rows: Shape (n,).
         columns: Shape (n,).
         depth: As measured there, metres, shape (n,).
+        rays: Of depth 1, world, shape (n, 3).
     """
 
     view: SegmentedFrame
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
     depth: Image
+    rays: Array
 
 
 class PartValues:
@@ -58,38 +58,30 @@ class PartValues:
 
     def __init__(self, depths: SceneDepths, body: int) -> None:
         self._depths = depths
-        model = depths.model
-        joint = int(model.body_jntadr[body])
-        self._address = int(model.jnt_qposadr[joint])
-        self._moved = _subtree(model, body)
-        limited = bool(model.jnt_limited[joint])
-        start = float(model.qpos0[self._address])
-        low, high = model.jnt_range[joint] if limited else (start - _UNLIMITED, start + _UNLIMITED)
-        self.low, self.high = float(low), float(high)
-        self._is_hinge = int(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE.value
-        self._axis, self._joint = int(body), joint
+        self._joint = depths.joint(body)
+        self.low, self.high = self._joint.low, self._joint.high
 
     @property
     def value(self) -> float:
         """The joint's value as it is believed, metres or radians."""
-        return float(self._depths.data.qpos[self._address])
+        return float(self._depths.data.qpos[self._joint.address])
 
     @property
     def address(self) -> int:
         """Where in the model's positions it is."""
-        return self._address
+        return self._joint.address
 
     def put(self, value: float) -> None:
         """Take the joint to have a value, metres or radians."""
-        self._depths.data.qpos[self._address] = value
+        self._depths.data.qpos[self._joint.address] = value
         self._depths.place()
 
     def lever(self) -> float:
         """Return how far its outermost point goes, metres, for each unit of the joint's value."""
-        if not self._is_hinge:
+        if not self._joint.is_hinge:
             return 1.0
-        points = self._depths.corners(self._moved) - self._depths.data.xanchor[self._joint]
-        axis = self._depths.data.xaxis[self._joint]
+        points = self._depths.corners(self._joint.moved) - self._depths.data.xanchor[self._joint.number]
+        axis = self._depths.data.xaxis[self._joint.number]
         across = points - np.outer(points @ axis, axis)
         return float(np.linalg.norm(across, axis=1).max(initial=1e-3))
 
@@ -142,7 +134,7 @@ class PartValues:
         way = []
         for value in tried[::4]:
             self.put(float(value))
-            way.append(self._depths.corners(self._moved))
+            way.append(self._depths.corners(self._joint.moved))
         points = np.concatenate(way)
         found = []
         for view in views:
@@ -161,15 +153,15 @@ class PartValues:
             clear = view.frame.valid[rows, columns] & ~view.robot[rows, columns]
             rows, columns = rows[clear], columns[clear]
             if len(rows):
-                found.append(_Pixels(view, rows, columns, view.frame.depth[rows, columns]))
+                found.append(
+                    _Pixels(view, rows, columns, view.frame.depth[rows, columns], view.frame.rays(rows, columns))
+                )
         return found
 
     def _seen(self, pixels: Sequence[_Pixels], value: float) -> Image:
         """Return the depths in pixels at a value of the joint."""
         self.put(value)
-        return np.concatenate(
-            [self._depths.cast(one.view.frame, one.rows, one.columns, things=False)[0] for one in pixels]
-        )
+        return np.concatenate([self._depths.cast(one.view.frame.position, one.rays) for one in pixels])
 
 
 def _only(pixels: Sequence[_Pixels], wanted: NDArray[np.bool_]) -> list[_Pixels]:
@@ -178,7 +170,7 @@ def _only(pixels: Sequence[_Pixels], wanted: NDArray[np.bool_]) -> list[_Pixels]
         own = wanted[begin : begin + len(one.rows)]
         begin += len(own)
         if own.any():
-            found.append(_Pixels(one.view, one.rows[own], one.columns[own], one.depth[own]))
+            found.append(_Pixels(one.view, one.rows[own], one.columns[own], one.depth[own], one.rays[own]))
     return found
 
 
@@ -187,12 +179,3 @@ def _cost(measured: Image, cast: Image) -> Array:
     off = measured[None] - np.minimum(cast, 10.0)
     costs = np.minimum((off / _CAP) ** 2, np.where(off > 0.0, 1.0, _BEFORE))
     return np.asarray(costs.mean(axis=1), dtype=float)
-
-
-def _subtree(model: mujoco.MjModel, body: int) -> list[int]:
-    """Return a body and all that hang on it."""
-    found = [body]
-    for other in range(body + 1, model.nbody):
-        if int(model.body_parentid[other]) in found:
-            found.append(other)
-    return found

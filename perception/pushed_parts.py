@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.motion.scene_depths import SceneDepths
 from robosandbox.motion.twin import stand
 from robosandbox.perception.part_values import PartValues
-from robosandbox.perception.scene_depths import SceneDepths
 from robosandbox.sim.world import World
 from robosandbox.types import ArmState
 
@@ -48,7 +47,7 @@ class PushedParts:
         self._depths.place()
         for name, part in parts.items():
             geoms = np.flatnonzero(self._solid & np.isin(self._world.model.geom_bodyid, self._world.parts[name]))
-            if self._overlap(geoms) > _SINKS:
+            if self._depths.overlap(geoms, self._hands) > _SINKS:
                 start = part.value
                 # Pressed hard it may be beyond its stop, which gives a little.
                 ends = (self._free_value(part, geoms, end) for end in (part.low, part.high))
@@ -60,26 +59,17 @@ class PushedParts:
         touches = start
         for free in start + np.linspace(0.0, 1.0, _STEPS + 1)[1:] * (end - start):
             part.put(float(free))
-            if self._overlap(geoms) > _SINKS:
+            if self._depths.overlap(geoms, self._hands) > _SINKS:
                 touches = float(free)
                 continue
             for _ in range(_HALVED):
                 middle = (free + touches) / 2.0
                 part.put(middle)
-                free, touches = (middle, touches) if self._overlap(geoms) <= _SINKS else (free, middle)
+                free, touches = (
+                    (middle, touches) if self._depths.overlap(geoms, self._hands) <= _SINKS else (free, middle)
+                )
             part.put(start)
             return 0.0, float(free)
-        left = self._overlap(geoms)
+        left = self._depths.overlap(geoms, self._hands)
         part.put(start)
         return left, end
-
-    def _overlap(self, geoms: NDArray[np.intp]) -> float:
-        """Return how deep hands are in some geoms, metres."""
-        model, data = self._depths.model, self._depths.data
-        deepest = 0.0
-        for one in geoms:
-            for hand in self._hands:
-                apart = float(np.linalg.norm(data.geom_xpos[one] - data.geom_xpos[hand]))
-                if apart < model.geom_rbound[one] + model.geom_rbound[hand]:
-                    deepest = max(deepest, -mujoco.mj_geomDistance(model, data, int(one), int(hand), _SINKS, None))
-        return deepest

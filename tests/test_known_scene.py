@@ -12,10 +12,10 @@ from support.behind import backend
 
 from robosandbox.apps.commands.world import open_here
 from robosandbox.errors import InputError
+from robosandbox.motion.scene_depths import SceneDepths
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.perception.known_scene import KnownScenePerception
 from robosandbox.perception.part_values import PartValues
-from robosandbox.perception.scene_depths import SceneDepths
 from robosandbox.sim.intervention import Intervention
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import ObservedScene, Pose, Scene, SceneObject

@@ -9,17 +9,39 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.frame import Image, PointCloudFrame
 from robosandbox.sim.world import World
 from robosandbox.types import Array
+from robosandbox.values import frozen
 
 # Geoms of these groups are drawn, as MuJoCo's own viewer does by default.
 _DRAWN_GROUPS = 3
 # Groups of the copied model: what is fixed with its parts, things that come and go, what no ray meets.
 _FIXED, _THINGS, _UNSEEN = 0, 1, 5
 _FARTHEST = 20.0  # Metres; what is farther is not met.
+_UNLIMITED = np.pi  # Radians either way that a hinge without stops is looked along.
 # Sides of the polygons that stand for circles: of a can of 8 cm they are off by 0.2 mm.
 _SIDES = 48
+
+
+@frozen
+class DrawnJoint:
+    """Joint of a part.
+
+    Attributes:
+        number: Of the joint in the model.
+        address: Of its value in the model's positions.
+        low: Least value, metres or radians; of a hinge without stops half a turn either way.
+        high: Greatest value.
+        is_hinge: Whether it turns.
+        moved: Ids of the bodies that it moves.
+    """
+
+    number: int
+    address: int
+    low: float
+    high: float
+    is_hinge: bool
+    moved: tuple[int, ...]
 
 
 class SceneDepths:
@@ -31,7 +53,6 @@ class SceneDepths:
     Attributes:
         model: A copy of its model.
         data: State of that; whoever changes `qpos` calls `place`.
-        owners: Number of the object, in the order of the scene's, that each geom belongs to; -1 of others, shape (geoms,).
     """
 
     def __init__(self, world: World) -> None:
@@ -39,53 +60,58 @@ class SceneDepths:
         self.model = copy.copy(world.model)
         self.data = mujoco.MjData(self.model)
         drawn = (world.model.geom_group < _DRAWN_GROUPS) & (world.model.geom_rgba[:, 3] > 0.0) & ~world.robot_geoms
-        self.owners: NDArray[np.int32] = np.full(world.model.ngeom, -1, dtype=np.int32)
         loose = np.zeros(world.model.ngeom, dtype=bool)
-        for number, item in enumerate(world.scene.objects):
-            own = np.isin(world.model.geom_bodyid, world.parts[item.id])
-            if item.geometry is None or item.geometry.compartment is None:
-                self.owners[own] = number
+        for item in world.scene.objects:
             if not item.is_fixed:
-                loose |= own
+                loose |= np.isin(world.model.geom_bodyid, world.parts[item.id])
         self.model.geom_group[:] = np.where(drawn, np.where(loose, _THINGS, _FIXED), _UNSEEN)
 
     def place(self) -> None:
         """Work out where everything is by the positions in `data`."""
         mujoco.mj_kinematics(self.model, self.data)
 
-    def cast(
-        self,
-        frame: PointCloudFrame,
-        rows: NDArray[np.intp],
-        columns: NDArray[np.intp],
-        *,
-        things: bool,
-    ) -> tuple[Image, NDArray[np.int32]]:
-        """Return the depth at which a frame's pixels show the scene, metres, and the geom that they show.
+    def cast(self, origin: Array, rays: Array) -> NDArray[np.float32]:
+        """Return where rays meet what is fixed or a part of it, in their lengths, (n,), infinite where nothing is met.
 
         Args:
-            frame: Straight; gives the camera.
-            rows: Of the pixels, shape (n,).
-            columns: Of the pixels, shape (n,).
-            things: Whether things are there, or only what is fixed and its parts.
-
-        Returns:
-            Depths (n,), infinite where nothing is met, and geoms (n,), -1 there.
+            origin: Where all begin, world, shape (3,), metres.
+            rays: Directions, world, shape (n, 3); with those of a camera's depth 1 a length is a depth.
         """
-        matrix = frame.matrix
-        flat = np.column_stack(
-            [(columns - matrix[0, 2]) / matrix[0, 0], (rows - matrix[1, 2]) / matrix[1, 1], np.ones(len(rows))]
-        )
         groups = np.zeros(6, dtype=np.uint8)
-        groups[_FIXED], groups[_THINGS] = 1, things
-        geoms = np.full(len(rows), -1, dtype=np.int32)
-        far = np.zeros(len(rows))
-        rays = np.ascontiguousarray((flat @ frame.rotation.T).ravel())
+        groups[_FIXED] = 1
+        geoms = np.full(len(rays), -1, dtype=np.int32)
+        far = np.zeros(len(rays))
+        flat = np.ascontiguousarray(rays.ravel())
         mujoco.mj_multiRay(
-            self.model, self.data, frame.position, rays, groups, True, -1, geoms, far, None, len(rows), _FARTHEST
+            self.model, self.data, origin, flat, groups, True, -1, geoms, far, None, len(rays), _FARTHEST
         )
-        # Along a ray of depth 1 a length is a depth.
-        return np.where(geoms >= 0, far, np.inf).astype(np.float32), geoms
+        return np.where(geoms >= 0, far, np.inf).astype(np.float32)
+
+    def joint(self, body: int) -> DrawnJoint:
+        """Return the joint of a part's body."""
+        model = self.model
+        joint = int(model.body_jntadr[body])
+        address = int(model.jnt_qposadr[joint])
+        limited, start = bool(model.jnt_limited[joint]), float(model.qpos0[address])
+        low, high = model.jnt_range[joint] if limited else (start - _UNLIMITED, start + _UNLIMITED)
+        moved = [body]
+        for other in range(body + 1, model.nbody):
+            if int(model.body_parentid[other]) in moved:
+                moved.append(other)
+        is_hinge = int(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE.value
+        return DrawnJoint(joint, address, float(low), float(high), is_hinge, tuple(moved))
+
+    def overlap(self, some: NDArray[np.intp], others: NDArray[np.intp]) -> float:
+        """Return how deep some geoms are in others, metres; 0 where they are apart."""
+        deepest = 0.0
+        for one in some:
+            for other in others:
+                apart = float(np.linalg.norm(self.data.geom_xpos[one] - self.data.geom_xpos[other]))
+                if apart < self.model.geom_rbound[one] + self.model.geom_rbound[other]:
+                    deepest = max(
+                        deepest, -mujoco.mj_geomDistance(self.model, self.data, int(one), int(other), 0.0, None)
+                    )
+        return deepest
 
     def below(self, points: Array, but: int) -> Array:
         """Return the height of what is under points (n, 3), metres, minus infinity where nothing is; a body is left out."""
