@@ -177,7 +177,18 @@ def test_who_comes_later_gets_what_is_latched(graph: RmwZenohGraph, visitor: zen
 def test_liveliness_tokens_name_node_topics_and_services(graph: RmwZenohGraph, visitor: zenoh.Session) -> None:
     graph.publisher("sensor_msgs/msg/Image", "~/scene/image_raw", SENSOR_DATA)
     graph.serve("std_srvs/srv/Trigger", "~/stop", lambda asked, given: given)
-    tokens = sorted(str(reply.ok.key_expr) for reply in visitor.liveliness().get("@ros2_lv/7/**") if reply.ok)
+    # A token travels on its own; who is there learns of each as it comes.
+    came, all_there = set[str](), threading.Event()
+
+    def hear(token: zenoh.Sample) -> None:
+        came.add(str(token.key_expr))
+        if len(came) == 3:
+            all_there.set()
+
+    listening = visitor.liveliness().declare_subscriber("@ros2_lv/7/**", hear, history=True)
+    assert all_there.wait(SECONDS), came
+    listening.undeclare()
+    tokens = sorted(came)
     session = tokens[0].split("/")[2]
     image, trigger = kind("sensor_msgs/msg/Image"), kind("std_srvs/srv/Trigger")
     head = f"@ros2_lv/7/{session}/0"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
@@ -54,6 +55,8 @@ class _Stream(ABC):
         self._read = read
         self._look = look
         self._asked = False
+        # A question that is open as the stream ends is answered while its publisher is undeclared, which Zenoh does not allow.
+        self._using, self._ended = threading.Lock(), False
         self._loop = Loop(name, self._act, hz=hz)
 
     def start(self) -> None:
@@ -63,7 +66,9 @@ class _Stream(ABC):
     def stop(self) -> None:
         """End."""
         self._loop.stop()
-        self._undeclare()
+        with self._using:
+            self._ended = True
+            self._undeclare()
 
     def _act(self) -> float:
         self._tick()
@@ -76,7 +81,10 @@ class _Stream(ABC):
 
     def _take(self) -> None:
         try:
-            self._hear(self._look())
+            message = self._look()
+            with self._using:
+                if not self._ended:
+                    self._hear(message)
         finally:
             self._asked = False
 
