@@ -5,7 +5,8 @@ import logging
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +38,10 @@ from robosandbox.types import SkillResult
 from robosandbox.workcell.zenoh.client import Client, RemoteRobot, connect
 from robosandbox.workcell.zenoh.client.goal import RemoteGoal
 from robosandbox.workcell.zenoh.client.workcell import RemoteWorkcell
-from robosandbox.workcell.zenoh.messages import Goal, GoalStatus
+from robosandbox.workcell.zenoh.messages import Goal, GoalStatus, Message
 from robosandbox.workcell.zenoh.server.checkpoint import SavedWorld, StateFile
 from robosandbox.workcell.zenoh.server.loader import TaskLoader
+from robosandbox.workcell.zenoh.server.publishing import _Stream
 from robosandbox.workcell.zenoh.server.server import SimServer
 from robosandbox.workcell.zenoh.transport import open_listener
 
@@ -408,3 +410,28 @@ def test_nonsense_gets_typed_errors_and_harms_nothing() -> None:
     row = report("garbage.py", "--payloads", "200")
     assert row["wrong_count"] == 0, row["wrong"]
     assert row["physics_untouched"] and row["pick_afterwards"]
+
+
+def test_an_answer_that_comes_after_a_stream_has_ended_is_not_published() -> None:
+    asked: list[Callable[[], None]] = []
+    heard: list[object] = []
+
+    class Kept(_Stream):
+        def _tick(self) -> None:
+            self._ask()
+
+        def _hear(self, message: object) -> None:
+            heard.append(message)
+
+        def _undeclare(self) -> None:
+            heard.append("undeclared")
+
+    stream = Kept("kept", 50.0, asked.append, Message)
+    stream.start()
+    deadline = time.monotonic() + 10.0
+    while not asked and time.monotonic() < deadline:
+        time.sleep(0.01)
+    stream.stop()
+    (answer,) = asked
+    answer()
+    assert heard == ["undeclared"]
