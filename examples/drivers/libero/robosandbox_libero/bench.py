@@ -188,10 +188,12 @@ def _spread(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], jo
     if jobs == 1:
         yield from (function(*one) for one in arguments)
         return
-    # What an episode leaves of its scene in memory, 0.2 GB, goes with the process.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, max_tasks_per_child=EPISODES) as pool:
-        yield from pool.map(function, *zip(*arguments, strict=True))
+    # What an episode leaves of its scene in memory, 0.2 GB, goes with the processes; a pool that begins them anew by itself hangs
+    # in Python 3.11 (cpython issue 115634).
+    context, batch = multiprocessing.get_context("spawn"), EPISODES * jobs
+    for begin in range(0, len(arguments), batch):
+        with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+            yield from pool.map(function, *zip(*arguments[begin : begin + batch], strict=True))
 
 
 def _write(path: Path | None, rows: list[dict[str, object]]) -> None:
