@@ -32,7 +32,7 @@ _DRAWS, _FROM_EDGE = 60, 0.1
 
 @dataclass
 class Found:
-    """What was measured: metres that things that are seen are off, how far parts are, mm or mrad, and how many are hidden or not seen."""
+    """Errors of things that are seen, metres, and of parts, mm or mrad; seconds of a look; numbers of things hidden and not seen."""
 
     things: list[float] = field(default_factory=list)
     parts: list[float] = field(default_factory=list)

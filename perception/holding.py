@@ -31,7 +31,7 @@ _SHORT_OF_COMMAND = 0.02
 
 
 class Holdable(Protocol):
-    """What is remembered of something that a hand may take: its id, and whether the last look did not show it."""
+    """Memory of something that a hand may take: its id, and whether the last look did not show it."""
 
     id: str
     hidden: bool

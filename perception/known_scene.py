@@ -7,9 +7,8 @@ stands before that. What the file does not explain is told.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from math import degrees
 from pathlib import Path
 
@@ -25,11 +24,10 @@ from robosandbox.perception.calibration import Calibration
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import TablePrior, check_frame, make_frame
-from robosandbox.perception.frames import FrameSet, SegmentedFrame
+from robosandbox.perception.frames import FrameSet, SegmentedFrame, segmented_by
 from robosandbox.perception.holding import HoldTracker
-from robosandbox.perception.known_things import KnownThing, KnownThings, pieces
-from robosandbox.perception.part_values import PartValues
-from robosandbox.perception.pushed_parts import PushedParts
+from robosandbox.perception.known_parts import KnownParts
+from robosandbox.perception.known_things import KnownThings, pieces
 from robosandbox.perception.quantiles import MAD, median
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.sensed import SensedDriver
@@ -46,9 +44,7 @@ from robosandbox.types import (
     Array,
     DetectedObject,
     ObservedScene,
-    Pose,
     RgbdFrame,
-    SceneObject,
 )
 from robosandbox.values import frozen
 
@@ -61,17 +57,6 @@ _BEFORE, _DEVIATIONS = 0.004, 3.5
 _MOVED = 0.02
 # Metres beside the robot's reach within which something may be of the scene.
 _AROUND = 0.3
-# Metres from the hand within which a part is led by it.
-_LED = 0.03
-
-
-@frozen(eq=False)
-class _Led:
-    """A part that a hand leads: the joint's value and the TCP when the hand took it."""
-
-    part: str
-    value: float
-    tcp: Pose
 
 
 @frozen(eq=False)
@@ -126,16 +111,10 @@ class KnownScenePerception:
         self._robot = RobotMask(self._scenes.robot_shapes())
         self._table = TablePrior(scene.table_height, scene.table_area)
         self._things = KnownThings(self._world, self._depths)
-        self._parts = {
-            item.id: PartValues(self._depths, self._world.object_bodies[item.id])
-            for item in scene.objects
-            if item.geometry is not None and item.geometry.joint is not None
-        }
-        self._pushed = PushedParts(self._world, self._depths)
+        self._parts = KnownParts(self._world, self._depths, self._things)
         self._file = read_scene_file(setup.scene.world).path.name
         self._start = self._depths.data.qpos.copy()
         self._hands: dict[str, HoldTracker] = {}
-        self._led: dict[str, _Led] = {}
         self._episode = -1
         self._last: ObservedScene | None = None
         self._fresh = False
@@ -195,7 +174,7 @@ class KnownScenePerception:
 
     def picture(self) -> NDArray[np.uint8]:
         """Return what the last look made of its pictures, side by side, (height, width, 3) RGB; what is fixed is not outlined."""
-        parts = [_ShownPart(item) for item in self._detected() if item.id in self._parts]
+        parts = [_ShownPart(item) for item in self._detected() if item.id in self._parts.by_id]
         return draw(self.frames, (), [*(one for one in self._things.by_id.values() if one.pose is not None), *parts])
 
     def _begin(self, driver: Driver) -> None:
@@ -205,7 +184,7 @@ class KnownScenePerception:
         self._episode, self._last, self._fresh = driver.episode, None, False
         self._depths.data.qpos[:] = self._start
         self._depths.place()
-        self._led = {}
+        self._parts.forget()
         self._hands = {
             name: HoldTracker(hand.spec.geometry, float(hand.spec.force_limits.sum()))
             for name, hand in driver.hands.items()
@@ -217,53 +196,15 @@ class KnownScenePerception:
     def _feel(self, driver: Driver) -> None:
         """Find out from the grippers' readings what they hold or lead, and move that along with them."""
         known = [thing for thing in self._things.by_id.values() if thing.pose is not None]
+        states = _states(driver)
         for name, hand in self._hands.items():
-            state = driver.arms[driver.hands[name].arm].state()
             before = hand.hold
             elsewhere = {other.hold.id for other in self._hands.values() if other is not hand and other.hold}
-            hand.update(state, [thing for thing in known if thing.id not in elsewhere])
+            hand.update(states[name], [thing for thing in known if thing.id not in elsewhere])
             if before is not None and hand.hold is not before:
                 self._things.drop(self._things.by_id[before.id])
-            self._lead(name, hand, state)
         self._things.stand()
-        led = {led.part for led in self._led.values()}
-        free = {name: part for name, part in self._parts.items() if name not in led}
-        arms = {name: arm.state() for name, arm in driver.arms.items()}
-        self._moving(free, partial(self._pushed.give_way, free, arms))
-
-    def _lead(self, name: str, hand: HoldTracker, state: ArmState) -> None:
-        """Note which part a hand has taken, if any."""
-        if hand.hold is not None or state.gripper is None or not hand.grips(state.gripper):
-            self._led.pop(name, None)
-        elif name not in self._led:
-            near = [(self._distance(part, state.tcp_pose.position), part) for part in self._parts]
-            far, part = min(near, default=(np.inf, ""))
-            if far < _LED:
-                self._led[name] = _Led(part, self._parts[part].value, state.tcp_pose)
-
-    def _distance(self, part: str, point: Array) -> float:
-        """Return how far a point (3,) is from the box around a part's nearest piece, metres."""
-        data, body = self._depths.data, self._world.object_bodies[part]
-        geometry = self._item(part).geometry
-        assert geometry is not None
-        local = data.xmat[body].reshape(3, 3).T @ (point - data.xpos[body])
-        return min(
-            float(np.linalg.norm(np.maximum(np.maximum(low - local, local - high), 0.0)))
-            for low, high in ((one.min(axis=0), one.max(axis=0)) for one in geometry.corners)
-        )
-
-    def _led_to(self, led: _Led, tcp: Pose) -> float:
-        """Return the value of a joint by the hand that leads its part."""
-        joint = self._item(led.part).geometry.joint  # type: ignore[union-attr]
-        assert joint is not None
-        axis, anchor = np.array(joint.axis), np.array(joint.anchor)
-        if joint.kind == "slide":
-            return led.value + float(axis @ (tcp.position - led.tcp.position))
-        before, now = (one - anchor - axis * (axis @ (one - anchor)) for one in (led.tcp.position, tcp.position))
-        return led.value + float(np.arctan2(axis @ np.cross(before, now), before @ now))
-
-    def _item(self, name: str) -> SceneObject:
-        return next(item for item in self._scene.objects if item.id == name)
+        self._parts.feel(self._hands, states, {name: arm.state() for name, arm in driver.arms.items()})
 
     # What is seen.
 
@@ -272,7 +213,7 @@ class KnownScenePerception:
         views = list(self.frames.by_camera.values())
         if not views:
             raise SensorError(f"no camera shows anything: {'; '.join(notes)}")
-        self._measure_parts(views, driver)
+        self._parts.measure(views, _states(driver))
         points, colours = self._before_file(views, driver)
         held = {hand.hold.id for hand in self._hands.values() if hand.hold is not None}
         left = self._things.look(views, points, colours, held)
@@ -295,54 +236,9 @@ class KnownScenePerception:
             self._robot.place(rgbd.arms)
             robot, near = self._robot.masks(rgbd, carried)
             frame = make_frame(rgbd, self._table, robot)
-            nothing = np.zeros((1, 1), dtype=np.int16)
-            found[rgbd.camera] = SegmentedFrame(frame, robot, near, nothing, nothing > 0, ())
+            # What stands there is not cut into segments: it is laid on the file.
+            found[rgbd.camera] = segmented_by(frame, self._table, robot, near, ())
         return FrameSet(found, self._table), notes
-
-    def _measure_parts(self, views: Sequence[SegmentedFrame], driver: Driver) -> None:
-        """Find out how far each part is open; what lies in one goes along."""
-        for name, part in self._parts.items():
-            likely = [
-                float(
-                    np.clip(
-                        self._led_to(led, driver.arms[driver.hands[hand].arm].state().tcp_pose), part.low, part.high
-                    )
-                )
-                for hand, led in self._led.items()
-                if led.part == name
-            ]
-            self._moving([name], partial(part.measure, views, likely))
-
-    def _moving(self, names: Iterable[str], move: Callable[[], object]) -> None:
-        """Let parts be moved by something; what lies in one goes along."""
-        before = [(name, self._frame(name), self._within(name)) for name in names]
-        move()
-        for name, frame, within in before:
-            if within and self._frame(name) != frame:
-                moved = self._frame(name) @ frame.inverse()
-                for thing in within:
-                    assert thing.pose is not None
-                    thing.pose = moved @ thing.pose
-        self._things.stand()
-
-    def _frame(self, name: str) -> Pose:
-        body = self._world.object_bodies[name]
-        return Pose.from_matrix(self._depths.data.xpos[body], self._depths.data.xmat[body].reshape(3, 3))
-
-    def _within(self, part: str) -> list[KnownThing]:
-        """Return the things whose middle is within a part's box."""
-        geometry, frame = self._item(part).geometry, self._frame(part)
-        assert geometry is not None
-        middle, half = geometry.box
-        found = []
-        for thing in self._things.by_id.values():
-            if thing.pose is None:
-                continue
-            points = thing.mesh.corners @ thing.pose.rotation.T + thing.pose.position
-            local = frame.rotation.T @ ((points.min(axis=0) + points.max(axis=0)) / 2.0 - frame.position)
-            if (np.abs(local - middle) < half).all():
-                found.append(thing)
-        return found
 
     def _before_file(self, views: Sequence[SegmentedFrame], driver: Driver) -> tuple[Array, Array]:
         """Return points (n, 3) that stand before what the file fixes and its parts, and their colours, 0..1, (n, 3)."""
@@ -433,12 +329,10 @@ class KnownScenePerception:
                     yield f"{thing.id} is hidden, and taken to be where {self._file} has it"
             elif off > _MOVED:
                 yield f"{thing.id} is {100.0 * off:.0f} cm from where {self._file} has it"
-        for name, part in self._parts.items():
+        for name, part in self._parts.by_id.items():
             was = float(self._start[part.address])
             if abs(part.value - was) * part.lever() > _MOVED:
-                joint = self._item(name).geometry.joint  # type: ignore[union-attr]
-                assert joint is not None
-                turns = joint.kind == "hinge"
+                turns = part.turns
                 off = degrees(part.value - was) if turns else 1e3 * (part.value - was)
                 yield f"{name} is {abs(off):.0f} {'deg' if turns else 'mm'} from where {self._file} has it"
 
@@ -449,6 +343,11 @@ class KnownScenePerception:
             x, y, z = (low + high) / 2.0
             wide = " x ".join(f"{100.0 * one:.0f}" for one in high - low)
             yield f"something of {wide} cm at ({x:.2f}, {y:.2f}, {z:.2f}) is not in {self._file}"
+
+
+def _states(driver: Driver) -> dict[str, ArmState]:
+    """Return the state of the arm that carries each hand, by the hand's name."""
+    return {name: driver.arms[hand.arm].state() for name, hand in driver.hands.items()}
 
 
 def _named(item: DetectedObject) -> DetectedObject:

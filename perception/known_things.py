@@ -48,7 +48,7 @@ _FAR_AWAY = 50.0  # Metres below everything: where no ray comes to.
 
 @dataclass(slots=True, eq=False)
 class KnownThing:
-    """A thing of the file, or one that a task adds to it.
+    """A thing of the file.
 
     Attributes:
         id: Its name.
@@ -56,7 +56,7 @@ class KnownThing:
         mesh: Its surface in the frame of its pose.
         pose: Where it is believed to be; None where that is not known.
         hidden: Whether the last look did not show it.
-        told: Where it was last seen, or else where the file has it.
+        last: Where it was last seen, or else where the file has it.
     """
 
     id: str
@@ -64,18 +64,17 @@ class KnownThing:
     mesh: KnownMesh
     pose: Pose | None
     hidden: bool = True
-    told: Pose = field(init=False)
+    last: Pose = field(init=False)
 
     def __post_init__(self) -> None:
-        self.told = self.item.pose
+        self.last = self.item.pose
 
     def detected(self) -> DetectedObject:
         """Return it in the planner's words."""
-        size = self.item.size or tuple(map(float, self.mesh.half))
         return DetectedObject(
             id=self.id,
             kind=self.item.kind,
-            size=size,
+            size=self.item.size,
             colour=colour_name(self.item.rgba),
             rgba=self.item.rgba,
             pose=self.item.pose if self.pose is None else self.pose,
@@ -89,7 +88,7 @@ class KnownThing:
 
 
 class KnownThings:
-    """Where the things of a scene are, by what stands before the rest of it.
+    """The things of a scene, laid on what stands before the rest of it.
 
     Args:
         world: The compiled scene.
@@ -154,19 +153,11 @@ class KnownThings:
         """Lay things that are about where they were on what is seen; return which points are none of theirs."""
         left = np.ones(len(points), dtype=bool)
         known = [thing for thing in self.by_id.values() if thing.pose is not None]
-        if len(points):
-            apart = np.full((len(known), len(points)), np.inf)
-            for number, thing in enumerate(known):
-                assert thing.pose is not None
-                local = (points - thing.pose.position) @ thing.pose.rotation
-                apart[number] = thing.mesh.tree.query(local, distance_upper_bound=_NEAR)[0]
-            whose = np.where(
-                np.isfinite(apart.min(axis=0, initial=np.inf)), apart.argmin(axis=0) if len(known) else 0, -1
-            )
-        else:
-            whose = np.zeros(0, dtype=int)
+        apart = np.array([self._distances(thing, points, _NEAR) for thing in known]).reshape(len(known), len(points))
+        nearest = apart.min(axis=0, initial=np.inf)
         for number, thing in enumerate(known):
-            own = whose == number
+            # The nearest thing's is each point.
+            own = np.isfinite(apart[number]) & (apart[number] == nearest)
             if thing.id in held:
                 left &= ~own
                 continue
@@ -185,6 +176,12 @@ class KnownThings:
                 thing.hidden = True
                 left &= ~own
         return left
+
+    def _distances(self, thing: KnownThing, points: Array, most: float) -> Array:
+        """Return how far points (n, 3) are from a thing's surface, (n,), metres; infinite from `most` on."""
+        assert thing.pose is not None
+        local = (points - thing.pose.position) @ thing.pose.rotation
+        return np.asarray(thing.mesh.tree.query(local, distance_upper_bound=most)[0])
 
     def _is_gone(self, thing: KnownThing, views: Sequence[SegmentedFrame]) -> bool:
         """Tell whether cameras see through where a thing was."""
@@ -224,8 +221,7 @@ class KnownThings:
                 ):
                     thing.pose, thing.hidden, any_found = found.pose, False, True
                     left[piece] = False
-                    local = (points - found.pose.position) @ found.pose.rotation
-                    left &= ~np.isfinite(thing.mesh.tree.query(local, distance_upper_bound=_STANDS)[0])
+                    left &= ~np.isfinite(self._distances(thing, points, _STANDS))
         return any_found
 
     def _matches(
@@ -283,7 +279,7 @@ class KnownThings:
             return self._plainest(thing, fit_mesh(thing.mesh, seen, views, table), seen, views)
         near = []
         for heading in _HEADINGS:
-            rotation = matrix_from_rotation_vector(np.array([0.0, 0.0, heading])) @ thing.told.rotation
+            rotation = matrix_from_rotation_vector(np.array([0.0, 0.0, heading])) @ thing.last.rotation
             corners = thing.mesh.corners @ rotation.T
             middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
             place = (low + high) / 2.0 - middle
@@ -300,7 +296,7 @@ class KnownThings:
         for axis in np.eye(3)[:2]:
             turn = matrix_from_rotation_vector(np.pi * axis)
             rotation = found.pose.rotation @ turn
-            if rotation[2] @ thing.told.rotation[2] <= found.pose.rotation[2] @ thing.told.rotation[2]:
+            if rotation[2] @ thing.last.rotation[2] <= found.pose.rotation[2] @ thing.last.rotation[2]:
                 continue
             place = found.pose.position + found.pose.rotation @ (middle - turn @ middle)
             other = fit_near(thing.mesh, seen, views, [Pose.from_matrix(place, rotation)])
@@ -327,7 +323,7 @@ class KnownThings:
             gap = self._over(thing, pose, 2.0 * _STANDS)
             if abs(gap) < _STANDS:
                 pose = Pose.from_matrix(pose.position - [0.0, 0.0, gap], pose.rotation)
-            thing.pose = thing.told = pose
+            thing.pose = thing.last = pose
             self.stand()
 
     def _over(self, thing: KnownThing, pose: Pose, above: float) -> float:

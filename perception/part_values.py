@@ -1,4 +1,4 @@
-"""How far the parts of a scene are open, by depth: the value of each joint at which the cameras would see what they see."""
+"""Openings of the parts of a scene by depth: the value of each joint at which the cameras would see what they see."""
 
 from __future__ import annotations
 
@@ -67,8 +67,13 @@ class PartValues:
         return float(self._depths.data.qpos[self._joint.address])
 
     @property
+    def turns(self) -> bool:
+        """True for a hinge."""
+        return self._joint.is_hinge
+
+    @property
     def address(self) -> int:
-        """Where in the model's positions it is."""
+        """Its index in the model's positions."""
         return self._joint.address
 
     def put(self, value: float) -> None:

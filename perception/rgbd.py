@@ -65,8 +65,8 @@ class RgbdPerception:
     ) -> None:
         if setup.scene.world is not None:
             raise InputError(
-                f"perception: this one looks for things on a bare table and does not know the fixtures of "
-                f"{setup.scene.world.name}; use --perception rgbd, or ground_truth"
+                f"perception: without depth, or with names from a model, things are looked for on a bare table, and the fixtures "
+                f"of {setup.scene.world.name} are not known; use --perception rgbd, or ground_truth"
             )
         self._setup = setup
         self._cameras = cameras

@@ -24,7 +24,7 @@ _AXIS_LENGTH = 0.04  # Metres. Chosen about as long as a cube.
 
 
 class Shown(Protocol):
-    """What is believed of something, and whether the last look did not show it."""
+    """Something as it is believed to be, and whether the last look did not show it."""
 
     @property
     def hidden(self) -> bool:

@@ -5,7 +5,6 @@ import logging
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -415,6 +414,11 @@ def test_nonsense_gets_typed_errors_and_harms_nothing() -> None:
 def test_an_answer_that_comes_after_a_stream_has_ended_is_not_published() -> None:
     asked: list[Callable[[], None]] = []
     heard: list[object] = []
+    there = threading.Event()
+
+    def read(answer: Callable[[], None]) -> None:
+        asked.append(answer)
+        there.set()
 
     class Kept(_Stream):
         def _tick(self) -> None:
@@ -426,11 +430,9 @@ def test_an_answer_that_comes_after_a_stream_has_ended_is_not_published() -> Non
         def _undeclare(self) -> None:
             heard.append("undeclared")
 
-    stream = Kept("kept", 50.0, asked.append, Message)
+    stream = Kept("kept", 50.0, read, Message)
     stream.start()
-    deadline = time.monotonic() + 10.0
-    while not asked and time.monotonic() < deadline:
-        time.sleep(0.01)
+    assert there.wait(10.0)
     stream.stop()
     (answer,) = asked
     answer()

@@ -297,15 +297,7 @@ def replace(node: N, /, **changes: Any) -> N:
 
 def unseen(said: object) -> tuple[str, ...]:
     """Return the words of a reading that name nothing which can be perceived, wherever in it they stand."""
-    found: dict[str, None] = {}
-    waiting = [said]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, Ref):
-            found |= dict.fromkeys((*one.unknown, *one.claims, *one.felt))
-        if isinstance(one, tuple):
-            parts = one
-        else:
-            parts = tuple(getattr(one, part.name) for part in fields(one)) if is_dataclass(one) else ()
-        waiting += [part for part in reversed(parts) if part and not isinstance(part, str)]
-    return tuple(found)
+    own = (*said.unknown, *said.claims, *said.felt) if isinstance(said, Ref) else ()
+    parts = [getattr(said, part.name) for part in fields(said)] if is_dataclass(said) else ()
+    inner = (word for part in (said if isinstance(said, tuple) else parts) for word in unseen(part))
+    return tuple(dict.fromkeys((*own, *inner)))

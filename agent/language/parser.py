@@ -110,7 +110,7 @@ class Parser:
 
     def _way(self, way: Way, i: int) -> list[Reading]:
         """Return every way to read a sequence of parts at a token."""
-        states = [Reading(i, way.cost, EVERYTHING, tuple(Filled(*each) for each in way.fields) if way.fields else ())]
+        states = [Reading(i, way.cost, EVERYTHING, tuple(Filled(*each) for each in way.fields))]
         for item in way.items:
             states = self._after(states, item)
             if not states:
@@ -237,14 +237,12 @@ def plainest(read: list[Reading]) -> list[Reading]:
         return read
     kept: list[Reading] = []
     count: dict[int, int] = {}
-    # Most differ in where they end, or in what they agree with: comparing the few that do not takes less than hashing all.
-    seen: dict[tuple[int, int], list[tuple[Filled, ...]]] = {}
+    seen: set[tuple[Any, ...]] = set()
     for reading in sorted(read, key=lambda r: r.cost):
-        number = count.get(reading.end, 0)
-        alike = seen.setdefault((reading.end, reading.mask), [])
-        if number >= MOST_READINGS or reading.fields in alike:
+        key = (reading.end, reading.mask, reading.fields)
+        if key in seen or count.get(reading.end, 0) >= MOST_READINGS:
             continue
-        alike.append(reading.fields)
-        count[reading.end] = number + 1
+        seen.add(key)
+        count[reading.end] = count.get(reading.end, 0) + 1
         kept.append(reading)
     return kept

@@ -237,14 +237,9 @@ def _without_courtesies(told: Sequence[Token], words: SceneWords, vocabulary: Vo
     while i < len(told):
         token = told[i]
         hits = list(vocabulary.at(told, i))
-        verbs = {(f"WITH_{name}", hit.end) for name, hit in hits if name.startswith("V_")}
+        verbs = [(name, hit.end) for name, hit in hits if name.startswith("V_")]
         own = max(
-            (
-                hit.end
-                for end in {end for _, end in verbs}
-                for name, hit in vocabulary.at(told, end)
-                if (name, end) in verbs
-            ),
+            (hit.end for verb, end in verbs for name, hit in vocabulary.at(told, end) if name == f"WITH_{verb}"),
             default=i,
         )
         if own > i:

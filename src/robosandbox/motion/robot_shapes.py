@@ -13,7 +13,7 @@ from robosandbox.types import Array, Posture
 from robosandbox.values import frozen
 
 # Geoms of these groups are drawn, as MuJoCo's own viewer does by default.
-_DRAWN_GROUPS = 3
+DRAWN_GROUPS = 3
 # Corners of the polygons that stand for circles; chosen: a circle of 20 pixels is off by half a pixel.
 _ROUND = 14
 # The most points kept of one mesh; chosen: more do not change its outline by a pixel at 640 x 480.
@@ -48,7 +48,7 @@ class RobotShapes:
             _Part(int(model.geom_bodyid[geom]), vertices)
             for geom in range(model.ngeom)
             if int(model.geom_bodyid[geom]) in bodies
-            and model.geom_group[geom] < _DRAWN_GROUPS
+            and model.geom_group[geom] < DRAWN_GROUPS
             and model.geom_rgba[geom, 3] > 0.0
             and (vertices := _vertices(model, geom)) is not None
         ]

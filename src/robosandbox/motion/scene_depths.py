@@ -1,4 +1,4 @@
-"""What cameras would see of a scene whose file is known: depths by rays through the drawn shapes, and the shapes' surfaces."""
+"""Views that cameras would have of a scene whose file is known: depths by rays through the drawn shapes, and the shapes' surfaces."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.motion.robot_shapes import DRAWN_GROUPS
 from robosandbox.sim.world import World
 from robosandbox.types import Array
 from robosandbox.values import frozen
 
-# Geoms of these groups are drawn, as MuJoCo's own viewer does by default.
-_DRAWN_GROUPS = 3
 # Groups of the copied model: what is fixed with its parts, things that come and go, what no ray meets.
 _FIXED, _THINGS, _UNSEEN = 0, 1, 5
 _FARTHEST = 20.0  # Metres; what is farther is not met.
@@ -45,7 +44,7 @@ class DrawnJoint:
 
 
 class SceneDepths:
-    """A world without its robots, whose parts and things stand as they are believed to.
+    """A world whose parts and things stand as they are believed to, and whose robots no ray meets.
 
     Args:
         world: The compiled scene.
@@ -59,7 +58,7 @@ class SceneDepths:
         self._world = world
         self.model = copy.copy(world.model)
         self.data = mujoco.MjData(self.model)
-        drawn = (world.model.geom_group < _DRAWN_GROUPS) & (world.model.geom_rgba[:, 3] > 0.0) & ~world.robot_geoms
+        drawn = (world.model.geom_group < DRAWN_GROUPS) & (world.model.geom_rgba[:, 3] > 0.0) & ~world.robot_geoms
         loose = np.zeros(world.model.ngeom, dtype=bool)
         for item in world.scene.objects:
             if not item.is_fixed:

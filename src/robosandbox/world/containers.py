@@ -90,9 +90,10 @@ def inside(view: View, a: str, c: str) -> Finding:
     found = [relations.inside(part, vessel) for part in loose(item)]
     share = sum(map(bool, found)) / max(len(found), 1)
     margin = min((r.detail["margin_mm"] / 1e3 for r in found), default=0.0)
-    over = margin > 0.0 and any(relations.leans_out(part, vessel) for part in loose(item))
+    holds = share >= _MOST
+    over = not holds and margin > 0.0 and any(relations.leans_out(part, vessel) for part in loose(item))
     return Finding(
-        holds=share >= _MOST,
+        holds=holds,
         margin=share - _MOST if item.shape.is_granular else margin,
         is_sure=is_clearly_seen(item, vessel) and (not vessel.shape.opens or vessel.opening is not None),
         cause=f"{a} is not in {c}" + (": its middle is over the rim" if over else ""),

@@ -108,7 +108,7 @@ class Search:
         count = itertools.count()
         queue: list[_SearchNode] = []
         failure: NoWayError | None = None
-        in_vain: tuple[SearchState, Fact] | None = None
+        reached: list[tuple[SearchState, Fact]] = []
 
         def push(state: SearchState) -> None:
             told = estimate(state, goals, self._achievers)
@@ -137,18 +137,19 @@ class Search:
             try:
                 state = self._bring_about(goal, node.state, (), goals)
                 push(state)
-                if in_vain is None and find(goal, state.view).is_refuted:
-                    in_vain = state, goal
+                reached.append((state, goal))
             except NoWayError as error:
                 failure = failure if failure is not None and failure.depth <= error.depth else error
             if node.todo:
                 node.number = next(count)
                 heapq.heappush(queue, node)
-        if failure is None and in_vain is not None:
-            state, goal = in_vain
-            calls = ", ".join(map(str, state.calls))
-            failure = NoWayError(f"after {calls} it would not be so: {find(goal, state.view).cause}")
-        raise failure or NoWayError("the goals exclude one another, as far as was searched", 0)
+        if failure is not None:
+            raise failure
+        for state, goal in reached:
+            finding = find(goal, state.view)
+            if finding.is_refuted:
+                raise NoWayError(f"after {', '.join(map(str, state.calls))} it would not be so: {finding.cause}")
+        raise NoWayError("the goals exclude one another, as far as was searched")
 
     def _state(self, calls: tuple[SkillCall, ...], scene: ObservedScene, moved: dict[str, Fact]) -> SearchState:
         return SearchState(calls, View(scene=scene, before=self._start, robot=self._robot), moved, {})
