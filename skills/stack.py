@@ -5,6 +5,7 @@ from __future__ import annotations
 from robosandbox.skills.base import Skill
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.place_on import PlaceOn, needs_of_standing
+from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
@@ -37,6 +38,8 @@ class Stack(Skill):
         Raises:
             SkillError: As pick and place_on raise them.
         """
-        Pick().run(ctx, object=object)
+        # On a thing there is room all around; on a shelf or a rack some grips leave none for the hand.
+        onto = target if Manipulator(ctx).find(target).is_fixed else ""
+        Pick().run(ctx, object=object, to=onto, on=True)
         placed: SkillResult = PlaceOn().run(ctx, target=target)
         return placed.model_copy(update={"skill": self.name})

@@ -252,7 +252,8 @@ def obstruction_there(
             return None
         tcp_pose = held.pose @ item.pose.inverse() @ grasp.tcp_pose
         state = replace(with_aperture(ctx, grasp.width), tcp_pose=tcp_pose)
-        looked_at = spots[:: max(1, len(spots) // _SPOTS)] if briefly else spots
+        open_ones = [spot for spot in spots if any((spot, yaw) not in barred for yaw in spot.yaws)] or spots
+        looked_at = open_ones[:: max(1, len(open_ones) // _SPOTS)] if briefly else open_ones
         plan = partial(plan_put, held=held, scene=above, spots=looked_at, allowed=allowed, barred=barred)
         return rehearse(ctx, hand_planner(ctx), above, state, plan)
 

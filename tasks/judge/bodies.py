@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from robosandbox.errors import InputError
 from robosandbox.tasks.judge.polygons import depth, outline
@@ -15,6 +16,10 @@ UP = np.array([0.0, 0.0, 1.0])
 # Directions by which a ball is seen from above; chosen: 64 corners lie at most 0.12 % of the radius within the circle.
 _TURN = np.arange(64) * 2.0 * np.pi / 64
 _CIRCLE = np.column_stack([np.cos(_TURN), np.sin(_TURN)])
+# Dimensions of a solid.
+_SOLID = 3
+# Cosines of a face's tilt between which a thing leans on it.
+_STEEPEST, _LEVEL = 0.7, 0.999
 
 
 class ConvexPieces:
@@ -74,6 +79,16 @@ class ConvexPieces:
             if depth(seen, point) > 0.0
         ]
         return max(tops, default=None)
+
+    def off_slopes(self, other: ConvexPieces, point: Array) -> list[float]:
+        """Return how far another object is off the sloping faces that lie under a point (2,), each along its normal, metres."""
+        found = []
+        for one, seen in zip(self.pieces, self.outlines, strict=True):
+            if depth(seen, point) <= 0.0 or one.radius or np.linalg.matrix_rank(one.points - one.points[0]) < _SOLID:
+                continue
+            planes = ConvexHull(one.points).equations
+            found += [-other.reach(-plane[:3]) + plane[3] for plane in planes if _STEEPEST < plane[2] < _LEVEL]
+        return found
 
 
 def form(item: ObjectTruth) -> ConvexPieces:

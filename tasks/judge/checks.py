@@ -153,11 +153,13 @@ class On(Pair):
         obj, target = now.objects[self.object], now.objects[self.target]
         point, low, under = centre(obj)[:2], form(obj).low, form(target)
         margin = depth(under.outline, point)
-        surfaces = [under.high]
+        clearances = [low - under.high]
         if shape_of(target.kind).flat_top:
-            # What fits into a plate or a tray stands on its floor.
-            surfaces += [floor for floor in (under.surface_below(point),) if floor is not None]
-        clearance = min((low - surface for surface in surfaces), key=abs)
+            # What fits into a plate or a tray stands on its floor, and what leans on a slope lies along it.
+            floor = under.surface_below(point)
+            clearances += [] if floor is None else [low - floor]
+            clearances += under.off_slopes(form(obj), point)
+        clearance = min(clearances, key=abs)
         detail = {"margin_mm": 1e3 * margin, "clearance_mm": 1e3 * clearance}
         return Judgement(margin > 0.0 and abs(clearance) < REST_WITHIN, detail)
 

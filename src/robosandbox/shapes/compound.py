@@ -21,6 +21,7 @@ from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, Sp
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.shapes.room import Room
 from robosandbox.shapes.shape import Shape, Size, Solid, Written
+from robosandbox.shapes.slopes import SlopingFace, sloping_faces
 from robosandbox.spatial import Array, Vec3, frozen_array, matrix_from_quat_xyzw
 
 FileKind = Literal["solid", "dish", "vessel", "fixture", "cupboard", "compartment", "part"]
@@ -92,6 +93,11 @@ class Geometry:
     def surfaces(self) -> tuple[LevelSurface, ...]:
         """Level faces on which things can stand, the highest first."""
         return self.grid.surfaces()
+
+    @cached_property
+    def slopes(self) -> tuple[SlopingFace, ...]:
+        """Sloping faces with a ledge, on which things stay that lean on them, the highest first."""
+        return sloping_faces(self.grid.pieces)
 
     @cached_property
     def hollows(self) -> tuple[Room, ...]:

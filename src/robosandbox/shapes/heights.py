@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -20,12 +19,12 @@ from robosandbox.values import frozen
 _COLUMNS = 96
 _LEAST_CELL = 0.0015
 # Cosine of a face's tilt up to which things stay on it, and metres within which two faces are one.
-_LEVEL = 0.995
+LEVEL = 0.995
 _SAME_HEIGHT = 0.002
 # Metres over a surface that have to be free for it to be one on which things stand.
 _HEADROOM = 0.03
 # Narrowest surface that something is put on, and hollow that something is put into, metres: a hole for a peg.
-_LEAST_WIDTH, _LEAST_HOLLOW = 0.02, 0.01
+LEAST_WIDTH, _LEAST_HOLLOW = 0.02, 0.01
 # Least depth of a hollow, metres: a rim on a flat plate is less than what a depth camera resolves.
 _LEAST_DEPTH = 0.006
 # Share of what is covered that has to be free to one side for that side to be open.
@@ -119,9 +118,12 @@ class HeightGrid:
 
     Args:
         pieces: What it is made of.
+
+    Attributes:
+        pieces: Likewise.
     """
 
-    def __init__(self, pieces: Sequence[ConvexPiece]) -> None:
+    def __init__(self, pieces: list[ConvexPiece]) -> None:
         points = np.vstack([piece.points for piece in pieces])
         low, high = points.min(axis=0)[:2], points.max(axis=0)[:2]
         self.cell: float = max(float((high - low).max()) / _COLUMNS, _LEAST_CELL)
@@ -134,7 +136,7 @@ class HeightGrid:
         spans = [piece.column(flat) for piece in pieces]
         self._low: Array = np.array([low for low, _ in spans])
         self._high: Array = np.array([high for _, high in spans])
-        self._pieces = pieces
+        self.pieces: list[ConvexPiece] = pieces
 
     @cached_property
     def underside(self) -> tuple[Array, Array]:
@@ -178,8 +180,8 @@ class HeightGrid:
         """Return the level faces wide enough to stand on, the highest first."""
         heights = [
             float(piece.offsets[k] / piece.normals[k, 2])
-            for piece in self._pieces
-            for k in np.flatnonzero(piece.normals[:, 2] > _LEVEL)
+            for piece in self.pieces
+            for k in np.flatnonzero(piece.normals[:, 2] > LEVEL)
         ]
         found: list[LevelSurface] = []
         done: list[float] = []
@@ -198,7 +200,7 @@ class HeightGrid:
                 for number in range(1, count + 1):
                     mask = marked == number
                     inside = _depths(mask) * self.cell - self.cell / 2.0
-                    if inside.max() < _LEAST_WIDTH / 2.0:
+                    if inside.max() < LEAST_WIDTH / 2.0:
                         continue
                     headroom = float(np.median(room[mask & free])) if (mask & free).any() else np.inf
                     found.append(
@@ -238,7 +240,7 @@ class HeightGrid:
         bottom = float(top[ground].min()) if ground.any() else 0.0
         top = np.where(ground, top, bottom - 1.0)
         # Nothing falls through gaps between the boards of a floor that are narrower than what it would stand on.
-        window = 2 * round(_LEAST_WIDTH / self.cell / 2.0) + 1
+        window = 2 * round(LEAST_WIDTH / self.cell / 2.0) + 1
         closed = grey_closing(top, size=(window, window))
         gap = ~ground & (closed > bottom - 0.5)
         top, ground = np.where(gap, closed, top), ground | gap

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -11,6 +12,7 @@ import numpy as np
 
 from robosandbox.shapes.compound import Geometry
 from robosandbox.shapes.heights import LevelSurface
+from robosandbox.shapes.slopes import SlopingFace
 from robosandbox.spatial import matrix_about_axis
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.types.objects import Area
@@ -27,6 +29,7 @@ from robosandbox.world.relations import (
     let_down,
     mouth_of,
     rest_height,
+    slopes_of,
     support,
     top,
 )
@@ -42,6 +45,8 @@ _GAP_SHARES = (0.4, 0.55, 0.3, 0.7, 0.2)
 # Shifts along the neighbour, metres, the best first; chosen as a finger's width and two.
 _SHIFTS = (0.0, 0.02, -0.02, 0.04, -0.04)
 _SHARES = (0.0, 0.5, -0.5, 1.0, -1.0)
+# Shares of the room along a ledge at which a thing leans, the middle first.
+_ALONG = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0)
 _CELLS = np.array([(u, v) for u in _SHARES for v in _SHARES])
 # Metres between a thing and a container's walls; chosen above perception's error and the descent's.
 _WALL_ROOM = 0.004
@@ -49,6 +54,8 @@ _WALL_ROOM = 0.004
 _NEXT_ROOM = 0.004
 # Metres of free space beyond which more is no better; chosen as a small object's width.
 _ENOUGH_ROOM = 0.04
+# Metres from a sloping face's edge within which the middle of a thing is that leans on it: twice perception's error.
+_HELD_WITHIN = 0.01
 # Metres over a face at which a thing is carried in from the side.
 CARRIED_OVER = 0.01
 # Metres above what lies there at which a thing is put on it; chosen below what a drop shows.
@@ -95,6 +102,7 @@ class Placement:
         depth: Metres along it to where what stands there would be outside.
         over: Metres above it from which it is come down to straight at the least, as around a post.
         laid: Direction of the level axis, radians about world z, about which the object is laid down by a quarter turn; None as it stands.
+        lean: Direction of the level axis about which it is leant on a slope when it has its heading, and the angle, radians; None where it is not.
         by_middle: Whether `xy` is the middle, however it is turned: a mug's origin is off that by its handle. So it is of what is laid down.
     """
 
@@ -105,11 +113,14 @@ class Placement:
     depth: float = 0.0
     over: float = 0.0
     laid: float | None = None
+    lean: tuple[float, float] | None = None
     by_middle: bool = False
 
     def rotation(self, level: Array, yaw: float) -> Array:
         """Return the rotation (3, 3) with which what is level as `level` (3, 3) stands here at one of the headings."""
-        return about_z(yaw) @ (level if self.laid is None else _quarter_about(self.laid) @ level)
+        if self.lean is not None:
+            return _about_level(*self.lean) @ about_z(yaw) @ level
+        return about_z(yaw) @ (level if self.laid is None else _about_level(self.laid) @ level)
 
 
 def table_placements(
@@ -274,9 +285,9 @@ def about_z(angle: float) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _quarter_about(heading: float) -> Array:
-    """Return a quarter turn (3, 3) about the level axis of a heading, radians."""
-    return matrix_about_axis(np.array([math.cos(heading), math.sin(heading), 0.0]), math.pi / 2.0)
+def _about_level(heading: float, angle: float = math.pi / 2.0) -> Array:
+    """Return a turn (3, 3) by an angle about the level axis of a heading, radians: a quarter turn where none is given."""
+    return matrix_about_axis(np.array([math.cos(heading), math.sin(heading), 0.0]), angle)
 
 
 def _wrap(angle: float) -> float:
@@ -448,12 +459,64 @@ def placements_on(
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
     surface = base.shape.surface(base, float(np.min(half)))
+    if surface is None and slopes_of(base):
+        return _on_slopes(held, base, others)
     if surface is None or not base.is_fixed:
         point = centre(base)
         return [Placement((float(point[0]), float(point[1])), rest_height(held, base), headings)], ()
     others = tuple(others)
     spots, blocking = _on_face(held, base, surface, others)
     return (spots if _leaves_room(held, spots) else [*_halves(held, base, surface, others), *spots]), blocking
+
+
+def _on_slopes(
+    held: DetectedObject, base: DetectedObject, others: Iterable[DetectedObject]
+) -> tuple[list[Placement], tuple[str, ...]]:
+    """Return where an object may lean on a sloping face of another, its lower end at the ledge, and the ids of what occupies the rest.
+
+    It lies along the slope or stands on it, as it is lower, and nowhere where it would tip over the ledge. What holds things would
+    spill them.
+    """
+    if held.shape.holds_things:
+        return [], ()
+    others = [item for item in others if item.id not in (held.id, base.id) and not is_on(item, base)]
+    found, blocking = [], dict[str, None]()
+    for face in slopes_of(base):
+        for _, placement in sorted(_leaning(held, base, face), key=lambda one: round(one[0], 3)):
+            (yaw,) = placement.yaws
+            leant = with_pose(held, resting_pose(held, placement, placement.rotation(levelled(held), yaw)))
+            names = [other.id for other in others if _meets(leant, other)]
+            blocking.update(dict.fromkeys(names))
+            if not names:
+                found.append(placement)
+    return found, tuple(blocking)
+
+
+def _leaning(held: DetectedObject, base: DetectedObject, face: SlopingFace) -> Iterator[tuple[float, Placement]]:
+    """Yield how far an object that leans on a sloping face stands out from it, metres, and how it leans, in the face's middle first."""
+    rotation, origin, level = base.pose.rotation, base.pose.position, levelled(held)
+    across, uphill, normal = (rotation @ face.axes).T
+    heading, slope = math.atan2(across[1], across[0]), math.acos(normal[2])
+    square = _wrap_quarter(heading - Pose.from_matrix(origin, level).yaw)
+    directions = np.array([across, -uphill, -normal, normal])
+    for share, angle, yaw in itertools.product(_ALONG, (math.pi / 2.0 - slope, -slope), turns(square)[:4]):
+        whole = Placement((0.0, 0.0), 0.0, (yaw,), lean=(heading, angle), by_middle=True)
+        leant = with_pose(held, Pose.from_matrix(origin, whole.rotation(level, yaw)))
+        aside, low, below, out = support(leant, directions) - directions @ centre(leant)
+        # The circle around it stays within, as on a level face.
+        room = max(0.0, face.half_width - math.hypot(aside, low))
+        spot = face.axes @ (face.middle[0] + share * room, face.stop + _WALL_ROOM + low, face.offset + below)
+        if face.margin(spot) < _HELD_WITHIN or below * math.tan(slope) > low:
+            continue
+        x, y, z = origin + rotation @ spot
+        height = float(z + bottom(leant) - centre(leant)[2])
+        yield float(below + out), replace(whole, xy=(float(x), float(y)), height=height)
+
+
+def _meets(item: DetectedObject, other: DetectedObject) -> bool:
+    """Tell whether an object has no room beside another at its height."""
+    low, high = bottom(item), top(item)
+    return any(top(part) > low and bottom(part) < high and gap(item, part) < _SPACING for part in separately(other))
 
 
 def _leaves_room(held: DetectedObject, spots: Sequence[Placement]) -> bool:
@@ -570,7 +633,7 @@ def _laid_on_face(
     heading = Pose.from_matrix(held.pose.position, level).yaw
     quarters = [_wrap(heading + k * math.pi / 2.0) for k in range(4)]
     lying = [
-        (quarter, with_pose(held, Pose.from_matrix(held.pose.position, _quarter_about(quarter) @ level)))
+        (quarter, with_pose(held, Pose.from_matrix(held.pose.position, _about_level(quarter) @ level)))
         for quarter in quarters
     ]
     for quarter, item in sorted(lying, key=lambda one: round(bottom(one[1]) - top(one[1]), 3)):

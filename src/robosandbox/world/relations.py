@@ -10,7 +10,7 @@ h(d) = max over its points of d . x, from which extents, footprints and gaps fol
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import field, replace
 from typing import NamedTuple
 
@@ -20,6 +20,7 @@ from robosandbox.shapes import Room, kinds_that_hold
 from robosandbox.shapes.body import Piece
 from robosandbox.shapes.compound import Geometry
 from robosandbox.shapes.shape import Primitive
+from robosandbox.shapes.slopes import SlopingFace
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Pose, Side, Vec3
 from robosandbox.values import frozen
 from robosandbox.world.episode_cache import cached_for_episode
@@ -166,13 +167,30 @@ def gap(a: DetectedObject, b: DetectedObject) -> float:
 
 @cached_for_episode(_KEPT)
 def on_top(obj: DetectedObject, target: DetectedObject) -> MeasuredRelation:
-    """Tell whether `obj` rests on `target`: its centre over the target's footprint, its bottom at the target's top."""
+    """Tell whether `obj` rests on `target`: its centre over the target's footprint, its bottom at the target's top, or it leans on a slope."""
     margin, height = _stand(obj, target)
-    clearance = bottom(obj) - height
+    ways = [(margin, bottom(obj) - height), *_lean(obj, target)]
+    margin, clearance = next((way for way in ways if way[0] > 0.0 and abs(way[1]) < REST_TOLERANCE), ways[0])
     return MeasuredRelation(
         margin > 0.0 and abs(clearance) < REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "clearance_mm": 1e3 * clearance},
     )
+
+
+def slopes_of(target: DetectedObject) -> tuple[SlopingFace, ...]:
+    """Return the sloping faces on which things may lean, of what stands upright."""
+    if target.geometry is None or target.shape.holds_things or target.pose.rotation[2, 2] < _STANDS:
+        return ()
+    return target.geometry.slopes
+
+
+def _lean(obj: DetectedObject, target: DetectedObject) -> Iterator[tuple[float, float]]:
+    """Yield how far within each sloping face of a target an object's middle is, and how far it is off it along its normal, metres."""
+    rotation, origin = target.pose.rotation, target.pose.position
+    for face in slopes_of(target):
+        normal = rotation @ face.axes[:, 2]
+        lowest = -float(support(obj, -normal[None])[0]) - float(normal @ origin)
+        yield face.margin(rotation.T @ (centre(obj) - origin)), lowest - face.offset
 
 
 def _stand(obj: DetectedObject, target: DetectedObject) -> tuple[float, float]:

@@ -103,7 +103,8 @@ def _put_on(scene: ObservedScene, a: str, b: str) -> ObservedScene:
     heading = yaw_to_align(item, base)
     if not spots:
         return _stood(scene, item, centre(base)[:2], heading, rest_height(item, base))
-    return put(scene, a, resting_pose(item, spots[0], about_z(heading) @ levelled(item)))
+    turned = spots[0].rotation(levelled(item), heading if spots[0].lean is None else spots[0].yaws[0])
+    return put(scene, a, resting_pose(item, spots[0], turned))
 
 
 def _stood(
@@ -306,7 +307,8 @@ def supports(view: View, b: str) -> Finding:
     """An object has a level face on top, as it lies or stands, wide enough for things to stay."""
     base = view.get(b)
     surface = base.shape.surface(base, 0.0)
-    margin = (face_half_width(base) if surface is None else surface.half_width) - _LEAST_FACE
+    slopes = [face.half_width for face in relations.slopes_of(base)]
+    margin = max([face_half_width(base) if surface is None else surface.half_width, *slopes]) - _LEAST_FACE
     return Finding(
         holds=margin > 0.0,
         margin=margin,
