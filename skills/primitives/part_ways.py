@@ -22,7 +22,8 @@ from robosandbox.skills.primitives.strokes import flange_depth
 from robosandbox.spatial import cross, matrix_about_axis, matrix_from_quat_xyzw
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, Trajectory
 from robosandbox.values import frozen
-from robosandbox.world.parts import joint_of, lever, part_value
+from robosandbox.world.effects import load_of
+from robosandbox.world.parts import brought_to, joint_of, lever, part_value
 
 T = TypeVar("T")
 
@@ -267,11 +268,12 @@ def _led_on(arm: Manipulator, part: DetectedObject, handle: DetectedObject, turn
     for share in _turns(arm, part):
         poses = (tcp, *_along(part, tcp, values[1:], share))
         returns = tuple(_along(part, pose, (goal,), share)[0] for pose in reversed(turn.poses))
-        arm.motion.allow(*touched(handle), *touched(part))
+        load = _load(arm, part)
+        arm.motion.allow(*touched(handle), *touched(part), *load)
         try:
             steps = tuple(_steps(arm, turn.steps[-1].q[-1], poses[1:]))
             _check_beside(arm, part, steps, values)
-            arm.motion.allow(*touched(handle), *touched(part))
+            arm.motion.allow(*touched(handle), *touched(part), *load)
             back = tuple(_steps(arm, steps[-1].q[-1], returns[1:]))
             arm.motion.plan_line(back[-1].q[-1], withdrawn(returns[-1], HOVERS[-1]), speed=SPEED)
         except (UnreachableError, CollisionError) as error:
@@ -303,10 +305,20 @@ def jams(arm: Manipulator, part: DetectedObject) -> bool:
     return _turns(arm, part) == (0.0,)
 
 
+def _load(arm: Manipulator, part: DetectedObject) -> tuple[str, ...]:
+    """Return the ids of what lies in a part or on it: it goes where that goes."""
+    return load_of(arm.planning.seen, part.id)
+
+
 def _is_own(part: DetectedObject, error: SkillError) -> bool:
     """Tell whether the hand would only meet the part itself, or what it is on."""
-    met = error.evidence.other if isinstance(error.evidence, CollisionEvidence) else ""
+    met = _of(error)
     return met == part.id or met in around(part)
+
+
+def _of(error: SkillError) -> str:
+    """Return what is met with that an error tells of; "" where it tells of nothing."""
+    return error.evidence.other if isinstance(error.evidence, CollisionEvidence) else ""
 
 
 def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], press: float = _PRESS) -> PartWay:
@@ -325,7 +337,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], pr
         UnreachableError: Its faces, or its way, are out of reach.
         CollisionError: Something is in the way.
     """
-    motion, failures, turns = arm.motion, list[SkillError](), _turns(arm, part)
+    motion, failures, turns, load = arm.motion, list[SkillError](), _turns(arm, part), _load(arm, part)
     gripper = arm.spec.gripper
     apertures = (None,) if gripper is None else (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
     pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goals[0], aperture)]
@@ -357,7 +369,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], pr
                 if tips_first:
                     motion.allow()
                     motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
-                motion.allow(*allowed)
+                motion.allow(*allowed, *load)
                 steps.extend(_steps(arm, descent.q[-1], poses))
                 _check_beside(arm, part, steps, values)
                 approach = coming.approach(height)
@@ -563,7 +575,7 @@ def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, shar
             descent = comings.descent(height)
             if comings.is_lost(height, approach=True):
                 comings.approach(height)
-            motion.allow(*around(part))
+            motion.allow(*around(part), *_load(arm, part))
             steps = tuple(_steps(arm, descent.q[-1], poses))
             _check_beside(arm, part, steps, values)
             approach = comings.approach(height)
@@ -588,7 +600,7 @@ def _steps(arm: Manipulator, q: Array, poses: Sequence[Pose]) -> Iterator[Trajec
 
 
 def _check_beside(arm: Manipulator, part: DetectedObject, steps: Sequence[Trajectory], values: Sequence[float]) -> None:
-    """Check that no link before the hand meets a part as that moves, nor as the hand comes off it at the end.
+    """Check that no link before the hand meets a part as that moves, nor any what goes with it, nor as the hand comes off it at the end.
 
     Args:
         arm: Whose hand moves it.
@@ -600,20 +612,25 @@ def _check_beside(arm: Manipulator, part: DetectedObject, steps: Sequence[Trajec
         CollisionError: A link meets it.
         UnreachableError: The hand cannot draw back from it.
     """
-    motion = arm.motion
+    motion, seen, load = arm.motion, arm.planning.seen, _load(arm, part)
     motion.allow(by_hand=around(part))
+
+    def bring(value: float) -> None:
+        there = brought_to(seen, part, value) if load else seen
+        motion.move_part(part.id, value, [item for item in there.objects if item.id in load])
+
     try:
         for step, (first, last) in zip(steps, pairwise(values), strict=True):
             for share in _ALONG:
-                motion.move_part(part.id, first + share * (last - first))
+                bring(first + share * (last - first))
                 met = motion.touch(step.q[round(share * (len(step.q) - 1))])
-                if met is not None and _is_own(part, met):
+                if met is not None and (_is_own(part, met) or _of(met) in load):
                     raise met
-        motion.move_part(part.id, values[-1])
+        bring(values[-1])
         q = steps[-1].q[-1]
         motion.plan_line(q, withdrawn(motion.forward(q), HOVERS[-1]), speed=SPEED)
     finally:
-        motion.move_part(part.id, part_value(part))
+        bring(part_value(part))
 
 
 def _is_end(part: DetectedObject, value: float) -> bool:

@@ -16,7 +16,7 @@ from robosandbox.motion.time_optimal import optimal_trajectory
 from robosandbox.motion.timing import bounded_spline, join, time_path
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.robot import Robot
-from robosandbox.types import ArmState, Array, Pose, Speed, Timing, Trajectory
+from robosandbox.types import ArmState, Array, DetectedObject, Pose, Speed, Timing, Trajectory
 
 # Turn of the farthest-moving joint from one waypoint of a joint path to the next, rad; chosen as 5 cm at an arm's length.
 _JOINT_STEP = 0.06
@@ -100,12 +100,16 @@ class DLSMotionPlanner:
         """
         self._collisions.allow(self._bodies(names), self._bodies(by_hand))
 
-    def move_part(self, name: str, value: float) -> None:
-        """Check the plans that follow with a part's joint at a value, metres or radians."""
+    def move_part(self, name: str, value: float, load: Iterable[DetectedObject] = ()) -> None:
+        """Check the plans that follow with a part's joint at a value, metres or radians, and what goes with it where that is then."""
         assert self._planning is not None
         body = self._planning.body(name)
         if body is not None:
             self._collisions.slide(body, value)
+        for item in load:
+            body = self._planning.body(item.id)
+            if body is not None:
+                self._collisions.place(body, item.pose)
 
     def open_to(self, aperture: float) -> None:
         """Check the paths that follow with the fingers `aperture` apart, metres."""

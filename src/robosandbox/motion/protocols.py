@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 if TYPE_CHECKING:
     from robosandbox.errors import CollisionError
     from robosandbox.motion.planning_scene import PlanningScene
-    from robosandbox.types import ArmState, Array, Pose, Speed, Trajectory
+    from robosandbox.types import ArmState, Array, DetectedObject, Pose, Speed, Trajectory
 
 
 @runtime_checkable
@@ -26,8 +26,8 @@ class MotionPlanner(Protocol):
         """
         ...
 
-    def move_part(self, name: str, value: float) -> None:
-        """Check the plans that follow with a part's joint at a value, metres or radians."""
+    def move_part(self, name: str, value: float, load: Iterable[DetectedObject] = ()) -> None:
+        """Check the plans that follow with a part's joint at a value, metres or radians, and what goes with it where that is then."""
         ...
 
     def open_to(self, aperture: float) -> None:

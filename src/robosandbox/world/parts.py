@@ -109,10 +109,15 @@ def moved_to(scene: ObservedScene, name: str, share: float) -> ObservedScene:
     part = scene.find(name)
     if part is None or part.shape.joint(part) is None:
         return scene
+    return brought_to(scene, part, open_value(part, share))
+
+
+def brought_to(scene: ObservedScene, part: DetectedObject, value: float) -> ObservedScene:
+    """Return the scene with a part's joint at a value, metres or radians, and what lies in a drawer moved along."""
     if part.shape.opens:
-        return slid(scene, name, open_value(part, share))
-    there = at_value(part, open_value(part, share))
-    return with_objects(carried(scene, name, there.pose), [there])
+        return slid(scene, part.id, value)
+    there = at_value(part, value)
+    return with_objects(carried(scene, part.id, there.pose), [there])
 
 
 @predicate("object", fixed=True)
