@@ -17,8 +17,8 @@ from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.parts import (
-    CLOSED_SHARE,
     OPEN_SHARE,
+    OPENED_WITHIN,
     TURNED_WITHIN,
     open_share,
     open_value,
@@ -76,14 +76,14 @@ class Open(Skill):
         """
         arm = Manipulator(ctx)
         before = arm.find(part)
-        if open_share(before) > (OPEN_SHARE if share < 1.0 else share - CLOSED_SHARE):
+        if open_share(before) > (OPEN_SHARE if share < 1.0 else share - OPENED_WITHIN):
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_open": True}
             )
         most = MOST_FORCE if force is None else force
         least = max(OPEN_SHARE, open_share(before))
         goals = [open_value(before, share * tried) for tried in _SHARES if share * tried > least]
-        enough = open_value(before, OPEN_SHARE if least == OPEN_SHARE else share - CLOSED_SHARE)
+        enough = open_value(before, OPEN_SHARE if least == OPEN_SHARE else share - OPENED_WITHIN)
         handle = sprung_handle(before, arm.start.objects)
         if handle is None:
             now, force = lead_or_push(arm, part, goals, enough, most)
