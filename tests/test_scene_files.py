@@ -831,3 +831,16 @@ def test_a_cabinet_is_in_none_of_its_drawers() -> None:
         plan = cell.plan("on(can, cabinet)")
         assert isinstance(plan, Plan)
         assert "open" not in {call.skill for call in plan.steps}
+
+
+def test_what_stands_in_a_drawer_goes_with_it_as_it_is_pushed_shut(tmp_path: Path) -> None:
+    path = tmp_path / "cabinet.xml"
+    full = '<keyframe><key name="full" qpos="0 0.16 0.60 0 0.4685 1 0 0 0"/></keyframe>'
+    path.write_text(CABINET.read_text().replace("</worldbody>", f"</worldbody>{full}"))
+    sidecar_path(path).write_text("keyframe: full\n")
+    with open_here(WorkcellOptions(scene=path)) as cell:
+        # A hand that took the can for one that stays there would keep off the face, and press from above.
+        episode = cell.run("close the bottom drawer")
+        assert episode.success, episode.final_detail
+        assert not episode.attempts
+        assert cell.simulation.truth().objects["cabinet.bottom"].opening == pytest.approx(0.0, abs=0.003)
