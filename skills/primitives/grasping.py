@@ -61,8 +61,6 @@ _RESTARTS = 30
 _CLOSING_STEP = CONTAINER_WALL
 # Metres between two grasps that are tried as one; chosen below a fingertip's width.
 _SAME_PLACE = 0.008
-# Metres between two grasps with both of which, or neither, the hand is taken to have room where a thing is to go: less than a hand is thick.
-_HAND = 0.015
 # Cosine between the axes of two such grasps; chosen as 14 degrees.
 _SAME_TURN = 0.97
 
@@ -119,7 +117,7 @@ def plan_grasp(
     ways = ways_out(target, scene.objects, 2.0 * LIFT_HEIGHT)
     search = _GraspSearch(arm, target, scene, least_aperture, ways)
     later = list[Obstruction]()
-    fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
+    fresh = (grasp for grasp in found if not any(alike(in_frame(grasp, target), other) for other in excluded))
     candidates: Iterable[Grasp] = (_faced(arm, grasp) for grasp in fresh)
     if ways:
         # A hand from above has no room there as a rule.
@@ -128,14 +126,11 @@ def plan_grasp(
     touched = () if arm.geometry.cup is None else (target.id,)
     # Most grasps with which there is room have it at the first place that is looked at; the others are told at length if need be.
     for briefly in (True, False) if met is not None else (False,):
-        left, later, in_vain = list[Grasp](), list[Obstruction](), list[Grasp]()
+        left, later = list[Grasp](), list[Obstruction]()
         for grasp in candidates:
-            if any(_alike(grasp, other, _HAND) for other in in_vain):
-                continue
             if met is not None and (obstruction := met(grasp, briefly)) is not None:
                 later.append(obstruction)
                 left.append(grasp)
-                in_vain.append(grasp)
                 continue
             plan = search.attempt(grasp, *touched)
             if plan is not None:
@@ -359,7 +354,7 @@ def _way_of(grasp: Grasp, ways: Sequence[Array]) -> Array | None:
     return against[0] if against else None
 
 
-def _alike(one: Grasp, other: Grasp, within: float = _SAME_PLACE) -> bool:
+def alike(one: Grasp, other: Grasp, within: float = _SAME_PLACE) -> bool:
     """Tell whether two grasps in one frame are the same for practical purposes: the hand turned alike, and within some metres."""
     near = float(np.linalg.norm(one.tcp_pose.position - other.tcp_pose.position)) < within
     axes = (one.tcp_pose.rotation * other.tcp_pose.rotation).sum(axis=0)
