@@ -14,7 +14,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, ErrorCode, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, PlacementEvidence
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
-from robosandbox.skills.primitives.grasping import alike
+from robosandbox.skills.primitives.grasping import Turned
 from robosandbox.skills.primitives.gripping import bearable, landing
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
@@ -40,12 +40,12 @@ from robosandbox.values import frozen
 from robosandbox.world.abilities import Obstruction
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.effects import put, taken
+from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.parts import is_part
 from robosandbox.world.placement_sampling import (
     CARRIED_OVER,
     Placement,
-    about_z,
     levelled,
     placements_in,
     placements_on,
@@ -65,6 +65,8 @@ _LEAST_OPENING = 0.003
 _OPENED = 0.6
 # Metres between two grasps with both of which, or neither, the hand is taken to have room where a thing is to go: less than a hand is thick.
 _HAND = 0.015
+# Searches for a grasp whose answers are kept; chosen as those of one failure's repairs.
+_CACHED = 64
 # Seconds before the fingers open; chosen so that what was lowered has come to rest (halved or doubled, 1 % of an
 # episode's time).
 _RELEASE_SECONDS = 0.1
@@ -252,15 +254,14 @@ def obstruction_there(
 
     # Headings about which two grasps may differ with which the hand comes to the same places, as the thing may be turned so there.
     turns = set[float].intersection(*({yaw - spot.yaws[0] for yaw in spot.yaws} for spot in spots)) if spots else set()
-    in_vain: dict[bool, list[tuple[Grasp, Obstruction]]] = {True: [], False: []}
+    in_vain = _in_vain(ctx.arm.spec.name, item.id, base.id, tuple(_place_of(one) for one in scene.objects), on)
 
     def met(grasp: Grasp, briefly: bool) -> Obstruction | None:
         # What has no place there yet, as in a drawer that is still shut, is told by whoever puts it there.
         if not spots:
             return None
-        turned = [_turned(grasp, item, yaw) for yaw in turns]
-        for other, obstruction in in_vain[briefly]:
-            if any(alike(one, other, _HAND) for one in turned):
+        for turned, obstruction in in_vain[briefly]:
+            if turned.has(grasp, _HAND):
                 return obstruction
         tcp_pose = held.pose @ item.pose.inverse() @ grasp.tcp_pose
         state = replace(with_aperture(ctx, grasp.width), tcp_pose=tcp_pose)
@@ -268,19 +269,35 @@ def obstruction_there(
         plan = partial(plan_put, held=held, scene=above, spots=looked_at, allowed=allowed, barred=barred)
         found = rehearse(ctx, hand_planner(ctx), above, state, plan)
         if found is not None:
-            in_vain[briefly].append((grasp, found))
+            in_vain[briefly].append((Turned(grasp, centre(item), turns), found))
         return found
 
     return met
 
 
-def _turned(grasp: Grasp, item: DetectedObject, yaw: float) -> Grasp:
-    """Return a grasp turned about the vertical through an object's middle by an angle, radians."""
-    if yaw == 0.0:
-        return grasp
-    middle, turn = centre(item), about_z(yaw)
-    position = middle + turn @ (grasp.tcp_pose.position - middle)
-    return replace(grasp, tcp_pose=Pose.from_matrix(position, turn @ grasp.tcp_pose.rotation))
+@cached_for_episode(_CACHED)
+def _in_vain(
+    robot: str, item: str, base: str, places: tuple[tuple[object, ...], ...], on: bool
+) -> dict[bool, list[tuple[Turned, Obstruction]]]:
+    """Return a record to be filled of grasps with which a robot's hand has no room where an object goes, by whether that was told briefly.
+
+    What is searched again while nothing but the arm has moved, as in what repairs try out, is answered at once.
+    """
+    del robot, item, base, places, on
+    return {True: [], False: []}
+
+
+def _place_of(item: DetectedObject) -> tuple[object, ...]:
+    """Return what an object is and where it stands, to the millimetre and about half a degree: what a look may differ by is no move."""
+    turn = item.pose.rotation.round(2) + 0.0
+    return (
+        item.id,
+        item.kind,
+        item.size,
+        (item.pose.position.round(3) + 0.0).tobytes(),
+        turn.tobytes(),
+        round(item.opening or 0.0, 3),
+    )
 
 
 def plan_put(
