@@ -256,6 +256,12 @@ class Manipulator(Fingers):
         assert failure is not None
         raise failure
 
+    def is_of_links(self, failure: SkillError) -> bool:
+        """Tell whether a link before the hand touches something, which another posture may not."""
+        met = failure.evidence
+        held = self.start.held
+        return isinstance(met, CollisionEvidence) and met.body != held and not self.planning.is_of_hand(met.body)
+
     def clearest(self, failures: Sequence[SkillError]) -> SkillError:
         """Return the failure to plan that tells most what to do: one for a loose thing that can be put aside, else as `most_telling`."""
         loose = {item.id for item in self.start.objects if not item.is_fixed and item.id != self.start.held}

@@ -414,7 +414,10 @@ class _PlaceSearch:
             if (found := motion.touch(q_above)) is not None:
                 if isinstance(found.evidence, CollisionEvidence) and found.evidence.body == self._held.id:
                     self._barred[spot, yaw] = found
-                raise found
+                    raise found
+                if not arm.is_of_links(found):
+                    raise found
+                q_above = arm.free_posture(above, restarts=0)
             q_goal = motion.ik(tcp_goal, q_above, restarts=_RESTARTS)
             opening = self._opening(q_goal)
             leave = None if back is None else self._way_back(goal, q_goal, opening, back)
