@@ -244,10 +244,8 @@ class _GraspSearch:
             motion.open_to(aperture)
             motion.allow(*allowed)
             failure = motion.touch(q_grasp)
-            if failure is None or self._arm.is_of_links(failure):
+            if failure is None:
                 try:
-                    if failure is not None:
-                        q_grasp = self._arm.free_posture(grasp.tcp_pose, restarts=0)
                     self._check_closing(grasp, aperture, q_grasp, *allowed)
                     descent = self._descent(grasp, hovers, q_grasp)
                     # What is drawn out rises where the hand came from.

@@ -239,7 +239,8 @@ class Manipulator(Fingers):
         """
         failure: SkillError | None = None
         home = self.spec.home_q
-        swung = [np.array([turn, *home[1:]]) for turn in np.linspace(*self._swing, _POSTURES)]
+        turns = sorted(np.linspace(*self._swing, _POSTURES), key=lambda turn: abs(turn - self.q[0]))
+        swung = [np.array([turn, *home[1:]]) for turn in turns]
         for seed in (self.q, home, *swung):
             try:
                 q = self.motion.ik(tcp, seed, restarts=0 if failure else restarts)
