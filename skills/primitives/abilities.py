@@ -210,27 +210,38 @@ class RobotAbilities(GripperAbilities):
         above = scene if scene.held == item.id else taken(scene, item.id)
         held = above.find(item.id) or item
         found = []
-        for state in self._holding(held, there, scene):
+        is_covered = all(spot.way_out is not None for spot in spots)
+        for state in self._holding(held, there, scene, is_covered=is_covered):
             met = rehearse(self._ctx, self._hand, above, state, lambda arm: plan_put(arm, held, above, spots, allowed))
             if met is None:
                 return None
             found.append(met)
         return next((met for met in found if met.met is not None), None)
 
-    def _holding(self, held: DetectedObject, there: DetectedObject, scene: ObservedScene) -> Iterator[ArmState]:
-        """Yield how the robot may stand with an object in the hand, as it holds it or as it would where it is put down."""
+    def _holding(
+        self, held: DetectedObject, there: DetectedObject, scene: ObservedScene, *, is_covered: bool
+    ) -> Iterator[ArmState]:
+        """Yield how the robot may stand with an object in the hand, as it holds it or as it would where it is put down.
+
+        Under something fixed the most level hands come first, one of each kind, since the object may stand there turned any way.
+        """
         if self._planning.seen.held == held.id:
             yield self._ctx.arm.state()
             return
         alone = replace(scene.holding(None), objects=(there,))
         kinds: dict[tuple[object, ...], Grasp] = {}
         for grasp in self._grasps(there, alone):
+            down = -float(grasp.tcp_pose.rotation[2, 2])
             # From straight above wherever that can be, as picks do.
-            if kinds and grasp.tcp_pose.rotation[2, 2] > -_STRAIGHT:
+            if kinds and not is_covered and down < _STRAIGHT:
                 break
-            closing = np.abs(grasp.tcp_pose.rotation[:, 1]).round(1)
-            kinds.setdefault((grasp.how, *closing.tolist()), grasp)
-        for grasp in kinds.values():
+            closing = np.abs(grasp.tcp_pose.rotation[:, 1]).round(1).tolist()
+            kind = (round(down, 1), round(grasp.width, 2)) if is_covered else tuple(closing)
+            kinds.setdefault((grasp.how, *kind), grasp)
+        found = list(kinds.values())
+        if is_covered:
+            found.sort(key=lambda grasp: -round(float(grasp.tcp_pose.rotation[2, 2]), 1))
+        for grasp in found:
             tcp_pose = held.pose @ there.pose.inverse() @ grasp.tcp_pose
             yield replace(with_aperture(self._ctx, grasp.width), tcp_pose=tcp_pose)
 

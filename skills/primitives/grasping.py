@@ -29,6 +29,7 @@ from robosandbox.types.robot import GripperGeometry
 from robosandbox.values import frozen
 from robosandbox.world.abilities import Obstruction
 from robosandbox.world.covered import ways_out
+from robosandbox.world.placement_sampling import about_z
 from robosandbox.world.relations import support
 
 # How much wider than the object the fingers come on each side, metres, the widest that is free first; chosen as a
@@ -46,6 +47,8 @@ _HOVER_CLEARANCE = 0.004
 # Tries out of reach after which grasps of the same kind and lean are passed over; chosen because they differ by a turn
 # alone.
 _MOST_UNREACHABLE = 6
+# Grasps of one kind and lean that meet what is fixed, after which others have their turn; chosen as those of one lean around a round object.
+_MOST_MET_FIXED = 16
 # Grasps that are tried for one object; chosen so that even a mesh's every side has its turn, and a refusal comes soon.
 _MOST_TRIED = 160
 # Least cosine between the approach of a hand that reaches in from the side and the way in.
@@ -61,8 +64,6 @@ _RESTARTS = 30
 _CLOSING_STEP = CONTAINER_WALL
 # Metres between two grasps that are tried as one; chosen below a fingertip's width.
 _SAME_PLACE = 0.008
-# Metres between two grasps with both of which, or neither, the hand is taken to have room where a thing is to go: less than a hand is thick.
-_HAND = 0.015
 # Cosine between the axes of two such grasps; chosen as 14 degrees.
 _SAME_TURN = 0.97
 
@@ -119,7 +120,8 @@ def plan_grasp(
     ways = ways_out(target, scene.objects, 2.0 * LIFT_HEIGHT)
     search = _GraspSearch(arm, target, scene, least_aperture, ways)
     later = list[Obstruction]()
-    fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
+    tried = [Turned(other, np.zeros(3)) for other in excluded]
+    fresh = (grasp for grasp in found if not any(other.has(in_frame(grasp, target)) for other in tried))
     candidates: Iterable[Grasp] = (_faced(arm, grasp) for grasp in fresh)
     if ways:
         # A hand from above has no room there as a rule.
@@ -128,14 +130,11 @@ def plan_grasp(
     touched = () if arm.geometry.cup is None else (target.id,)
     # Most grasps with which there is room have it at the first place that is looked at; the others are told at length if need be.
     for briefly in (True, False) if met is not None else (False,):
-        left, later, in_vain = list[Grasp](), list[Obstruction](), list[Grasp]()
-        for grasp in candidates:
-            if any(_alike(grasp, other, _HAND) for other in in_vain):
-                continue
+        left, later = list[Grasp](), list[Obstruction]()
+        for grasp in search.in_turn(candidates):
             if met is not None and (obstruction := met(grasp, briefly)) is not None:
                 later.append(obstruction)
                 left.append(grasp)
-                in_vain.append(grasp)
                 continue
             plan = search.attempt(grasp, *touched)
             if plan is not None:
@@ -201,10 +200,21 @@ class _GraspSearch:
         self._scene = scene
         self._q = arm.q
         self._unreachable: Counter[tuple[str, float]] = Counter()
+        self._met_fixed: Counter[tuple[str, float]] = Counter()
         self.tried: list[Grasp] = []
         self._blocked = 0
         self.failures: list[tuple[Grasp, SkillError]] = []
         self.touching: list[Grasp] = []
+
+    def in_turn(self, grasps: Iterable[Grasp]) -> Iterator[Grasp]:
+        """Yield grasps in their order, but last those of a kind and lean of which many have met what is fixed."""
+        later = list[Grasp]()
+        for grasp in grasps:
+            if self._met_fixed[_kind(grasp)] < _MOST_MET_FIXED:
+                yield grasp
+            else:
+                later.append(grasp)
+        yield from later
 
     @property
     def is_over(self) -> bool:
@@ -213,7 +223,7 @@ class _GraspSearch:
 
     def attempt(self, grasp: Grasp, *allowed: str) -> GraspPlan | None:
         """Return the way to a grasp, or None."""
-        kind = (grasp.how, round(float(grasp.tcp_pose.rotation[2, 2]), 1))
+        kind = _kind(grasp)
         if self._unreachable[kind] >= _MOST_UNREACHABLE:
             return None
         self.tried.append(grasp)
@@ -251,8 +261,15 @@ class _GraspSearch:
         assert failure is not None
         if self._may_only_seem(failure):
             self.touching.append(grasp)
+        self._met_fixed[kind] += self._is_of_fixed(failure)
         self.failures.append((grasp, failure))
         return None
+
+    def _is_of_fixed(self, failure: SkillError) -> bool:
+        """Tell whether something fixed is in the way, be it over the object or beside it."""
+        met = failure.evidence
+        item = self._scene.find(met.other.partition("/")[0]) if isinstance(met, CollisionEvidence) else None
+        return item is not None and item.is_fixed
 
     def _may_only_seem(self, failure: SkillError) -> bool:
         """Tell whether the hand may hold the target all the same, though it would touch it.
@@ -353,17 +370,38 @@ class _GraspSearch:
         return isinstance(evidence, CollisionEvidence) and self._arm.planning.is_of_gripper(evidence.body)
 
 
+def _kind(grasp: Grasp) -> tuple[str, float]:
+    """Return how a hand holds an object, and how it leans; grasps of one kind differ by a turn, or by where on the object they are."""
+    return grasp.how, round(float(grasp.tcp_pose.rotation[2, 2]), 1)
+
+
 def _way_of(grasp: Grasp, ways: Sequence[Array]) -> Array | None:
     """Return the way out (3,) that is against a grasp's approach, where there is one."""
     against = [way for way in ways if grasp.tcp_pose.rotation[:, 2] @ way < -_INWARDS * float(np.linalg.norm(way))]
     return against[0] if against else None
 
 
-def _alike(one: Grasp, other: Grasp, within: float = _SAME_PLACE) -> bool:
-    """Tell whether two grasps in one frame are the same for practical purposes: the hand turned alike, and within some metres."""
-    near = float(np.linalg.norm(one.tcp_pose.position - other.tcp_pose.position)) < within
-    axes = (one.tcp_pose.rotation * other.tcp_pose.rotation).sum(axis=0)
-    return near and bool((axes > _SAME_TURN).all())
+class Turned:
+    """Grasps that are one but for a turn of the object, for comparison.
+
+    Args:
+        grasp: One of them.
+        middle: A point of the vertical about which it is turned, shape (3,).
+        turns: Angles, radians.
+    """
+
+    def __init__(self, grasp: Grasp, middle: Array, turns: Iterable[float] = (0.0,)) -> None:
+        about = np.array([about_z(angle) for angle in turns])
+        self._positions: Array = middle + about @ (grasp.tcp_pose.position - middle)
+        self._rotations: Array = about @ grasp.tcp_pose.rotation
+
+    def has(self, grasp: Grasp, within: float = _SAME_PLACE) -> bool:
+        """Tell whether a grasp is the same as one of these for practical purposes: the hand turned alike, and within some metres."""
+        near = np.square(self._positions - grasp.tcp_pose.position).sum(axis=1) < within * within
+        if not near.any():
+            return False
+        axes = (self._rotations[near] * grasp.tcp_pose.rotation).sum(axis=1)
+        return bool((axes > _SAME_TURN).all(axis=1).any())
 
 
 def _is_of_leaning(grasp: Grasp, error: SkillError) -> bool:

@@ -239,7 +239,8 @@ class Manipulator(Fingers):
         """
         failure: SkillError | None = None
         home = self.spec.home_q
-        swung = [np.array([turn, *home[1:]]) for turn in np.linspace(*self._swing, _POSTURES)]
+        turns = sorted(np.linspace(*self._swing, _POSTURES), key=lambda turn: abs(turn - self.q[0]))
+        swung = [np.array([turn, *home[1:]]) for turn in turns]
         for seed in (self.q, home, *swung):
             try:
                 q = self.motion.ik(tcp, seed, restarts=0 if failure else restarts)
@@ -255,6 +256,12 @@ class Manipulator(Fingers):
                 break
         assert failure is not None
         raise failure
+
+    def is_of_links(self, failure: SkillError) -> bool:
+        """Tell whether a link before the hand touches something, which another posture may not."""
+        met = failure.evidence
+        held = self.start.held
+        return isinstance(met, CollisionEvidence) and met.body != held and not self.planning.is_of_hand(met.body)
 
     def clearest(self, failures: Sequence[SkillError]) -> SkillError:
         """Return the failure to plan that tells most what to do: one for a loose thing that can be put aside, else as `most_telling`."""

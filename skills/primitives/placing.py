@@ -14,6 +14,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, ErrorCode, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, PlacementEvidence
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
+from robosandbox.skills.primitives.grasping import Turned
 from robosandbox.skills.primitives.gripping import bearable, landing
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
@@ -39,6 +40,7 @@ from robosandbox.values import frozen
 from robosandbox.world.abilities import Obstruction
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.effects import put, taken
+from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.parts import is_part
 from robosandbox.world.placement_sampling import (
@@ -49,7 +51,7 @@ from robosandbox.world.placement_sampling import (
     placements_on,
     resting_pose,
 )
-from robosandbox.world.relations import MeasuredRelation, contents
+from robosandbox.world.relations import MeasuredRelation, centre, contents
 from robosandbox.world.rings import placements_around
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
@@ -61,6 +63,10 @@ _OPENINGS = (0.0, 0.003, 0.006, 0.009, 0.012)
 _LEAST_OPENING = 0.003
 # Share of its opening from which a hand may rise; chosen as that at which the fingers are three pads' give off what they held.
 _OPENED = 0.6
+# Metres between two grasps with both of which, or neither, the hand is taken to have room where a thing is to go: less than a hand is thick.
+_HAND = 0.015
+# Searches for a grasp whose answers are kept; chosen as those of one failure's repairs.
+_CACHED = 64
 # Seconds before the fingers open; chosen so that what was lowered has come to rest (halved or doubled, 1 % of an
 # episode's time).
 _RELEASE_SECONDS = 0.1
@@ -80,8 +86,8 @@ _ASKEW = math.radians(1.0)
 _EDGE_MM = 4.0
 # Ways that may be blocked; chosen because each is searched for by sampling, which takes longest.
 _MOST_BLOCKED = 5
-# Spots, those nearest to the open side first, at which the hand meets with one heading what a thing is to go into from the side: farther in
-# it has no more room.
+# Spots, those nearest to the open side first, at which the hand meets with one heading what is fixed where a thing is to go in from the
+# side: farther in it has no more room.
 _MOST_MET = 6
 
 # Spots and headings with the failure of an object that has no room there by itself.
@@ -246,18 +252,53 @@ def obstruction_there(
     else:
         spots, allowed = placements_on(item, base, scene.objects)[0], (base.id,)
 
+    # Headings about which two grasps may differ with which the hand comes to the same places, as the thing may be turned so there.
+    turns = set[float].intersection(*({yaw - spot.yaws[0] for yaw in spot.yaws} for spot in spots)) if spots else set()
+    in_vain = _in_vain(ctx.arm.spec.name, item.id, base.id, tuple(_place_of(one) for one in scene.objects), on)
+
     def met(grasp: Grasp, briefly: bool) -> Obstruction | None:
         # What has no place there yet, as in a drawer that is still shut, is told by whoever puts it there.
         if not spots:
             return None
+        for turned, obstruction in in_vain[briefly]:
+            if turned.has(grasp, _HAND):
+                return obstruction
         tcp_pose = held.pose @ item.pose.inverse() @ grasp.tcp_pose
         state = replace(with_aperture(ctx, grasp.width), tcp_pose=tcp_pose)
         open_ones = [spot for spot in spots if any((spot, yaw) not in barred for yaw in spot.yaws)] or spots
         looked_at = open_ones[:: max(1, len(open_ones) // _SPOTS)] if briefly else open_ones
         plan = partial(plan_put, held=held, scene=above, spots=looked_at, allowed=allowed, barred=barred)
-        return rehearse(ctx, hand_planner(ctx), above, state, plan)
+        found = rehearse(ctx, hand_planner(ctx), above, state, plan)
+        if found is not None:
+            in_vain[briefly].append((Turned(grasp, centre(item), turns), found))
+        return found
 
     return met
+
+
+@cached_for_episode(_CACHED)
+def _in_vain(
+    robot: str, item: str, base: str, places: tuple[tuple[object, ...], ...], on: bool
+) -> dict[bool, list[tuple[Turned, Obstruction]]]:
+    """Return a record to be filled of grasps with which a robot's hand has no room where an object goes, by whether that was told briefly.
+
+    What is searched again while nothing but the arm has moved, as in what repairs try out, is answered at once.
+    """
+    del robot, item, base, places, on
+    return {True: [], False: []}
+
+
+def _place_of(item: DetectedObject) -> tuple[object, ...]:
+    """Return what an object is and where it stands, to the millimetre and about half a degree: what a look may differ by is no move."""
+    turn = item.pose.rotation.round(2) + 0.0
+    return (
+        item.id,
+        item.kind,
+        item.size,
+        (item.pose.position.round(3) + 0.0).tobytes(),
+        turn.tobytes(),
+        round(item.opening or 0.0, 3),
+    )
 
 
 def plan_put(
@@ -333,7 +374,7 @@ class _PlaceSearch:
         lower = arm.tempo.lower
         self._lower = landing(arm, held, bearable(arm, held, lower)) if isinstance(lower, Timing) else lower
         self._failures: list[SkillError] = []
-        self._blocked = 0
+        self._blocked = self._unreachable = 0
         self._met = Counter[tuple[object, float]]()
 
     @property
@@ -344,8 +385,7 @@ class _PlaceSearch:
     @property
     def is_over(self) -> bool:
         """True when it is time to give up."""
-        unreachable = sum(isinstance(error, UnreachableError) for error in self._failures)
-        return unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
+        return self._unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
 
     def headings(self, spot: Placement) -> Sequence[float]:
         """Return the headings for a spot, those first with which the hand comes from the side to which it is open."""
@@ -362,7 +402,7 @@ class _PlaceSearch:
         if self._met[coming] >= _MOST_MET:
             return None
         if (bar := self._barred.get((spot, yaw))) is not None:
-            self._failures.append(bar)
+            self._fail(bar)
             return None
         goal = resting_pose(self._held, spot, spot.rotation(self._level, yaw))
         tcp_goal = goal @ self._tcp_in_object
@@ -375,7 +415,10 @@ class _PlaceSearch:
             if (found := motion.touch(q_above)) is not None:
                 if isinstance(found.evidence, CollisionEvidence) and found.evidence.body == self._held.id:
                     self._barred[spot, yaw] = found
-                raise found
+                    raise found
+                if not arm.is_of_links(found):
+                    raise found
+                q_above = arm.free_posture(above, restarts=0)
             q_goal = motion.ik(tcp_goal, q_above, restarts=_RESTARTS)
             opening = self._opening(q_goal)
             leave = None if back is None else self._way_back(goal, q_goal, opening, back)
@@ -397,17 +440,23 @@ class _PlaceSearch:
                 motion.allow(*self._load, *self._allowed)
                 descent = motion.plan_through(way.q[-1], through, speed=self._lower)
         except (UnreachableError, CollisionError) as error:
-            self._failures.append(error)
-            self._met[coming] += spot.way_out is not None and self._is_hand_on_base(error)
+            self._fail(error)
+            self._met[coming] += spot.way_out is not None and self._is_hand_on_fixture(error)
             return None
         return PlacePlan(goal, way, descent, opening, leave)
 
-    def _is_hand_on_base(self, error: SkillError) -> bool:
-        """Tell whether the hand meets what the object is to go on or into."""
+    def _fail(self, error: SkillError) -> None:
+        self._failures.append(error)
+        self._unreachable += isinstance(error, UnreachableError)
+
+    def _is_hand_on_fixture(self, error: SkillError) -> bool:
+        """Tell whether the hand meets what the object is to go on or into, or another thing that is fixed, as a board over it."""
         met = error.evidence
-        if not isinstance(met, CollisionEvidence) or met.other.partition("/")[0] not in self._allowed:
+        if not isinstance(met, CollisionEvidence) or not self._arm.planning.is_of_hand(met.body):
             return False
-        return self._arm.planning.is_of_hand(met.body)
+        other = met.other.partition("/")[0]
+        item = self._scene.find(other)
+        return other in self._allowed or (item is not None and item.is_fixed)
 
     def _hold(self) -> None:
         """Plan with the object in hand, and what lies in it free to touch it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -21,6 +21,7 @@ from robosandbox.world.covered import OUTSIDE, ways_out
 from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.relations import (
     BESIDE_GAP,
+    Extent,
     bottom,
     bounds,
     centre,
@@ -126,14 +127,26 @@ class Placement:
 def table_placements(
     scene: ObservedScene, held: DetectedObject, points: Iterable[Array]
 ) -> tuple[list[Placement], tuple[str, ...]]:
-    """Return the free ones of these points (2,) on the table, and the ids of what occupies the others."""
-    found = list(tried_on_table(scene, held, points))
+    """Return the free ones of these points (2,) on the table, and the ids of what occupies the others.
+
+    Where none has the space around it that open fingers need, as little will do as is kept to a container's walls.
+    """
+    points = list(points)
+    for spacing in (_SPACING, _WALL_ROOM):
+        found = list(tried_on_table(scene, held, points, spacing, is_turnable=True))
+        if free := [spot for spot, names in found if not names]:
+            break
     blocking = dict.fromkeys(name for _, names in found for name in names)
-    return [spot for spot, names in found if not names], tuple(blocking)
+    return free, tuple(blocking)
 
 
 def tried_on_table(
-    scene: ObservedScene, held: DetectedObject, points: Iterable[Array], spacing: float = _SPACING
+    scene: ObservedScene,
+    held: DetectedObject,
+    points: Iterable[Array],
+    spacing: float = _SPACING,
+    *,
+    is_turnable: bool = False,
 ) -> Iterator[tuple[Placement, tuple[str, ...]]]:
     """Yield those of these points (2,) that are on the table as spots, each with the ids of what occupies it.
 
@@ -142,6 +155,7 @@ def tried_on_table(
         held: What is to stand there.
         points: World xy, metres.
         spacing: Free space that is kept around it, metres.
+        is_turnable: Where there is room with other headings alone, the spot has those.
     """
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
@@ -150,27 +164,56 @@ def tried_on_table(
     # Around the table's middle, to be compared with what is there before it is put to each point.
     origin = Placement((0.0, 0.0), scene.table_height, headings, by_middle=True)
     here = extent(with_pose(held, resting_pose(held, origin, level)))
-    there = [(item, extent(item)) for item in scene.objects if item.id != held.id]
-    others = [(item, around) for item, around in there if around.low < here.high]
-    pieces: dict[str, tuple[DetectedObject, ...]] = {}
+    seen = [(item, extent(item)) for item in scene.objects if item.id != held.id]
+    others = [(item, around) for item, around in seen if around.low < here.high]
+    pieces: dict[str, list[tuple[DetectedObject, Extent]]] = {}
     for point in points:
         if margin_on_table(scene.table_area, point, half) < 0.0:
             continue
         spot = replace(origin, xy=(float(point[0]), float(point[1])))
         x, y = spot.xy[0] + here.x, spot.xy[1] + here.y
-        standing: DetectedObject | None = None
-        near = []
+        there, always = dict[str, list[tuple[DetectedObject, Extent]]](), list[str]()
         for item, around in others:
             distance = math.hypot(x - around.x, y - around.y)
             if distance > here.radius + around.radius + spacing:
                 continue
-            parts = pieces.get(item.id) or pieces.setdefault(item.id, separately(item))
+            if item.id not in pieces:
+                pieces[item.id] = [(part, extent(part)) for part in separately(item)]
+            parts = pieces[item.id]
             if len(parts) > 1 or distance > here.inner + around.inner + spacing:
-                standing = standing or with_pose(held, resting_pose(held, spot, level))
-                if all(gap(standing, part) >= spacing for part in parts):
-                    continue
-            near.append(item.id)
-        yield spot, tuple(near)
+                there[item.id] = parts
+            else:
+                always.append(item.id)
+        met = _met_at(held, spot, level, 0.0, there, spacing)
+        if met and is_turnable and not always and here.radius > here.inner + spacing:
+            free = tuple(yaw for yaw in headings[1:] if not _met_at(held, spot, level, yaw, there, spacing))
+            spot, met = (replace(spot, yaws=free), []) if free else (spot, met)
+        yield spot, (*always, *met)
+
+
+def _met_at(
+    held: DetectedObject,
+    spot: Placement,
+    level: Array,
+    yaw: float,
+    others: Mapping[str, Sequence[tuple[DetectedObject, Extent]]],
+    spacing: float,
+) -> list[str]:
+    """Return the ids of those whose pieces are nearer than a distance to an object that stands on a spot, turned by a heading."""
+    if not others:
+        return []
+    standing, ball = with_pose(held, resting_pose(held, spot, spot.rotation(level, yaw))), extent(held).ball
+    return [
+        name
+        for name, parts in others.items()
+        if any(_is_nearer(standing, ball, part, around, spacing) for part, around in parts)
+    ]
+
+
+def _is_nearer(standing: DetectedObject, ball: float, part: DetectedObject, around: Extent, distance: float) -> bool:
+    """Tell whether a thing within a ball of a radius stands nearer to a part within a circle than a distance, metres; the circles first."""
+    x, y, _ = centre(standing)
+    return math.hypot(x - around.x, y - around.y) < ball + around.radius + distance and gap(standing, part) < distance
 
 
 def separately(item: DetectedObject) -> tuple[DetectedObject, ...]:
@@ -582,6 +625,7 @@ def _on_face(
     near = [part for item in around for part in separately(item) if top(part) > height and bottom(part) < height + tall]
     over = [item for item in around if item.is_fixed and top(item) > height + tall]
     rotation, origin = base.pose.rotation, base.pose.position
+    ball, circles = extent(held).ball, [(part, extent(part)) for part in near]
     found, blocking = [], dict[str, None]()
     # The end of what lies may stand out over the edge, so that the hand keeps out.
     wanted = min(float(np.hypot(*half) if laid is None else half.min()), face.half_width - face.cell)
@@ -608,12 +652,15 @@ def _on_face(
                 laid=laid,
             )
             standing = with_pose(held, resting_pose(held, placement, level))
-            names = [item.id for item in near if gap(standing, item) < _SPACING]
+            names = [part.id for part, around in circles if _is_nearer(standing, ball, part, around, _SPACING)]
             blocking.update(dict.fromkeys(names))
             if names:
                 continue
             outs = ways_out(standing, over, math.inf) if way is None and over else []
             found += [_from_aside(placement, out) for out in outs] or [placement]
+    if over and np.isinf(face.headroom):
+        # What is nearest to the open side first, as under a board of its own; what is free from above comes before.
+        found.sort(key=lambda spot: round(spot.depth, 2))
     return found, tuple(blocking)
 
 

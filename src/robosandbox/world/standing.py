@@ -126,14 +126,17 @@ def _put_beside(scene: ObservedScene, a: str, b: str, side: Side) -> ObservedSce
         return scene
     points = points_beside(item, other, side)
     spots, _ = table_placements(scene, item, points)
-    return _stood(scene, item, spots[0].xy if spots else points[0], 0.0)
+    return _stood(scene, item, spots[0].xy, spots[0].yaws[0]) if spots else _stood(scene, item, points[0], 0.0)
 
 
 def _put_at(scene: ObservedScene, a: str, x: float, y: float, yaw: float | None = None) -> ObservedScene:
     item = scene.find(a)
     if item is None:
         return scene
-    return _stood(scene, item, (x, y), 0.0 if yaw is None else yaw - item.pose.yaw)
+    if yaw is not None:
+        return _stood(scene, item, (x, y), yaw - item.pose.yaw)
+    spots, _ = table_placements(scene, item, [np.array([x, y])])
+    return _stood(scene, item, (x, y), spots[0].yaws[0] if spots else 0.0)
 
 
 def _righted(scene: ObservedScene, a: str) -> ObservedScene:
