@@ -319,14 +319,8 @@ class Manipulator(Fingers):
         raise failure.with_(phase=phase) from None
 
     def allow_touched(self) -> None:
-        """Let the arm touch the table, what stands freely, and of what is fixed what it touches now."""
-        allowed = ["table", *(item.id for item in self.start.objects if not item.is_fixed)]
-        self.motion.allow(*allowed)
-        while (met := self.motion.touch(self.q)) is not None and isinstance(met.evidence, CollisionEvidence):
-            if met.evidence.other in allowed:
-                break
-            allowed.append(met.evidence.other)
-            self.motion.allow(*allowed)
+        """Let the arm touch the table, what stands freely, and of what is fixed what it touches now, no deeper than now."""
+        self.motion.allow("table", *(item.id for item in self.start.objects if not item.is_fixed), touched=True)
 
     def rise_out(self, height: float, phase: str, *, speed: Speed | None = None) -> None:
         """Rise out of what the hand touches, or draw back along its approach where something is above.

@@ -94,7 +94,9 @@ class CollisionChecker:
         self._finger = np.isin(np.arange(model.nbody), list(robot.gripper.bodies if robot.gripper else ()))
         self._allowed = np.zeros(model.nbody, dtype=np.bool_)
         self._by_hand = np.zeros(model.nbody, dtype=np.bool_)
+        self._stood: Array | None = None
         self._stands: Array | None = None
+        self._stays_in_touch = False
         self._near: dict[tuple[int, int], float] = {}
         self._movers, self._obstacles = self._robot_geoms & self._solid, ~self._robot_geoms & self._solid
         if movers is not None:
@@ -148,7 +150,14 @@ class CollisionChecker:
 
         Else one that stands half a clearance from a wall could not leave it.
         """
+        self._stood, self._stays_in_touch = q, False
         self._stands, self._near = q, {}
+
+    def stay_in_touch(self, stays: bool = True) -> None:
+        """Let the robot touch what it touches where it stands, but no deeper by the clearance; or, with False, no longer."""
+        if stays != self._stays_in_touch:
+            self._stays_in_touch = stays
+            self._stands, self._near = self._stood, {}
 
     def touch(self, q: Array) -> DeepestContact | None:
         """Return the deepest contact at `q` (n,), or None when it is free."""
@@ -199,20 +208,23 @@ class CollisionChecker:
     def _examine(self, q: Array) -> tuple[DeepestContact | None, float]:
         """Return the deepest contact at `q`, and how far it is from the nearest obstacle to the clearance around it."""
         touch, gap = self._look(q)
-        if self._stands is None or touch is None or touch.own or touch.depth > 0.0:
+        if self._stands is None or touch is None or touch.own or (touch.depth > 0.0 and not self._stays_in_touch):
             return touch, gap
         self._near, self._stands = self._near_at(self._stands), None
         return self._look(q) if self._near else (touch, gap)
 
     def _near_at(self, q: Array) -> dict[tuple[int, int], float]:
-        """Return which pairs of bodies are apart at `q`, but within the clearance, and how near they may come, metres."""
+        """Return which pairs of bodies are within the clearance at `q`, apart unless they stay in touch, and how near they may come, metres."""
         pairs, distance, own = self._distances(q)
         near: dict[tuple[int, int], float] = {}
         for (first, second), gap in zip(pairs[~own].tolist(), distance[~own].tolist(), strict=True):
             if gap < self.clearance:
                 pair = (min(first, second), max(first, second))
                 near[pair] = min(near.get(pair, np.inf), gap)
-        return {pair: max(gap - _REPEATS, 0.0) for pair, gap in near.items() if gap > 0.0}
+        apart = {pair: max(gap - _REPEATS, 0.0) for pair, gap in near.items() if gap > 0.0}
+        if not self._stays_in_touch:
+            return apart
+        return apart | {pair: gap - self.clearance for pair, gap in near.items() if gap <= 0.0}
 
     def _look(self, q: Array) -> tuple[DeepestContact | None, float]:
         pairs, distance, own = self._distances(q)

@@ -93,12 +93,14 @@ class DLSMotionPlanner:
         """Return a new checker of what the paths of this planner may touch."""
         return planning.collisions(self.clearance)
 
-    def allow(self, *names: str, by_hand: Iterable[str] = ()) -> None:
+    def allow(self, *names: str, by_hand: Iterable[str] = (), touched: bool = False) -> None:
         """Let the robot and what it holds touch these bodies, with the parts of them, from now on, and no others.
 
-        "table" is all ground: the floor beside it, too. What is named `by_hand` no link before the hand may touch.
+        "table" is all ground: the floor beside it, too. What is named `by_hand` no link before the hand may touch. With `touched` the
+        robot may touch what it touches where it stands as well, no deeper than it does.
         """
         self._collisions.allow(self._bodies(names), self._bodies(by_hand))
+        self._collisions.stay_in_touch(touched)
 
     def move_part(self, name: str, value: float, load: Iterable[DetectedObject] = ()) -> None:
         """Check the plans that follow with a part's joint at a value, metres or radians, and what goes with it where that is then."""

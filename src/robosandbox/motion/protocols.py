@@ -19,10 +19,11 @@ class MotionPlanner(Protocol):
         """Take the world to plan in: objects as believed, the robot as it stands, `held` moving with the TCP."""
         ...
 
-    def allow(self, *names: str, by_hand: Iterable[str] = ()) -> None:
+    def allow(self, *names: str, by_hand: Iterable[str] = (), touched: bool = False) -> None:
         """Let the robot touch these objects (and "table", with the floor beside it) in the plans that follow, and nothing else.
 
-        What is named `by_hand` the hand and what it holds may touch, and no link before it.
+        What is named `by_hand` the hand and what it holds may touch, and no link before it. With `touched` the robot may touch what it
+        touches where it stands as well, no deeper than it does.
         """
         ...
 
