@@ -807,7 +807,8 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float 
                         # Places of the part's own, so that it is pushed alike wherever it stands.
                         place = part.pose.rotation.T @ (pose.position - part.pose.position) / _SAME_PLACE
                         key = (*place.round(), *rotation[:, 1].round(1), round(lean, 1))
-                        if key not in found or cost < found[key][0]:
+                        # Within one the middle of a face is surer than one that is less deep.
+                        if key not in found or cost[:-1] < found[key][0][:-1]:
                             found[key] = cost, pose, way
     best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
     yield from best[:_MOST_FACES]
