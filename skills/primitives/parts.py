@@ -247,7 +247,7 @@ def _until(
     What goes `to_stop` is moved on until the stop is felt, where it is only seen to be there: sight is off by millimetres.
     """
     require(arm.driver, "wrist_wrench", "a part that is locked or blocked is told by how hard the hand pulls or pushes")
-    first = now = arm.find(name)
+    first = now = arm.find(name, arm.look())
     worst, reached = 0.0, False
     for attempt in range(_ATTEMPTS):
         before, is_last = now, attempt == _ATTEMPTS - 1
