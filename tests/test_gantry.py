@@ -9,6 +9,7 @@ import pytest
 
 from robosandbox.errors import SkillError
 from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.part_ways import plan_push
 from robosandbox.spatial import matrix_about_axis
 from robosandbox.types import Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -90,3 +91,57 @@ def test_what_lies_askew_is_refused_before_anything_moves(gantry: Path) -> None:
         with pytest.raises(SkillError):
             cell.do("pick", object="block")
         assert cell.simulation.truth().objects["block"].pose.xyz == pytest.approx(before.xyz, abs=1e-3)
+
+
+# A cupboard before the gantry: as its door opens, its bar leaves the hand's reach, and nothing else of it is free before that. Metres.
+_CUPBOARD = """
+    <body name="gate" pos="0 0.02 0.17">
+      <geom type="box" size="0.02 0.02 0.13" pos="-0.03 0 0"/>
+      <geom type="box" size="0.19 0.04 0.13" pos="0.185 0.06 0"/>
+      <body name="leaf">
+        <joint name="hinge" axis="0 0 1" range="-1.9 0" damping="1" frictionloss="0.1"/>
+        <geom type="box" size="0.18 0.01 0.12" pos="0.185 0 0" mass="1"/>
+        <geom type="box" size="0.01 0.05 0.01" pos="0.325 -0.06 0" mass="0.1"/>
+        <geom type="box" size="0.05 0.015 0.015" pos="0.34 -0.12 0" mass="0.1"/>
+      </body>
+    </body>
+"""
+# A lever that turns down beside a post; `{x}` is where it stands.
+_LEVER = """
+    <body name="gate" pos="{x} 0 0.17">
+      <geom type="box" size="0.02 0.02 0.13" pos="0 0.03 0"/>
+      <body name="leaf">
+        <joint name="hinge" axis="0 1 0" range="0 1.57" damping="0.1" frictionloss="0.01"/>
+        <geom type="box" size="0.05 0.019 0.01" pos="0.042 -0.024 0" mass="0.1"/>
+      </body>
+    </body>
+"""
+
+
+def _cell_before(folder: Path, gantry: Path, body: str) -> EmbeddedWorkcell:
+    around = (
+        '<mujoco><compiler angle="radian" autolimits="true"/><worldbody>'
+        '<geom name="floor" type="plane" size="2 2 0.1"/>'
+        '<body name="table" pos="0 0 0.02"><geom type="box" size="0.5 0.5 0.02"/></body>'
+    )
+    (folder / "gate.xml").write_text(f"{around}{body}</worldbody></mujoco>")
+    (folder / "gate.robosandbox.yaml").write_text("robot_base: [0.0, 0.0, 0.04, 0.0]\ntable: table\n")
+    return open_session(scene=folder / "gate.xml", robot=gantry, what_if=False)
+
+
+def test_a_door_whose_bar_leaves_the_reach_is_pushed_on_from_where_it_does(tmp_path: Path, gantry: Path) -> None:
+    with _cell_before(tmp_path, gantry, _CUPBOARD) as cell:
+        cell.do("open", part="gate.leaf")
+        door = cell.observe().find("gate.leaf")
+        assert door is not None and door.opening is not None
+        assert abs(door.opening) > 0.6 * 1.9
+
+
+def test_a_lever_is_pushed_at_the_same_place_wherever_it_stands(tmp_path: Path, gantry: Path) -> None:
+    places = []
+    for x in (0.15, 0.16, 0.17, 0.18):
+        with _cell_before(tmp_path, gantry, _LEVER.format(x=x)) as cell:
+            arm = Manipulator(cell.ctx)
+            arm.use(arm.look())
+            places.append(plan_push(arm, arm.find("gate.leaf"), [1.0]).poses[0].position - (x, 0.0, 0.0))
+    assert np.ptp(places, axis=0).max() < 1e-3

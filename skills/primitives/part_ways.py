@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from itertools import pairwise, permutations, product
 from typing import Literal, TypeVar
 
@@ -124,6 +125,11 @@ class LatchedWay:
     back: PartWay
 
 
+# A push by its number: what the hand may touch, whether the palm may not meet the part first, the share of the part's turn that the hand
+# makes, and whether the part's end slides along the fingers.
+_Pushing = tuple[int, tuple[str, ...], bool, float, bool]
+
+
 class _Comings:
     """Ways of the hand from where it is to a pose: each is planned once, whatever is done from there.
 
@@ -175,6 +181,69 @@ class _Comings:
         return found
 
 
+class _Leading:
+    """A grip that leads a part along its joint, and how far it is known to lead it.
+
+    Args:
+        arm: Whose hand.
+        part: What is led.
+        grasp: Where the hand closes.
+        share: Of the part's turn, by which the hand turns.
+        comings: Ways to the grip.
+
+    Attributes:
+        reached: Value of the joint to which a way led that ended before its goal; where the part is before one did.
+        ends_within: How far from where the part is that way could not go, metres or radians.
+    """
+
+    def __init__(self, arm: Manipulator, part: DetectedObject, grasp: Grasp, share: float, comings: _Comings) -> None:
+        self._arm, self._part, self._grasp, self._share, self._comings = arm, part, grasp, share, comings
+        self.reached, self.ends_within = part_value(part), math.inf
+
+    def to(self, goal: float) -> PartWay:
+        """Return the way to the grip and along the part's joint to a value.
+
+        Raises:
+            UnreachableError: Part of it is out of reach.
+            CollisionError: Something is in the way.
+        """
+        arm, part, grasp, motion, failures = self._arm, self._part, self._grasp, self._arm.motion, list[SkillError]()
+        motion.open_to(opened_for(arm, grasp))
+        tcp, values = grasp.tcp_pose, _values(part, grasp.tcp_pose, goal)
+        poses = _along(part, tcp, values[1:], self._share)
+        if is_hook(arm, grasp.width):
+            # A finger comes against it first.
+            way = math.copysign(arm.geometry.min_aperture - grasp.width + _PLAY, goal - part_value(part))
+            poses = tuple(moved(pose, way * _way(joint_of(part), pose.position)) for pose in poses)
+        here, ended, within = part_value(part), list[Array](), list[float]()
+        for height in HOVERS:
+            steps: list[Trajectory] = []
+            try:
+                descent = self._comings.descent(height)
+                if any(np.allclose(descent.q[-1], q) for q in ended):
+                    continue
+                if self._comings.is_lost(height, approach=True):
+                    self._comings.approach(height)
+                motion.allow(*around(part), *_load(arm, part))
+                steps.extend(_steps(arm, descent.q[-1], poses))
+                _check_beside(arm, part, steps, values)
+                approach = self._comings.approach(height)
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+                if not steps:
+                    continue
+                is_cut = len(steps) < len(poses)
+                within.append(abs(values[len(steps) + 1] - here) if is_cut else math.inf)
+                if is_cut:
+                    ended.append(steps[0].q[0])
+                    self.reached = max(self.reached, values[len(steps)], key=lambda value: abs(value - here))
+                continue
+            return PartWay(grasp, approach, descent, (tcp, *poses), tuple(steps), tuple(values), _is_end(part, goal))
+        # What never came to its first step may come to it, and what was led all the way ended elsewhere.
+        self.ends_within = max(within, default=math.inf)
+        raise most_telling(failures)
+
+
 def touched(part: DetectedObject) -> tuple[str, ...]:
     """Return what planners call the body that moves: a drawer's sliding box, or the part itself."""
     return (f"{part.id}/box",) if part.shape.opens else (part.id,)
@@ -194,12 +263,51 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
         UnreachableError: Its handle, or its way, is out of reach.
         CollisionError: Something is in the way.
     """
+    found, failures = _leads(arm, part, goals)
+    if isinstance(found, PartWay):
+        return found
+    if not failures:
+        raise no_grip(arm, part, "none_found", arm.gripper.width)
+    # What stands in the way tells more than that there is no room for fingers at the part itself.
+    in_the_way = [error for error in failures if not _is_own(part, error)]
+    raise arm.clearest(in_the_way or failures)
+
+
+def plan_lead_partly(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) -> PartWay:
+    """Return the way on which the hand leads a part farthest towards the last of some values, where none leads it all the way.
+
+    Raises:
+        GraspError: Nothing of it fits between the fingers.
+        UnreachableError: Its handle, or all of its way, is out of reach.
+        CollisionError: Something is in the way.
+    """
+    here = part_value(part)
+    found, failures = _leads(arm, part, goals[-1:])
+    if isinstance(found, PartWay):
+        return found
+    for leading in sorted(found, key=lambda one: -abs(one.reached - here)):
+        if abs(leading.reached - here) * lever(part) <= _TRIAL:
+            break
+        try:
+            return leading.to(leading.reached)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+    if not failures:
+        raise no_grip(arm, part, "none_found", arm.gripper.width)
+    raise most_telling(failures)
+
+
+def _leads(
+    arm: Manipulator, part: DetectedObject, goals: Sequence[float]
+) -> tuple[PartWay | list[_Leading], list[SkillError]]:
+    """Return the first way on which the hand leads a part to one of some values, else the grips that lead it less far; and what failed."""
     failures: list[SkillError] = []
-    is_knob = _is_knob(arm, part)
+    here, is_knob = part_value(part), _is_knob(arm, part)
     # A hand that turns with the part does not turn in its grip: one that turns less is tried where no grip allows that.
     turns = _TURNS[:1] if is_knob else _turns(arm, part)
     rolled: dict[Sequence[float], list[Grasp]] = {}
     free: dict[tuple[Sequence[float], int], _Comings | None] = {}
+    leadings: dict[tuple[Sequence[float], int, float], _Leading] = {}
     # A grip with the hand turned about the bar that leads it all the way is better than a square one that does not.
     for goal, rolls in product(goals, _ROLLS[:1] if is_knob else _ROLLS):
         grasps = rolled.get(rolls) or rolled.setdefault(rolls, _handles(arm, part, rolls))
@@ -209,15 +317,15 @@ def plan_lead(arm: Manipulator, part: DetectedObject, goals: Sequence[float]) ->
                 if key not in free:
                     free[key] = None
                     free[key] = _Comings(arm, grasp.tcp_pose, touched(part), _free(arm, grasp))
-                if (comings := free[key]) is not None:
-                    return _led(arm, part, grasp, goal, share, comings)
+                if (comings := free[key]) is None:
+                    continue
+                leading = leadings.setdefault((*key, share), _Leading(arm, part, grasp, share, comings))
+                # What ends a way ends one that leads farther.
+                if abs(goal - here) < leading.ends_within:
+                    return leading.to(goal), failures
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
-    if not failures:
-        raise no_grip(arm, part, "none_found", arm.gripper.width)
-    # What stands in the way tells more than that there is no room for fingers at the part itself.
-    in_the_way = [error for error in failures if not _is_own(part, error)]
-    raise arm.clearest(in_the_way or failures)
+    return list(leadings.values()), failures
 
 
 def plan_latched(arm: Manipulator, part: DetectedObject, handle: DetectedObject, goals: Sequence[float]) -> LatchedWay:
@@ -247,7 +355,7 @@ def plan_latched(arm: Manipulator, part: DetectedObject, handle: DetectedObject,
                     free[number] = None
                     free[number] = _Comings(arm, grasp.tcp_pose, touched(handle), _free(arm, grasp))
                 if (comings := free[number]) is not None:
-                    turn = _led(arm, handle, grasp, angle, 1.0, comings)
+                    turn = _Leading(arm, handle, grasp, 1.0, comings).to(angle)
                     return _led_on(arm, part, handle, turn, goal)
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
@@ -321,7 +429,9 @@ def _of(error: SkillError) -> str:
     return error.evidence.other if isinstance(error.evidence, CollisionEvidence) else ""
 
 
-def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], press: float = _PRESS) -> PartWay:
+def plan_push(
+    arm: Manipulator, part: DetectedObject, goals: Sequence[float], press: float = _PRESS, *, partly: bool = False
+) -> PartWay:
     """Return the first way on which the hand can push a face of a part to a value of its joint: closed, or else with one open finger.
 
     An open finger goes before the palm, which may have no room where closed fingers have.
@@ -331,6 +441,7 @@ def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], pr
         part: What is pushed.
         goals: Values of its joint on one side of where it is, the best first.
         press: How far beyond the end of its range it is pushed, where that is the goal, metres.
+        partly: Whether the way that leads farthest is returned where none leads to a goal.
 
     Raises:
         GraspError: No face of it looks against its way.
@@ -348,39 +459,53 @@ def plan_push(arm: Manipulator, part: DetectedObject, goals: Sequence[float], pr
     starts = [moved(tcp, -STAND_OFF * direction) for _, tcp, direction in pushes]
     comings = [_Comings(arm, start) for start in starts]
     # What ends a way ends one that leads farther.
-    ended: dict[tuple[object, ...], float] = {}
+    ended: dict[_Pushing, float] = {}
     height, here = HOVERS[-1], part_value(part)
-    for goal, (allowed, tips_first), (number, (aperture, tcp, direction)) in product(goals, free, enumerate(pushes)):
-        coming = comings[number]
-        if coming.is_lost(height):
-            continue
+
+    def planned(goal: float, pushing: _Pushing) -> PartWay:
+        number, allowed, tips_first, share, slides = pushing
+        aperture, tcp, direction = pushes[number]
         if aperture is not None:
             motion.open_to(aperture)
         values = _values(part, tcp, goal)
         beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp, press)]
-        for share, slides in ways:
-            key = number, allowed, tips_first, share, slides
-            if abs(goal - here) > ended.get(key, math.inf) or coming.is_lost(height):
-                continue
-            poses = _beside(part, tcp, beyond) if slides else _along(part, tcp, beyond, share)
-            steps: list[Trajectory] = []
-            try:
-                descent = coming.descent(height)
-                if tips_first:
-                    motion.allow()
-                    motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
-                motion.allow(*allowed, *load)
-                steps.extend(_steps(arm, descent.q[-1], poses))
-                _check_beside(arm, part, steps, values)
-                approach = coming.approach(height)
-            except (UnreachableError, CollisionError) as error:
-                failures.append(error)
-                ended[key] = abs(values[len(steps)] - here)
-                if sum(one.is_lost(height, approach=True) for one in comings) == _MOST_BLOCKED:
-                    raise most_telling(failures) from None
-                continue
-            poses, end = (starts[number], *poses), _is_end(part, goal)
-            return PartWay(None, approach, descent, poses, tuple(steps), tuple(values), end, aperture)
+        poses = _beside(part, tcp, beyond) if slides else _along(part, tcp, beyond, share)
+        steps: list[Trajectory] = []
+        try:
+            descent = comings[number].descent(height)
+            if tips_first:
+                motion.allow()
+                motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
+            motion.allow(*allowed, *load)
+            steps.extend(_steps(arm, descent.q[-1], poses))
+            _check_beside(arm, part, steps, values)
+            approach = comings[number].approach(height)
+        except (UnreachableError, CollisionError):
+            ended[pushing] = abs(values[len(steps)] - here)
+            raise
+        way = (starts[number], *poses)
+        return PartWay(None, approach, descent, way, tuple(steps), tuple(values), _is_end(part, goal), aperture)
+
+    def is_left(goal: float, pushing: _Pushing) -> bool:
+        return abs(goal - here) <= ended.get(pushing, math.inf) and not comings[pushing[0]].is_lost(height)
+
+    for goal, (allowed, tips_first), number, (share, slides) in product(goals, free, range(len(pushes)), ways):
+        pushing = number, allowed, tips_first, share, slides
+        if not is_left(goal, pushing):
+            continue
+        try:
+            return planned(goal, pushing)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+        if sum(one.is_lost(height, approach=True) for one in comings) == _MOST_BLOCKED:
+            break
+    farthest = sorted(ended.items(), key=lambda one: -one[1]) if partly else ()
+    for length, pushing in ((length, pushing) for pushing, length in farthest if length * lever(part) > _TRIAL):
+        goal = here + math.copysign(length, goals[-1] - here)
+        if not is_left(goal, pushing):
+            continue
+        with suppress(UnreachableError, CollisionError):
+            return planned(goal, pushing)
     if not failures:
         raise no_grip(arm, part, "none_found", 0.0)
     raise arm.clearest(failures)
@@ -555,37 +680,6 @@ def _free(arm: Manipulator, grasp: Grasp) -> Array:
     return arm.free_posture(grasp.tcp_pose, restarts=_RESTARTS)
 
 
-def _led(arm: Manipulator, part: DetectedObject, grasp: Grasp, goal: float, share: float, comings: _Comings) -> PartWay:
-    """Return the way to a grip and along the part's joint to a value, the hand turned by a share of its turn.
-
-    Raises:
-        UnreachableError: Part of it is out of reach.
-        CollisionError: Something is in the way.
-    """
-    motion, failures = arm.motion, list[SkillError]()
-    motion.open_to(opened_for(arm, grasp))
-    tcp, values = grasp.tcp_pose, _values(part, grasp.tcp_pose, goal)
-    poses = _along(part, tcp, values[1:], share)
-    if is_hook(arm, grasp.width):
-        # A finger comes against it first.
-        way = math.copysign(arm.geometry.min_aperture - grasp.width + _PLAY, goal - part_value(part))
-        poses = tuple(moved(pose, way * _way(joint_of(part), pose.position)) for pose in poses)
-    for height in HOVERS:
-        try:
-            descent = comings.descent(height)
-            if comings.is_lost(height, approach=True):
-                comings.approach(height)
-            motion.allow(*around(part), *_load(arm, part))
-            steps = tuple(_steps(arm, descent.q[-1], poses))
-            _check_beside(arm, part, steps, values)
-            approach = comings.approach(height)
-        except (UnreachableError, CollisionError) as error:
-            failures.append(error)
-            continue
-        return PartWay(grasp, approach, descent, (tcp, *poses), steps, tuple(values), _is_end(part, goal))
-    raise most_telling(failures)
-
-
 def _steps(arm: Manipulator, q: Array, poses: Sequence[Pose]) -> Iterator[Trajectory]:
     """Yield the straight ways from a configuration (n,) through poses.
 
@@ -727,8 +821,12 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float 
                         # No deeper than it has to be: there may be something below.
                         depth = round(float(pose.position @ rotation[:, 2]), 3)
                         cost = (-arm_length, on_edge, round(turn + lean, 2), depth)
-                        key = (*(pose.position / _SAME_PLACE).round(), *rotation[:, 1].round(1), round(lean, 1))
-                        found.setdefault(key, (cost, pose, way))
+                        # Places of the part's own, so that it is pushed alike wherever it stands.
+                        place = part.pose.rotation.T @ (pose.position - part.pose.position) / _SAME_PLACE
+                        key = (*place.round(), *rotation[:, 1].round(1), round(lean, 1))
+                        # Within one the middle of a face is surer than one that is less deep.
+                        if key not in found or cost[:-1] < found[key][0][:-1]:
+                            found[key] = cost, pose, way
     best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
     yield from best[:_MOST_FACES]
 

@@ -33,6 +33,7 @@ from robosandbox.skills.primitives.part_ways import (
     opened_for,
     plan_latched,
     plan_lead,
+    plan_lead_partly,
     plan_push,
     pressing_poses,
     spring_force,
@@ -87,36 +88,71 @@ def lead(arm: Manipulator, name: str, goals: Sequence[float], enough: float) -> 
         CollisionError: Something is in the way.
         DrawerError: It is locked or blocked, or the hand slipped off.
     """
+    return _until(arm, name, enough, lambda part: _lead_along(arm, part, plan_lead(arm, part, goals)))
 
-    def grasped(part: DetectedObject) -> float:
-        way = plan_lead(arm, part, goals)
-        assert way.grasp is not None
-        _go(arm, way, opened_for(arm, way.grasp))
-        arm.ctx.enter(Phase.GRASP)
-        closed = arm.close_on(way.grasp.width)
-        if not is_hook(arm, way.grasp.width) and closed < empty_aperture(arm.geometry, way.grasp.width):
-            _let_go(arm, part)
-            raise no_grip(arm, part, "missed", closed)
-        force = _follow(arm, part, way, MOST_FORCE)
+
+def _lead_along(arm: Manipulator, part: DetectedObject, way: PartWay) -> float:
+    """Take hold of a part, lead it along a way and let it go; return the most force along it, N."""
+    assert way.grasp is not None
+    _go(arm, way, opened_for(arm, way.grasp))
+    arm.ctx.enter(Phase.GRASP)
+    closed = arm.close_on(way.grasp.width)
+    if not is_hook(arm, way.grasp.width) and closed < empty_aperture(arm.geometry, way.grasp.width):
         _let_go(arm, part)
-        return force
+        raise no_grip(arm, part, "missed", closed)
+    force = _follow(arm, part, way, MOST_FORCE)
+    _let_go(arm, part)
+    return force
 
-    return _until(arm, name, enough, grasped)
+
+def _push_along(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -> float:
+    """Push a part along a way and come off it; return the most force along it, N, of which `most` is where it is stuck."""
+    _go(arm, way, way.aperture)
+    force = _follow(arm, part, way, most)
+    _step_back(arm, part, way)
+    _withdraw(arm, part)
+    return force
+
+
+def _lead_then_push(
+    arm: Manipulator, name: str, goals: Sequence[float], enough: float, most: float
+) -> tuple[DetectedObject, float]:
+    """Lead a part as far as the hand gets with it, and push it on from there; return and raise as `lead`."""
+    is_led = False
+
+    def moved_on(part: DetectedObject) -> float:
+        nonlocal is_led
+        if not is_led:
+            way = plan_lead_partly(arm, part, goals)
+            is_led = True
+            return _lead_along(arm, part, way)
+        return _push_along(arm, part, plan_push(arm, part, goals), most)
+
+    return _until(arm, name, enough, moved_on)
 
 
 def lead_or_push(
     arm: Manipulator, name: str, goals: Sequence[float], enough: float, most: float = MOST_FORCE
 ) -> tuple[DetectedObject, float]:
-    """Lead a part as `lead` does, or push it as `push` does where there is nothing to hold it by, or the grip jams; raises as `lead`."""
+    """Lead a part as `lead` does, or push it as `push` does where there is nothing to hold it by, or the grip jams; raises as `lead`.
+
+    Where no way gets it there, it is moved as far as one does, and pushed on from there.
+    """
     try:
         return lead(arm, name, goals, enough)
     except (UnreachableError, CollisionError, GraspError, DrawerError) as held:
-        if isinstance(held, DrawerError) and not jams(arm, arm.find(name)):
+        is_jammed = jams(arm, arm.find(name))
+        if isinstance(held, DrawerError) and not is_jammed:
             raise
         try:
-            return push(arm, name, goals, enough, most)
+            return push(arm, name, goals, enough, most, partly=is_jammed)
         except (UnreachableError, CollisionError) as unpushed:
-            raise arm.clearest([held, unpushed]) from held
+            if is_jammed or isinstance(held, GraspError):
+                raise arm.clearest([held, unpushed]) from held
+            try:
+                return _lead_then_push(arm, name, goals, enough, most)
+            except (UnreachableError, CollisionError) as ended:
+                raise arm.clearest([held, unpushed, ended]) from held
         except DrawerError as felt:
             # What was felt tells more than that a grip could not be planned.
             raise (held if isinstance(held, DrawerError) else felt) from None
@@ -171,7 +207,13 @@ def set_part(arm: Manipulator, skill: str, name: str, share: float) -> SkillResu
 
 
 def push(
-    arm: Manipulator, name: str, goals: Sequence[float], enough: float, most: float = MOST_FORCE
+    arm: Manipulator,
+    name: str,
+    goals: Sequence[float],
+    enough: float,
+    most: float = MOST_FORCE,
+    *,
+    partly: bool = False,
 ) -> tuple[DetectedObject, float]:
     """Push a part along its joint with the closed fingers; return it as it is then, and the most force along its way, N.
 
@@ -181,6 +223,7 @@ def push(
         goals: Values of the joint, metres or radians, the best first: that to which the hand gets is taken.
         enough: The value from which on it is as it should be.
         most: N along its way from which it is stuck.
+        partly: Whether it is pushed as far as one way leads, and on from there, where none leads to a goal.
 
     Raises:
         UnsupportedError: The driver does not tell how hard the hand pushes.
@@ -191,12 +234,7 @@ def push(
     """
 
     def pushed(part: DetectedObject) -> float:
-        way = plan_push(arm, part, goals)
-        _go(arm, way, way.aperture)
-        force = _follow(arm, part, way, most)
-        _step_back(arm, part, way)
-        _withdraw(arm, part)
-        return force
+        return _push_along(arm, part, plan_push(arm, part, goals, partly=partly), most)
 
     return _until(arm, name, enough, pushed, to_stop=goals[0] == shut_value(arm.find(name)))
 
@@ -209,7 +247,7 @@ def _until(
     What goes `to_stop` is moved on until the stop is felt, where it is only seen to be there: sight is off by millimetres.
     """
     require(arm.driver, "wrist_wrench", "a part that is locked or blocked is told by how hard the hand pulls or pushes")
-    first = now = arm.find(name)
+    first = now = arm.find(name, arm.look())
     worst, reached = 0.0, False
     for attempt in range(_ATTEMPTS):
         before, is_last = now, attempt == _ATTEMPTS - 1
