@@ -101,6 +101,24 @@ def test_a_robot_that_stands_nearer_than_the_clearance_may_leave_but_not_come_ne
     assert checker.touch(q) == near
 
 
+def test_a_robot_that_leaves_what_it_touches_may_touch_it_no_deeper(planner):
+    checker = planner._planning.collisions(0.001)
+    y = next(
+        y
+        for y in np.arange(0.2, 0.1, -0.002)
+        if (met := checker.touch(planner.ik(down(0.15, y, 0.3)))) and met.depth > 0.0
+    )
+    q, farther, deeper = (planner.ik(down(0.15, y + dy, 0.3)) for dy in (0.0, 0.1, -0.03))
+    checker.stand(q)
+    assert checker.touch(q) is not None
+    checker.stay_in_touch()
+    assert checker.first_touch(np.array([q, farther])) is None
+    met = checker.first_touch(np.array([q, deeper]))
+    assert met is not None and met[1].other == "post"
+    checker.stay_in_touch(False)
+    assert checker.touch(q) is not None
+
+
 def test_joint_move_goes_round_an_object(sim, planner):
     start, goal = planner.ik(down(0.15, 0.25, 0.3)), planner.ik(down(0.15, -0.25, 0.3))
     trajectory = planner.plan_joints(start, goal)
