@@ -236,6 +236,20 @@ def test_a_wall_that_leans_within_friction_is_held_by_an_upright_hand_as_well(ti
     assert all(rotation[2, 2] == pytest.approx(-1.0) for rotation in straight)
 
 
+def test_no_tip_presses_on_the_flat_rim_of_a_plate() -> None:
+    with open_session(Scene(), what_if=False) as session:
+        gripper = session.driver.arms["arm"].spec.gripper
+    assert gripper is not None
+    # Nine boards that rise outwards by 20 degrees around a disc, as a plate is cut into convex pieces.
+    edge = [(0.0407, 0.0061, 0.013), (0.0423, 0.0, 0.013), (0.0711, 0.0189, 0.025), (0.0732, 0.0127, 0.025)]
+    board = np.array([(r, side * half, z) for r, z, half in edge for side in (-1.0, 1.0)])
+    turns = [matrix_from_rotation_vector(np.array([0.0, 0.0, turn])) for turn in np.arange(9) * 2.0 * np.pi / 9]
+    disc = np.array([*product((-0.03, 0.03), (-0.03, 0.03), (0.0026, 0.0085))])
+    plate = Surface(Pose(xyz=(0.4, 0.0, 0.1)), [disc, *(board @ turn.T for turn in turns)])
+    found = [grasp for tier in Closings("it", plate, gripper.geometry, lambda grasp: True).tiers() for grasp in tier]
+    assert not [grasp for grasp in found if grasp.how == "upright"]
+
+
 def test_how_a_mesh_lies_is_found_from_points_of_its_surface(angle: Path) -> None:
     mesh = known_mesh(angle, 0.001)
     turn = matrix_from_rotation_vector(np.array([0.0, 0.0, 0.7])) @ matrix_from_rotation_vector(

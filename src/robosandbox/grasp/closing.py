@@ -229,6 +229,11 @@ class Closings:
         share = float(min(right.mean(), left.mean()))
         if share < _LEAST_MET or askew > _MOST_ASKEW:
             return None
+        # The edge of a tip slides off a face that it does not meet squarely; a pad that lies on an edge presses along its own normal.
+        for is_met, reach, way in ((right, high, closing), (left, -low, -closing)):
+            by_tip = bool((places[is_met, 1] >= along[-1]).all())
+            if by_tip and not self._surface.meets_squarely(grid[is_met] + reach[is_met, None] * way, way):
+                return None
         return _Meeting(held, (top + bottom) / 2.0, share)
 
 

@@ -136,6 +136,12 @@ class Surface:
             [(beyond, self._squareness(point + beyond * inward, inward, last))] if beyond > end + _SEAM else []
         )
 
+    def meets_squarely(self, points: Array, direction: Array) -> bool:
+        """Tell whether a line along a unit vector (3,) leaves the surface squarely enough to be held there, at one of some points (k, 3)."""
+        normals, offsets = self._planes[:, :3], self._planes[:, 3]
+        at = np.abs(points @ normals.T + offsets) < _ON
+        return bool((at & (normals @ direction > _SQUARE)).any())
+
     def _squareness(self, point: Array, direction: Array, piece: int) -> float:
         """Return the cosine between a direction and the normal of a piece where it is left."""
         planes = self._hulls[piece].equations
