@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from robosandbox.errors import InputError
 from robosandbox.tasks.judge.polygons import depth, outline
@@ -82,6 +81,9 @@ class ConvexPieces:
 
     def off_slopes(self, other: ConvexPieces, point: Array) -> list[float]:
         """Return how far another object is off the sloping faces that lie under a point (2,), each along its normal, metres."""
+        # Heavy: few scenes have a solid that slopes.
+        from scipy.spatial import ConvexHull
+
         found = []
         for one, seen in zip(self.pieces, self.outlines, strict=True):
             if depth(seen, point) <= 0.0 or one.radius or np.linalg.matrix_rank(one.points - one.points[0]) < _SOLID:
