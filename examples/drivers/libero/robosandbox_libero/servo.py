@@ -63,7 +63,7 @@ class JointServo:
     def paced(self, data: mujoco.MjData, trajectory: Trajectory) -> Trajectory:
         """Return a trajectory slowed down where it asks for more than the motors give.
 
-        The air resists LIBERO's hand, whose small bodies have the inertia of large ones, with up to 24 N m at 1 rad/s; the last two motors give 12.
+        The air resists LIBERO's hand, whose small bodies have the inertia of large ones, with 24 N m and more at 1 rad/s; the last two motors give 12.
         """
         q, dt = trajectory.q, trajectory.dt
         if len(q) < 3:
