@@ -22,6 +22,8 @@ from robosandbox.sim.scene_check import check_scene
 from robosandbox.sim.scene_file import read_scene_file
 from robosandbox.sim.scene_report import to_yaml
 from robosandbox.sim.scene_sidecar import sidecar_path
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.part_ways import _faces
 from robosandbox.skills.primitives.stillness import Stillness
 from robosandbox.tasks.loader import load_task
 from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject
@@ -844,3 +846,16 @@ def test_what_stands_in_a_drawer_goes_with_it_as_it_is_pushed_shut(tmp_path: Pat
         assert episode.success, episode.final_detail
         assert not episode.attempts
         assert cell.simulation.truth().objects["cabinet.bottom"].opening == pytest.approx(0.0, abs=0.003)
+
+
+def test_a_face_is_pushed_at_several_heights_with_each_direction_of_the_hand() -> None:
+    with open_here(WorkcellOptions(scene=CABINET)) as cell:
+        cell.do("open", part="cabinet.top", share=1.0)
+        arm = Manipulator(cell.ctx)
+        places = [pose for pose, _ in _faces(arm, arm.find("cabinet.top"), 0.0, arm.geometry.min_aperture)]
+        levels: dict[tuple[float, ...], set[float]] = {}
+        for pose in places:
+            levels.setdefault(tuple(pose.rotation.round(1).ravel()), set()).add(round(pose.xyz[2], 3))
+        # Between a thing that stands before it and what is over it there may be room for a hand at one height alone.
+        assert min(len(heights) for heights in levels.values()) > 1
+        assert len(places) == len({(pose.xyz, pose.quat_xyzw) for pose in places})

@@ -13,6 +13,7 @@ from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, Un
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
 from robosandbox.grasp.hand import FINGER_CLEARANCE, THINNEST
+from robosandbox.grasp.solid import ROUND_DIRECTIONS
 from robosandbox.grasp.suction import least_face, widest_face
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.skills.primitives.drawing_out import carried_out
@@ -47,8 +48,8 @@ _HOVER_CLEARANCE = 0.004
 # Tries out of reach after which grasps of the same kind and lean are passed over; chosen because they differ by a turn
 # alone.
 _MOST_UNREACHABLE = 6
-# Grasps of one kind and lean that meet what is fixed, after which others have their turn; chosen as those of one lean around a round object.
-_MOST_MET_FIXED = 16
+# Grasps of one kind and lean that meet what is fixed, after which others have their turn: those of one lean around a round object, both ways.
+_MOST_MET_FIXED = 2 * ROUND_DIRECTIONS
 # Grasps that are tried for one object; chosen so that even a mesh's every side has its turn, and a refusal comes soon.
 _MOST_TRIED = 160
 # Least cosine between the approach of a hand that reaches in from the side and the way in.

@@ -69,16 +69,16 @@ _RESTARTS = 3
 # Grips that are tried.
 _MOST_GRIPS = 96
 # Where on a face it is pushed, shares of its half-extents; how squarely a face looks against the way, as a cosine; leans of the hand
-# from along the way to downwards, radians; and faces that are tried.
+# from along the way to downwards, radians; places that are tried far apart, and then nearer ones with each direction of the hand.
 _ON_FACE, _AGAINST = (0.0, 0.8, -0.8, 0.5, -0.5), 0.7
 _PUSH_LEANS = tuple(np.radians([0.0, 35.0, 44.0, 52.5, 70.0, 90.0]))
-_MOST_FACES = 60
+_MOST_FAR, _MOST_NEAR = 60, 8
 # Pushes whose approach may be blocked: each is searched for by sampling, which takes longest.
 _MOST_BLOCKED = 6
 # Metres before a face that is pushed at which nothing of the hand touches the part yet.
 _BEFORE = 0.003
-# Metres up to which two places to push at are one.
-_SAME_PLACE = 0.04
+# Metres between places to push at that are tried first, and then between others: room that is as high as a finger is missed by the first.
+_FAR, _NEAR = 0.04, 0.02
 # Cosine between two directions from which on they are not at a right angle.
 _LEVEL = 0.05
 # Headings of a hand that presses, about its direction.
@@ -125,6 +125,8 @@ class LatchedWay:
     back: PartWay
 
 
+# Where a face is pushed: what it costs, the TCP's pose, and the way there.
+_Place = tuple[tuple[float, ...], Pose, Array]
 # A push by its number: what the hand may touch, whether the palm may not meet the part first, the share of the part's turn that the hand
 # makes, and whether the part's end slides along the fingers.
 _Pushing = tuple[int, tuple[str, ...], bool, float, bool]
@@ -792,7 +794,8 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float 
     """
     joint, hand = joint_of(part), arm.state.tcp_pose.rotation
     sign = 1.0 if goal > part_value(part) else -1.0
-    found: dict[tuple[float, ...], tuple[tuple[float, ...], Pose, Array]] = {}
+    found: list[_Place] = []
+    far: dict[tuple[float, ...], _Place] = {}
     # What is to be pushed along a slide goes the same way everywhere.
     hands: dict[bytes, list[tuple[float, float, Array, list[Array]]]] = {}
     for piece in part.shape.handles(part):
@@ -821,14 +824,28 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float 
                         # No deeper than it has to be: there may be something below.
                         depth = round(float(pose.position @ rotation[:, 2]), 3)
                         cost = (-arm_length, on_edge, round(turn + lean, 2), depth)
+                        found.append((cost, pose, way))
                         # Places of the part's own, so that it is pushed alike wherever it stands.
-                        place = part.pose.rotation.T @ (pose.position - part.pose.position) / _SAME_PLACE
+                        place = part.pose.rotation.T @ (pose.position - part.pose.position) / _FAR
                         key = (*place.round(), *rotation[:, 1].round(1), round(lean, 1))
                         # Within one the middle of a face is surer than one that is less deep.
-                        if key not in found or cost[:-1] < found[key][0][:-1]:
-                            found[key] = cost, pose, way
-    best = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in found.values()])
-    yield from best[:_MOST_FACES]
+                        if key not in far or cost[:-1] < far[key][0][:-1]:
+                            far[key] = cost, pose, way
+    apart = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in far.values()])[:_MOST_FAR]
+    tried = {id(pose) for pose, _ in apart}
+    nearer = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in _apart(found)], _MOST_NEAR)
+    yield from apart
+    yield from (one for one in nearer if id(one[0]) not in tried)
+
+
+def _apart(places: Sequence[_Place]) -> Iterator[_Place]:
+    """Yield those places with the hand turned alike that are apart from better ones."""
+    kept: dict[tuple[float, ...], list[Array]] = {}
+    for cost, pose, way in sorted(places, key=lambda one: one[0][:-1]):
+        near = kept.setdefault(tuple(pose.rotation.round(1).ravel() + 0.0), [])
+        if all(np.linalg.norm(pose.position - other) >= _NEAR for other in near):
+            near.append(pose.position)
+            yield cost, pose, way
 
 
 def _pushing(arm: Manipulator, way: Array) -> list[tuple[float, Array]]:
@@ -851,11 +868,12 @@ def _pushing(arm: Manipulator, way: Array) -> list[tuple[float, Array]]:
     return found or [(0.0, arm.state.tcp_pose.rotation)]
 
 
-def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]]) -> list[T]:
+def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]], most: float = math.inf) -> list[T]:
     """Return candidates by cost, the best of each direction of the hand first: where one has no room, its neighbours have none either.
 
     Args:
         candidates: Each with its cost and the TCP's pose.
+        most: Of each direction so many at the most.
     """
     turns: dict[tuple[float, ...], int] = {}
     ranked = []
@@ -863,7 +881,7 @@ def _by_direction(candidates: Sequence[tuple[tuple[float, ...], Pose, T]]) -> li
         direction = tuple(pose.rotation[:, 1:].round(1).ravel() + 0.0)
         turns[direction] = turns.get(direction, -1) + 1
         ranked.append(((turns[direction], *cost), candidate))
-    return [candidate for _, candidate in sorted(ranked, key=lambda one: one[0])]
+    return [candidate for rank, candidate in sorted(ranked, key=lambda one: one[0]) if rank[0] < most]
 
 
 def _foremost(arm: Manipulator, rotation: Array, way: Array, aperture: float | None) -> list[Array]:

@@ -65,7 +65,7 @@ _LEAST_OPENING = 0.003
 _OPENED = 0.6
 # Metres between two grasps with both of which, or neither, the hand is taken to have room where a thing is to go: less than a hand is thick.
 _HAND = 0.015
-# Searches for a grasp whose answers are kept; chosen as those of one failure's repairs.
+# Searches for a grasp whose answers are kept: more than the repairs of one failure ask for again.
 _CACHED = 64
 # Seconds before the fingers open; chosen so that what was lowered has come to rest (halved or doubled, 1 % of an
 # episode's time).

@@ -14,7 +14,7 @@ from robosandbox.types import Array, DetectedObject
 from robosandbox.values import frozen
 from robosandbox.world.relations import centre, support
 
-_ROUND_DIRECTIONS = 8  # Number of closing lines across a round object, over half a turn. Chosen.
+ROUND_DIRECTIONS = 8  # Number of closing lines across a round object, over half a turn. Chosen.
 _UPRIGHT = 0.9  # Cosine from which an axis is upright. Chosen: 26 degrees.
 # Sine of the angle over the table of a closing line at the most. Chosen because steeper ones would need a finger under the
 # object.
@@ -115,6 +115,6 @@ def face_normals(corners: Array) -> tuple[Array, Array]:
 
 def _compass(axis: Array) -> list[Array]:
     """Return directions all round an upright axis (3,), at right angles to it."""
-    angles = np.arange(_ROUND_DIRECTIONS) * np.pi / _ROUND_DIRECTIONS
+    angles = np.arange(ROUND_DIRECTIONS) * np.pi / ROUND_DIRECTIONS
     flat: Sequence[Array] = [np.array([np.cos(a), np.sin(a), 0.0]) for a in angles]
     return [unit(direction - axis * (axis @ direction)) for direction in flat]
