@@ -184,6 +184,10 @@ def lead_latched(
             raise no_grip(arm, held, "missed", arm.gripper.width)
         resists = spring_force(held, way.turn.values[-1], way.turn.poses[-1].position)
         force = _follow(arm, held, way.turn, MOST_FORCE + resists)
+        if math.dist(arm.state.tcp_pose.xyz, way.turn.poses[-1].xyz) > STAND_OFF:
+            # The handle stopped before it was turned so far as the part is led from.
+            _let_go(arm, held)
+            return max(force - resists, 0.0)
         # What the spring asks for is no resistance of the part's.
         force = max(force - resists, _follow(arm, part, way.lead, MOST_FORCE + resists) - resists, 0.0)
         first, last = way.lead.values[0], way.lead.values[-1]
