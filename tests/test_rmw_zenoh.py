@@ -114,11 +114,22 @@ def key(name: str, made: Any) -> str:
     return f"7/{name}/{package}::{group}::dds_::{short}_/{type_hash(made)}"
 
 
+def served(session: zenoh.Session, key_expr: str) -> str:
+    """Return a service's key once a session has heard of who answers under it: declarations come through the router."""
+    heard = threading.Event()
+    querier = session.declare_querier(key_expr)
+    listener = querier.declare_matching_listener(lambda status: heard.set() if status.matching else None)
+    assert querier.matching_status.matching or heard.wait(SECONDS), f"nobody answers under {key_expr}"
+    listener.undeclare()
+    querier.undeclare()
+    return key_expr
+
+
 def call(session: zenoh.Session, name: str, service: Any, request: Message, number: int = 1) -> Any:
     """Call a service as rmw_zenoh does; return its response."""
     attachment = ATTACHMENT.pack(number, 0, 16, b"0123456789abcdef")
     replies = session.get(
-        key(name, service),
+        served(session, key(name, service)),
         payload=to_bytes(request),
         attachment=attachment,
         timeout=SECONDS,
@@ -209,7 +220,8 @@ def test_a_service_answers_and_refuses_what_is_no_request(graph: RmwZenohGraph, 
     graph.serve("robosandbox_msgs/srv/Reset", "~/reset", answer)
     graph.start()
     for payload, attachment in ((None, None), (b"\x00\x01\x00\x00\x01", ATTACHMENT.pack(1, 0, 16, bytes(16)))):
-        (refused,) = visitor.get(key("robot/reset", reset), payload=payload, attachment=attachment, timeout=SECONDS)
+        where = served(visitor, key("robot/reset", reset))
+        (refused,) = visitor.get(where, payload=payload, attachment=attachment, timeout=SECONDS)
         assert refused.err is not None
     assert call(visitor, "robot/reset", reset, reset.Request(seed=-3), number=9).message == "seed -3"
 
