@@ -40,7 +40,7 @@ from robosandbox.apps.viewer.dragging import level
 from robosandbox.apps.viewer.embedded import EmbeddedSource
 from robosandbox.apps.viewer.framing import FOV, Viewpoint, Window, first_view
 from robosandbox.apps.viewer.layers.grasps import glyph
-from robosandbox.apps.viewer.news import Began, Came, Complaint, Doing, News, Presence, Went
+from robosandbox.apps.viewer.news import Began, Came, Complaint, Doing, Idle, News, Presence, Went
 from robosandbox.apps.viewer.panels.order_form import answer_form
 from robosandbox.apps.viewer.panels.prompt import PromptPanel
 from robosandbox.apps.viewer.panels.repairs import RepairsPanel
@@ -946,6 +946,15 @@ def test_step_back_undoes_what_was_ordered_last(steering: Steering) -> None:
     assert steering.held == "red_cube"
     steering.give("back")
     assert steering.held is None and "back to before: pick up the red cube" in steering.board
+
+
+def test_who_waits_for_the_end_finds_everything_told(steering: Steering) -> None:
+    control = steering.viewer.control
+    told: list[Doing] = []
+    control.listeners.append(lambda news: told.append(control.doing) if isinstance(news, Idle) else None)
+    steering.give("judge")
+    control.listeners.pop()
+    assert len(told) == 1 and told[0] is not Doing.NOTHING
 
 
 @contextmanager

@@ -36,6 +36,7 @@ class Control:
         self.host = source.host
         self.listeners: list[Callable[[News], None]] = []
         self.doing: Doing = Doing.NOTHING
+        self._activity: Activity[Any] | None = None
         self.host.events.subscribe(self.tell)
 
     @property
@@ -190,9 +191,13 @@ class Control:
                     pass
 
         def end(_: Future[ValueT]) -> None:
-            self.doing = Doing.NOTHING
+            if self._activity is not activity:
+                # Another was begun since the host let go of this one.
+                return
             self.tell(Idle(self.cell.ways_back))
             self.source.refresh()
+            # Last: who waits for it finds everything told.
+            self.doing = Doing.NOTHING
 
         try:
             self.host.claim(activity)
@@ -200,7 +205,7 @@ class Control:
             if not quiet:
                 self.tell(Complaint(f"{self.doing} now; stop it first"))
             return False
-        self.doing = doing
+        self.doing, self._activity = doing, activity
         self.tell(Began(doing, activity.what))
         activity.closing = close
         activity.done.add_done_callback(end)
