@@ -103,6 +103,7 @@ def test_load(mouth: Mouth) -> None:
     assert mouth.load("pick_from_three").ok and mouth.task() == "pick_from_three"
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.sample(every=3)
 def test_stop(name: str) -> None:
@@ -112,6 +113,7 @@ def test_stop(name: str) -> None:
         assert mouth.call("open_gripper").ok, "it goes on"
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.sample(every=3)
 def test_recover(name: str) -> None:
