@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from robosandbox.errors import CollisionError, GraspError, UnreachableError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
@@ -10,7 +12,7 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.parts import CLOSED_SHARE, open_share, open_value, shut_value
+from robosandbox.world.parts import open_share, part_value, shut_value, shut_within
 
 
 class Close(Skill):
@@ -46,11 +48,13 @@ class Close(Skill):
         """
         arm = Manipulator(ctx)
         before = arm.find(part)
-        if open_share(before) <= CLOSED_SHARE:
+        shut, within = shut_value(before), shut_within(before)
+        off = part_value(before) - shut
+        if abs(off) <= within:
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_closed": True}
             )
-        shut, enough = shut_value(before), open_value(before, CLOSED_SHARE)
+        enough = shut + math.copysign(within, off)
         try:
             now, force = push(arm, part, [shut], enough)
         except (UnreachableError, CollisionError, GraspError) as unpushed:

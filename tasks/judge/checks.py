@@ -36,7 +36,7 @@ TABLE = "table"
 REST_WITHIN = 0.005
 # Metres between two things beside one another; chosen as a hand's width.
 BESIDE_WITHIN = 0.10
-# Metres that a closed drawer may be open; chosen above the play of its slide.
+# Metres that a closed drawer, or the outermost point of a closed part, may be open; chosen above the play of a drawer's slide.
 CLOSED_WITHIN = 0.003
 # How far a joint may be from home, rad or m; chosen above what servos leave under the arm's own weight.
 HOME_TOLERANCE = 0.05
@@ -46,8 +46,8 @@ Reference = tuple[str, str, frozenset[str]]
 _ANY: frozenset[str] = frozenset()
 HOLDERS = (kinds_that_hold() | {"part"}) - {"compartment"}
 _OPENING = frozenset({"part", *(kind for kind, shape in shapes().items() if shape.opens)})
-# Shares of its way from which on a part of a scene's file is open, and up to which it is shut.
-_PART_OPEN, _PART_SHUT = 0.5, 0.05
+# Shares of its way from which on a part of a scene's file is open, and what it may lack to a share that is asked for.
+_PART_OPEN, _PART_SHORT = 0.5, 0.05
 
 
 class Check(StrictModel):
@@ -276,7 +276,7 @@ class Opened(OfObject):
         if (gone := part_travel(now.objects[self.object])) is not None:
             share, metres = gone
             detail = {"open_share": share, "opening_mm": 1e3 * metres, "min_mm": self.min_mm}
-            least = _PART_OPEN if self.share is None else self.share - _PART_SHUT
+            least = _PART_OPEN if self.share is None else self.share - _PART_SHORT
             return Judgement(share >= least and 1e3 * metres >= self.min_mm, detail)
         opening = _opening(now, self.object)
         return Judgement(1e3 * opening >= self.min_mm, {"opening_mm": 1e3 * opening, "min_mm": self.min_mm})
@@ -292,7 +292,7 @@ class Closed(OfObject):
         """Read how far its box has slid, or the part has gone."""
         del start
         if (gone := part_travel(now.objects[self.object])) is not None:
-            return Judgement(gone[0] <= _PART_SHUT, {"open_share": gone[0], "opening_mm": 1e3 * gone[1]})
+            return Judgement(gone[1] <= CLOSED_WITHIN, {"open_share": gone[0], "opening_mm": 1e3 * gone[1]})
         opening = _opening(now, self.object)
         return Judgement(opening <= CLOSED_WITHIN, {"opening_mm": 1e3 * opening})
 

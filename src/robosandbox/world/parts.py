@@ -21,8 +21,8 @@ from robosandbox.world.nearness import nearer
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, bottom, contents, stands_on, top
 
-# Share of its way from which on a part is open, and up to which it is closed.
-OPEN_SHARE, CLOSED_SHARE = 0.5, 0.05
+# Share of its way from which on a part is open.
+OPEN_SHARE = 0.5
 # Share of its way within which a part that is to be open so far is: what a hand lacks to the end of a drawer may be the room it needs.
 OPENED_WITHIN = 0.02
 # Share of its way by which what was opened is thought to be open; chosen below the 0.98 that skills try first and above the 0.75 that
@@ -86,6 +86,11 @@ def open_share(part: DetectedObject) -> float:
     shut = shut_value(part)
     span = open_value(part) - shut
     return 0.0 if span == 0.0 else (part_value(part) - shut) / span
+
+
+def shut_within(part: DetectedObject) -> float:
+    """Return by how much a part may be open that is closed, metres or radians: no point of it is farther than 3 mm from shut."""
+    return CLOSED_WITHIN / lever(part)
 
 
 def sprung_handle(part: DetectedObject, objects: Iterable[DetectedObject]) -> DetectedObject | None:
@@ -254,7 +259,7 @@ def closed(view: View, d: str) -> Finding:
     if item.shape.joint(item) is None:
         return Finding(holds=False, cause=f"{d} is {item.shape.name} and does not close")
     # What a camera measures is off by its error.
-    within = CLOSED_WITHIN + view.slack if item.shape.opens else CLOSED_SHARE * _way(item)
+    within = shut_within(item) + view.slack / lever(item)
     margin = within - _way(item) * open_share(item)
     return Finding(
         holds=margin >= 0.0,
