@@ -30,7 +30,19 @@ _FORCE = Slot(
     kind="force",
     prepositions=(
         "",
-        *("with", "to", "at", "using", "with a force of", "with about", "at about"),
+        *(
+            "with",
+            "to",
+            "at",
+            "using",
+            "with a force of",
+            "with about",
+            "at about",
+            "with like",
+            "with only",
+            "with just",
+        ),
+        *("with around", "with roughly", "at a force of", "using a force of", "with a grip of", "with a grip force of"),
         # What is not to be passed is what is set.
         *(
             "with no more than",
@@ -47,6 +59,7 @@ _FORCE = Slot(
 
 _HARD = ("as hard as you can", "hard", "tightly", "firmly", "tight")
 _WHOLLY = ("all the way", "fully", "completely", "as far as you can", "as far as they go")
+_HALF = tuple((f"{about}{half}", 0.5) for about in ("", "about ", "only ") for half in ("halfway", "half way", "half"))
 _SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY))
 
 
@@ -76,6 +89,9 @@ def _more(argument: str, sign: float) -> Slot:
                 "tighter",
                 "closer",
                 "more than now",
+                "more than it is now",
+                "wider than it is now",
+                "wider than it is",
                 "wider than now",
             )
         ),
@@ -92,10 +108,21 @@ def _more(argument: str, sign: float) -> Slot:
 _OPENING = (*_of_fingers("open"), *_of_fingers("open up"), *_of_fingers("spread"))
 # "set the gripper to 4 cm", and "gripper to 50 percent" in notes.
 _GAPS = tuple(
-    f"{verb} the {what}{of}"
-    for verb in ("set", "adjust", "make")
-    for what in ("gap", "opening", "width", "jaw gap", "finger gap", "gripper opening", "gripper width")
-    for of in ("", " of the gripper", " between the fingers", " between your fingers")
+    f"{verb} {the} {what}{of}".replace("  ", " ")
+    for verb in ("set", "adjust", "make", "change", "bring")
+    for the in ("the", "your", "")
+    for what in (
+        *("gap", "opening", "width", "jaw gap", "finger gap", "gripper opening", "gripper width", "jaw opening"),
+        *("gripper gap", "finger opening", "jaw width", "finger spacing", "aperture", "spacing", "distance"),
+    )
+    for of in (
+        "",
+        " of the gripper",
+        " between the fingers",
+        " between your fingers",
+        " between the jaws",
+        " of the jaws",
+    )
 )
 _SET = (*_of_fingers("set"), *_of_fingers("adjust"), "gripper", "set gripper")
 _CLOSING = (*_of_fingers("close"), *_of_fingers("shut"))
@@ -173,6 +200,11 @@ class OpenGripper(Skill):
                 ),
             ),
             required=("width",),
+        ),
+        Words(
+            verbs=_CLOSING,
+            slots=(Slot(argument="share", kind="phrase", phrases=_HALF),),
+            required=("share",),
         ),
         # "close the fingers by 1 cm"
         Words(verbs=_CLOSING, slots=(_more("by", -1.0),), required=("by",)),
@@ -294,7 +326,7 @@ class CloseGripper(Skill):
             hand="holding",
         ),
         Words(
-            verbs=("grip", "clamp", "hold", "grasp", "pinch"),
+            verbs=("grip", "clamp", "hold", "grasp", "pinch", "grab", "take", "take hold of", "pick up", "seize"),
             object="held",
             slots=(_FORCE,),
             required=("force",),

@@ -30,6 +30,12 @@ _FORWARD = {
     # Who is there stands before the arm, as where it hands things over.
     **{f"{to} {whom}": 1.0 for to in ("toward", "towards") for whom in ("me", "us", "the person", "the user")},
     **{f"away from {whom}": 1.0 for whom in ("yourself", "you", "your base", "the base", "the robot")},
+    **{
+        f"{along} {axis}": sign
+        for along in ("in", "along", "on", "in the", "along the", "on the")
+        for name, sign in (("x", 1.0), ("positive x", 1.0), ("negative x", -1.0))
+        for axis in (name, f"{name} direction", f"{name} axis")
+    },
     "straight ahead": 1.0,
     "straight forward": 1.0,
     "straight back": -1.0,
@@ -40,8 +46,26 @@ _FORWARD = {
     "backward": -1.0,
     "backwards": -1.0,
 }
-_LEFT = {"left": 1.0, "to the left": 1.0, "right": -1.0, "to the right": -1.0}
+_LEFT = {
+    **{
+        f"{way} {side}".strip(): sign
+        for way in ("", "to the", "to your", "towards the")
+        for side, sign in (("left", 1.0), ("right", -1.0))
+    },
+    **{
+        f"{along} {axis}": sign
+        for along in ("in", "along", "on", "in the", "along the", "on the")
+        for name, sign in (("y", 1.0), ("positive y", 1.0), ("negative y", -1.0))
+        for axis in (name, f"{name} direction", f"{name} axis")
+    },
+}
 _UP = {
+    **{
+        f"{along} {axis}": sign
+        for along in ("in", "along", "on", "in the", "along the", "on the")
+        for name, sign in (("z", 1.0), ("positive z", 1.0), ("negative z", -1.0))
+        for axis in (name, f"{name} direction", f"{name} axis")
+    },
     "up": 1.0,
     "straight up": 1.0,
     "straight down": -1.0,

@@ -7,13 +7,20 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import centre, top
+
+_TOP = tuple(
+    f"{over} the {part} of"
+    for over in ("over", "above", "from", "off")
+    for part in ("top", "top face", "top side", "top surface", "upper face", "centre", "center", "middle")
+)
+_STEADY = ("", "still", "steady", "motionless")
 
 
 def _over(*prepositions: str) -> tuple[Slot, ...]:
@@ -72,8 +79,14 @@ class MoveOver(HandMove):
     name = "move_over"
     words = (
         Words(
-            verbs=(*HAND_GOES, "hover", "get", "hold your hand", "hold the hand"),
-            slots=_over("over", "above", "to above", "over to", "to over", "directly over", "of", "to", "straight to"),
+            verbs=(
+                *HAND_GOES,
+                *("hover", "get", "be", "stay", "stop", "wait", "visit"),
+                *(f"{hold} {hand} {how}".rstrip() for hold in ("hold", "keep") for hand in HANDS for how in _STEADY),
+            ),
+            slots=_over(
+                *("over", "above", "to above", "over to", "to over", "directly over", "of", "to", "straight to"), *_TOP
+            ),
             required=("object",),
         ),
         Words(verbs=("approach", "reach for", "reach out for", "reach towards"), object="object", hand="any"),

@@ -76,13 +76,21 @@ class SavePose(HandMove):
                     for what in (
                         *(
                             f"{which} {place}"
-                            for which in ("the current", "your", "your current", "this", "the")
+                            for which in (
+                                *("the current", "your", "your current", "this", "the", "the present", "your present"),
+                                *("this exact", "my", "current", "the arm", "that", "this hand"),
+                            )
                             for place in _PLACES
                         ),
                         "where you are",
                         "where you are now",
                         "where you stand",
                         "where your hand is",
+                        "where you are right now",
+                        "where you are standing",
+                        "the position you are in",
+                        "the pose you are in",
+                        "how you stand",
                         "where the hand is",
                         "this",
                         "it",
@@ -98,7 +106,11 @@ class SavePose(HandMove):
                 f"{call} {what}"
                 for call in ("call", "name", "label", "let us call", "we call")
                 for what in (
-                    *(f"this {place}" for place in _PLACES),
+                    *(
+                        f"{which} {place}"
+                        for which in ("this", "the current", "your current", "the present", "that")
+                        for place in _PLACES
+                    ),
                     *(() if call == "name" else ("this", "that", "it", "where you are")),
                 )
             ),

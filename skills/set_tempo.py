@@ -62,7 +62,21 @@ class SetTempo(Skill):
     words = (
         # "work at half speed"
         Words(
-            verbs=("go", "move", "work", "travel", "continue", "carry on", "keep going", "do everything", "do it all"),
+            verbs=(
+                "go",
+                "move",
+                "work",
+                "run",
+                "operate",
+                "drive",
+                "proceed",
+                "travel",
+                "continue",
+                "carry on",
+                "keep going",
+                "do everything",
+                "do it all",
+            ),
             slots=(Slot(argument="tempo", kind="phrase", phrases=_SPEEDS),),
             required=("tempo",),
             pace="tempo",

@@ -19,7 +19,26 @@ _WRISTS = (*HANDS, *BARE_HANDS, "the wrist", "your wrist", "wrist")
 _LEANING = tuple(
     (f"{said}{by}", sign)
     for said, sign in (("forward", 1.0), ("forwards", 1.0), ("back", -1.0), ("backward", -1.0), ("backwards", -1.0))
-    for by in ("", " by")
+    for by in ("", " by", " from vertical", " from the vertical", " away from vertical")
+)
+_TURNS = (
+    ("a quarter turn", math.pi / 2.0),
+    ("a quarter of a turn", math.pi / 2.0),
+    ("a quarter", math.pi / 2.0),
+    ("an eighth of a turn", math.pi / 4.0),
+    ("half a turn", math.pi),
+    ("a half turn", math.pi),
+    ("halfway around", math.pi),
+    ("halfway round", math.pi),
+    ("half way round", math.pi),
+    ("half way around", math.pi),
+    ("upside down", math.pi),
+    ("a little turn", A_LITTLE_TURN),
+    ("a small turn", A_LITTLE_TURN),
+    ("a slight turn", A_LITTLE_TURN),
+    ("a little", A_LITTLE_TURN),
+    ("a bit", A_LITTLE_TURN),
+    ("slightly", A_LITTLE_TURN),
 )
 
 
@@ -52,25 +71,17 @@ class TurnHand(HandMove):
     words = (
         Words(
             verbs=tuple(
-                f"{verb} {what}" for verb in ("turn", "rotate", "twist", "spin", "roll", "swivel") for what in _WRISTS
-            ),
+                f"{verb} {what}"
+                for verb in ("turn", "rotate", "twist", "spin", "roll", "swivel", "give")
+                for what in _WRISTS
+            )
+            + ("rotate", "twist", "spin", "swivel"),
             slots=(
                 Slot(
                     argument="angle",
                     kind="angle",
                     prepositions=("", "by"),
-                    phrases=(
-                        ("a quarter turn", math.pi / 2.0),
-                        ("a quarter of a turn", math.pi / 2.0),
-                        ("half a turn", math.pi),
-                        ("a half turn", math.pi),
-                        ("halfway around", math.pi),
-                        ("half way round", math.pi),
-                        ("upside down", math.pi),
-                        ("a little", A_LITTLE_TURN),
-                        ("a bit", A_LITTLE_TURN),
-                        ("slightly", A_LITTLE_TURN),
-                    ),
+                    phrases=_TURNS,
                     beginnings=SENSES,
                     endings=SENSES,
                 ),
@@ -78,7 +89,7 @@ class TurnHand(HandMove):
             required=("angle",),
         ),
         Words(
-            verbs=tuple(f"{verb} {what}" for verb in ("tilt", "incline") for what in _WRISTS),
+            verbs=tuple(f"{verb} {what}" for verb in ("tilt", "incline", "lean", "tip") for what in _WRISTS),
             slots=(
                 Slot(
                     argument="tilt",

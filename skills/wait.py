@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from robosandbox.errors import Phase
-from robosandbox.skills.primitives.hand_move import HandMove
+from robosandbox.skills.primitives.hand_move import HANDS, HandMove
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
@@ -68,7 +68,11 @@ _WHILES = tuple(
     for some, seconds in (("a moment", _MOMENT), ("a bit", _MOMENT), ("a little", _MOMENT), ("a sec", 1.0))
 )
 _FOR_A_WHILE = tuple((said, seconds) for said, seconds in _WHILES if said.startswith("for "))
-_HELD_UP = ("up", "up high", "still", "in the air", "up in the air", "in your hand", "like that", "steady")
+_HELD_UP = (
+    *("up", "up high", "still", "in the air", "up in the air", "in your hand", "in the hand", "like that", "steady"),
+    *("in place", "at that height", "aloft", "raised", "lifted", "tight"),
+)
+_STILL = ("still", "steady", "motionless", "there", "where it is", "in place", "in position", "like that", "as it is")
 
 
 class Wait(HandMove):
@@ -108,13 +112,60 @@ class Wait(HandMove):
                 "give me",
                 "give it",
                 "give us",
+                *(
+                    "rest",
+                    "relax",
+                    "chill",
+                    "stay",
+                    "idle",
+                    "stand by",
+                    "be still",
+                    "sit still",
+                    "remain",
+                    "hold there",
+                ),
+                *(
+                    "do not move",
+                    "stay as you are",
+                    "remain where you are",
+                    "stop and wait",
+                    "keep it there",
+                    "hold this",
+                ),
+                *("stay in place", "stay in position", "remain motionless", "stay motionless", "do not do anything"),
+                *("hold that", "hold this pose", "hold that pose", "hold this position", "keep this position"),
+                *(f"{verb} {hand} {how}" for verb in ("hold", "keep", "leave") for hand in HANDS for how in _STILL),
             ),
             slots=(
                 Slot(
                     argument="seconds",
                     kind="duration",
-                    prepositions=("", "for", "another", "for another", "about", "for about", "for a full"),
+                    prepositions=(
+                        "",
+                        "for",
+                        "another",
+                        "for another",
+                        "about",
+                        "for about",
+                        "for a full",
+                        "for at least",
+                        "for exactly",
+                    ),
                     phrases=_WHILES,
+                ),
+            ),
+            required=("seconds",),
+        ),
+        # "count to twenty"
+        Words(
+            verbs=("count to", "count up to", "count slowly to", "count from one to", "count from 1 to"),
+            slots=(
+                Slot(
+                    argument="seconds",
+                    kind="number",
+                    endings=tuple(
+                        (said, 1.0) for said in ("in your head", "silently", "slowly", "quietly", "to yourself")
+                    ),
                 ),
             ),
             required=("seconds",),

@@ -23,7 +23,26 @@ class Weigh(HandMove):
     """Weigh what is held."""
 
     name = "weigh"
-    words = Words(verbs=("weigh", "feel how heavy {} is"), object="object", hand="holding")
+    words = Words(
+        verbs=(
+            *(
+                "weigh",
+                "weigh {} in your hand",
+                "measure the weight of",
+                "estimate the weight of",
+                "feel the weight of",
+            ),
+            *("tell me the weight of", "determine the weight of", "find out the weight of", "check the weight of"),
+            *(
+                f"{say}{about} how heavy {{}} {is_it}"
+                for say in ("feel", "tell me", "say", "check", "find out", "estimate", "see")
+                for about in ("", " roughly", " about")
+                for is_it in ("is", "feels")
+            ),
+        ),
+        object="object",
+        hand="holding",
+    )
 
     def contract(self, *, object: str) -> Contract:
         """Return that the object is held, and stays so."""

@@ -389,6 +389,10 @@ def _command(values: dict[str, Any], text: str) -> Any:
 
 def _for_skill(values: dict[str, Any], words: Words) -> Any:
     """As in "raise the hand by 5 cm": what a skill says for itself; a verb that asks for nothing beside is plainer as its own."""
+    things = [argument for argument, value in values.get("slots", ()) if isinstance(value, Ref) and not _is_it(value)]
+    if len(things) > len(set(things)):
+        # "go above the red one, above the blue one": two steps.
+        raise Misfit
     told = {argument for argument, _ in values.get("slots", ())}
     enough = not words.required or any(argument in words.required for argument in told)
     if "verb" not in values and not enough:

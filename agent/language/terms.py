@@ -47,7 +47,7 @@ _TERMS = {
     _HELD: frozenset(
         {"place_on", "place_in", "place_at", "place_beside", "drop", "hand_over", "pour", "stack", "put_over", "insert"}
     ),
-    "ungripped": UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper"},
+    "ungripped": UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper", "close_gripper"},
 }
 
 
