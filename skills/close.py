@@ -12,7 +12,7 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.parts import open_share, part_value, shut_value, shut_within
+from robosandbox.world.parts import open_share, open_value, part_value, shut_value, shut_within
 
 
 class Close(Skill):
@@ -49,12 +49,12 @@ class Close(Skill):
         arm = Manipulator(ctx)
         before = arm.find(part)
         shut, within = shut_value(before), shut_within(before)
-        off = part_value(before) - shut
-        if abs(off) <= within:
+        sense = math.copysign(1.0, open_value(before) - shut)
+        if sense * (part_value(before) - shut) <= within:
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_closed": True}
             )
-        enough = shut + math.copysign(within, off)
+        enough = shut + sense * within
         try:
             now, force = push(arm, part, [shut], enough)
         except (UnreachableError, CollisionError, GraspError) as unpushed:

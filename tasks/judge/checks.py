@@ -398,12 +398,12 @@ def on_table(now: Truth, name: str) -> Judgement:
 def part_travel(item: ObjectTruth) -> tuple[float, float] | None:
     """Return by what share of its way a part is from its shut end, and how far its outermost point went, metres; None for others.
 
-    Shut is the end of its range that is nearest to where the file drew it.
+    Where it is shut the joint says.
     """
     joint = None if item.geometry is None else item.geometry.joint
     if joint is None or item.opening is None:
         return None
-    shut, far = sorted((joint.low, joint.high), key=abs)
+    shut, far = joint.shut, joint.far
     gone = item.opening - shut if far > shut else shut - item.opening
     span = abs(far - shut) if math.isfinite(far) else math.pi / 2.0
     lever = 1.0

@@ -82,6 +82,10 @@ class Slide:
     damping: float
 
 
+# Share of its way by which the range of a part may go on beyond where it is shut: what it meets stops it before.
+_DRAWN_SHUT = 0.1
+
+
 @frozen(kw_only=True)
 class PartJoint:
     """Hinge or slide of what moves on something else, as it stands in the world.
@@ -106,9 +110,16 @@ class PartJoint:
 
     @property
     def shut(self) -> float:
-        """Value at which a part is shut: the end of its range that is nearest to 0, where it was drawn."""
+        """Value at which a part is shut: 0, where it was drawn, if its range goes on for a little beyond; else the end nearest to 0."""
         low, high = (end if math.isfinite(end) else 0.0 for end in (self.low, self.high))
+        if low < 0.0 < high and min(-low, high) <= _DRAWN_SHUT * max(-low, high):
+            return 0.0
         return low if abs(low) <= abs(high) else high
+
+    @property
+    def far(self) -> float:
+        """The end of its range that is farthest from shut; infinite where nothing limits it there."""
+        return self.high if self.high - self.shut >= self.shut - self.low else self.low
 
 
 @frozen(kw_only=True)

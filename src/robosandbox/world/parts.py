@@ -66,9 +66,7 @@ def shut_value(part: DetectedObject) -> float:
 def open_value(part: DetectedObject, share: float = 1.0) -> float:
     """Return the value at which a part is open by a share of its way."""
     joint, shut = joint_of(part), shut_value(part)
-    far = joint.high if shut == joint.low else joint.low
-    if not math.isfinite(far):
-        far = shut + _UNLIMITED
+    far = joint.far if math.isfinite(joint.far) else shut + math.copysign(_UNLIMITED, joint.far)
     return shut + share * (far - shut)
 
 
