@@ -58,7 +58,11 @@ _FORCE = Slot(
 )
 
 _HARD = ("as hard as you can", "hard", "tightly", "firmly", "tight")
-_WHOLLY = ("all the way", "fully", "completely", "as far as you can", "as far as they go")
+_WHOLLY = (
+    *("all the way", "fully", "completely", "as far as you can", "as far as they go", "as far as it goes"),
+    *("as far as possible", "as wide as you can", "as wide as they go", "as wide as it goes", "as wide as possible"),
+    *("to the maximum", "to its maximum", "to the widest", "entirely"),
+)
 _HALF = tuple((f"{about}{half}", 0.5) for about in ("", "about ", "only ") for half in ("halfway", "half way", "half"))
 _SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY))
 

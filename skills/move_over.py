@@ -81,7 +81,7 @@ class MoveOver(HandMove):
         Words(
             verbs=(
                 *HAND_GOES,
-                *("hover", "get", "be", "stay", "stop", "wait", "visit"),
+                *("hover", "get", "be", "stay", "stop", "wait"),
                 *(f"{hold} {hand} {how}".rstrip() for hold in ("hold", "keep") for hand in HANDS for how in _STEADY),
             ),
             slots=_over(
@@ -89,7 +89,11 @@ class MoveOver(HandMove):
             ),
             required=("object",),
         ),
-        Words(verbs=("approach", "reach for", "reach out for", "reach towards"), object="object", hand="any"),
+        Words(
+            verbs=("approach", "visit", "call at", "go and see", "reach for", "reach out for", "reach towards"),
+            object="object",
+            hand="any",
+        ),
         # "go halfway between the red one and the green one"
         Words(
             verbs=(*HAND_GOES, "hover"),

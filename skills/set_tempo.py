@@ -31,6 +31,23 @@ _SPEEDS = (
     *((speed, "brisk") for speed in ("half speed", "half pace")),
     *((speed, "careful") for speed in ("quarter speed", "low speed", "slow speed")),
 )
+# "to 50 %"
+_SHARES_OF_SPEED = tuple(
+    (f"{to}{share}{of}", tempo)
+    for to in ("to ", "at ")
+    for share, tempo in (
+        *(("50 %", "brisk"), ("50 percent", "brisk"), ("half", "brisk"), ("100 %", "fast"), ("100 percent", "fast")),
+        *(
+            ("25 %", "careful"),
+            ("25 percent", "careful"),
+            ("a quarter", "careful"),
+            ("slow", "careful"),
+            ("low", "careful"),
+        ),
+        *(("fast", "fast"), ("normal", "fast"), ("maximum", "fast"), ("full", "fast")),
+    )
+    for of in ("", " speed", " of normal", " of the normal speed", " of your normal speed", " of full speed")
+)
 _LIMITS = ("limit", "set", "keep", "cap", "restrict", "change", "reduce", "lower", "raise")
 _OF_THE_HAND = ("speed", "top speed", "maximum speed", "pace")
 
@@ -103,6 +120,26 @@ class SetTempo(Skill):
                 *(f"{to}" for to in ("slow down to", "speed up to")),
             ),
             slots=(Slot(argument="tempo", kind="speed", prepositions=("", "to", "at", "below", "under")),),
+            required=("tempo",),
+        ),
+        Words(
+            verbs=(
+                *(
+                    f"{set_it} {whose} {speed}"
+                    for set_it in _LIMITS
+                    for whose in ("your", "the")
+                    for speed in _OF_THE_HAND
+                ),
+                "slow down",
+                "speed up",
+            ),
+            slots=(
+                Slot(
+                    argument="tempo",
+                    kind="phrase",
+                    phrases=(*_SHARES_OF_SPEED, *((f"to {said}", t) for said, t in _SPEEDS)),
+                ),
+            ),
             required=("tempo",),
         ),
         *(

@@ -32,13 +32,7 @@ class Weigh(HandMove):
                 "estimate the weight of",
                 "feel the weight of",
             ),
-            *("tell me the weight of", "determine the weight of", "find out the weight of", "check the weight of"),
-            *(
-                f"{say}{about} how heavy {{}} {is_it}"
-                for say in ("feel", "tell me", "say", "check", "find out", "estimate", "see")
-                for about in ("", " roughly", " about")
-                for is_it in ("is", "feels")
-            ),
+            *("determine the weight of", "feel how heavy {} is", "estimate how heavy {} is", "measure how heavy {} is"),
         ),
         object="object",
         hand="holding",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace as changed
 from typing import Any
@@ -45,6 +46,8 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
     objects = step.objects
     if step.words is not None:
         return _said_on(last, step, step.words)
+    if last.words is not None and step.distance is not None and step.place is None and not (objects or step.direction):
+        return _farther(last, step.distance)
     if last.words is not None and not last.words.object and len(objects) == 1 and step.place is None:
         # "hover over the red cube, then the green one"
         things = {slot.argument for slot in last.words.slots if slot.kind == "object"}
@@ -106,6 +109,17 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
         return None
     distance = step.distance if step.distance is not None or step.place else last.distance
     return replace(step, verb=last.verb, skill=last.skill, objects=objects or last.objects, distance=distance)
+
+
+def _farther(last: Command, distance: float) -> Command | None:
+    """Return a step with a way of another length: "go up 5 cm, then another 3 cm"."""
+    assert last.words is not None
+    lengths = {slot.argument for slot in last.words.slots if slot.kind == "length"}
+    ways = [(name, value) for name, value in last.slots if name in lengths]
+    if len(ways) != 1 or len(last.slots) != 1:
+        return None
+    (name, value), *_ = ways
+    return last._replace(slots=((name, math.copysign(distance, value)),))
 
 
 def _said_on(last: Command, step: Command, words: Words) -> Command | None:

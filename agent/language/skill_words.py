@@ -202,7 +202,7 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
     yield from _class(f"EN_{own}", [(phrase, value) for phrase, value in slot.endings if "," not in phrase])
     numeric = slot.kind in _MEASURES
     if numeric:
-        measure = f"ABOUT? of+:{_MEASURES[slot.kind]} or_so?"
+        measure = f"ROUGHLY? of+:{_MEASURES[slot.kind]} or_so?"
         told = [measure] if slot.bare or any(not phrase for phrase, _ in slot.beginnings) else []
         # "forward a bit, like 20 degrees"
         told += [f'{_of(f"BE_{own}")} (a_bit ","?)? {measure}'] if begins else []
