@@ -117,6 +117,18 @@ _LEVER = """
     </body>
 """
 
+# A dial whose head is too long for a grip on all of it; it is damped.
+_DIAL = """
+    <body name="gate" pos="{x} 0 0.04">
+      <geom type="cylinder" size="0.06 0.005" pos="0 0 0.005"/>
+      <body name="leaf" pos="0 0 0.01">
+        <joint name="hinge" axis="0 0 1" range="-3.1 3.1" damping="0.3"/>
+        <geom type="cylinder" size="0.05 0.018" pos="0 0 0.018" mass="0.1"/>
+        <geom type="box" size="0.015 0.046 0.015" pos="0 0 0.051" mass="0.1"/>
+      </body>
+    </body>
+"""
+
 
 def _cell_before(folder: Path, gantry: Path, body: str) -> EmbeddedWorkcell:
     around = (
@@ -145,3 +157,13 @@ def test_a_lever_is_pushed_at_the_same_place_wherever_it_stands(tmp_path: Path, 
             arm.use(arm.look())
             places.append(plan_push(arm, arm.find("gate.leaf"), [1.0]).poses[0].position - (x, 0.0, 0.0))
     assert np.ptp(places, axis=0).max() < 1e-3
+
+
+@pytest.mark.parametrize("x", [0.15, 0.18, 0.21])
+def test_a_dial_is_pushed_round_by_a_hand_that_does_not_turn(tmp_path: Path, gantry: Path, x: float) -> None:
+    """One finger goes round its axis, not the TCP between two; and none lies on its head on both sides of that."""
+    with _cell_before(tmp_path, gantry, _DIAL.format(x=x)) as cell:
+        cell.do("turn_on", part="gate.leaf", share=0.75)
+        dial = cell.observe().find("gate.leaf")
+        assert dial is not None and dial.opening is not None
+        assert dial.opening > 1.2

@@ -852,7 +852,7 @@ def test_a_face_is_pushed_at_several_heights_with_each_direction_of_the_hand() -
     with open_here(WorkcellOptions(scene=CABINET)) as cell:
         cell.do("open", part="cabinet.top", share=1.0)
         arm = Manipulator(cell.ctx)
-        places = [pose for pose, _ in _faces(arm, arm.find("cabinet.top"), 0.0, arm.geometry.min_aperture)]
+        places = [face.tcp for face in _faces(arm, arm.find("cabinet.top"), 0.0, arm.geometry.min_aperture)]
         levels: dict[tuple[float, ...], set[float]] = {}
         for pose in places:
             levels.setdefault(tuple(pose.rotation.round(1).ravel()), set()).add(round(pose.xyz[2], 3))

@@ -125,11 +125,28 @@ class LatchedWay:
     back: PartWay
 
 
-# Where a face is pushed: what it costs, the TCP's pose, and the way there.
-_Place = tuple[tuple[float, ...], Pose, Array]
+# What it costs to push a face, the TCP's pose there, and the rest of it.
+_Place = tuple[tuple[float, ...], Pose, "_Face"]
 # A push by its number: what the hand may touch, whether the palm may not meet the part first, the share of the part's turn that the hand
 # makes, and whether the part's end slides along the fingers.
 _Pushing = tuple[int, tuple[str, ...], bool, float, bool]
+
+
+@frozen
+class _Face:
+    """Where the hand is at a face that it pushes.
+
+    Attributes:
+        tcp: Its pose.
+        way: Along which the face goes from there, shape (3,).
+        finger: The middle of what pushes, shape (3,), metres.
+        spans: Whether that lies on the part on both sides of its hinge, where it would hold what it is to turn.
+    """
+
+    tcp: Pose
+    way: Array
+    finger: Array
+    spans: bool
 
 
 class _Comings:
@@ -453,12 +470,14 @@ def plan_push(
     motion, failures, turns, load = arm.motion, list[SkillError](), _turns(arm, part), _load(arm, part)
     gripper = arm.spec.gripper
     apertures = (None,) if gripper is None else (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
-    pushes = [(aperture, *face) for aperture in apertures for face in _faces(arm, part, goals[0], aperture)]
+    pushes = [(aperture, face) for aperture in apertures for face in _faces(arm, part, goals[0], aperture)]
+    if jams(arm, part):
+        pushes.sort(key=lambda push: push[1].spans)
     # A hand that presses on what the part is on does not shut it: only where nothing else is left.
     ways = [(share, False) for share in turns] + [(0.0, True)] * jams(arm, part)
     # Nor does the palm meet the part before what pushes, where there is another way.
     free = tuple(product(dict.fromkeys((touched(part), around(part))), (True, False)))
-    starts = [moved(tcp, -STAND_OFF * direction) for _, tcp, direction in pushes]
+    starts = [moved(face.tcp, -STAND_OFF * face.way) for _, face in pushes]
     comings = [_Comings(arm, start) for start in starts]
     # What ends a way ends one that leads farther.
     ended: dict[_Pushing, float] = {}
@@ -466,18 +485,19 @@ def plan_push(
 
     def planned(goal: float, pushing: _Pushing) -> PartWay:
         number, allowed, tips_first, share, slides = pushing
-        aperture, tcp, direction = pushes[number]
+        aperture, face = pushes[number]
+        tcp = face.tcp
         if aperture is not None:
             motion.open_to(aperture)
         values = _values(part, tcp, goal)
         beyond = [*values[1:-1], _pressed_home(part, values[-1], tcp, press)]
-        poses = _beside(part, tcp, beyond) if slides else _along(part, tcp, beyond, share)
+        poses = _beside(part, tcp, beyond) if slides else _along(part, tcp, beyond, share, face.finger)
         steps: list[Trajectory] = []
         try:
             descent = comings[number].descent(height)
             if tips_first:
                 motion.allow()
-                motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * direction), speed=SPEED)
+                motion.plan_line(descent.q[-1], moved(tcp, -_BEFORE * face.way), speed=SPEED)
             motion.allow(*allowed, *load)
             steps.extend(_steps(arm, descent.q[-1], poses))
             _check_beside(arm, part, steps, values)
@@ -754,19 +774,29 @@ def _pressed_home(part: DetectedObject, goal: float, grip: Pose, press: float) -
     return goal + (press if goal == joint.high else -press) / _arm_of(joint, grip.position)
 
 
-def _along(part: DetectedObject, grip: Pose, values: Sequence[float], share: float) -> tuple[Pose, ...]:
-    """Return a grip's poses where the part's joint has each of some values, the hand turned by a share of the part's turn."""
+def _along(
+    part: DetectedObject, grip: Pose, values: Sequence[float], share: float, point: Array | None = None
+) -> tuple[Pose, ...]:
+    """Return a grip's poses where the part's joint has each of some values, the hand turned by a share of the part's turn.
+
+    Args:
+        part: What moves.
+        grip: The TCP's pose where the part is now.
+        values: Of its joint, metres or radians.
+        share: Of the part's turn, by which the hand turns.
+        point: Of the hand, which goes with the part, shape (3,), metres; its TCP when left out.
+    """
     joint, here = joint_of(part), part_value(part)
     axis, anchor = np.array(joint.axis), np.array(joint.anchor)
     if joint.kind == "slide":
         return tuple(moved(grip, (value - here) * axis) for value in values)
-    return tuple(
-        Pose.from_matrix(
-            anchor + matrix_about_axis(axis, value - here) @ (grip.position - anchor),
-            matrix_about_axis(axis, share * (value - here)) @ grip.rotation,
-        )
-        for value in values
-    )
+    point = grip.position if point is None else point
+    found = []
+    for value in values:
+        turn = matrix_about_axis(axis, share * (value - here))
+        there = anchor + matrix_about_axis(axis, value - here) @ (point - anchor)
+        found.append(Pose.from_matrix(there + turn @ (grip.position - point), turn @ grip.rotation))
+    return tuple(found)
 
 
 def _beside(part: DetectedObject, tcp: Pose, values: Sequence[float]) -> tuple[Pose, ...]:
@@ -783,8 +813,8 @@ def _beside(part: DetectedObject, tcp: Pose, values: Sequence[float]) -> tuple[P
     return tuple(found)
 
 
-def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float | None) -> Iterator[tuple[Pose, Array]]:
-    """Yield TCP poses with the hand at faces of a part that look against its way, and the way there, the longest lever first.
+def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float | None) -> Iterator[_Face]:
+    """Yield where the hand is at faces of a part that look against its way, the longest lever first.
 
     Args:
         arm: Whose hand.
@@ -821,31 +851,35 @@ def _faces(arm: Manipulator, part: DetectedObject, goal: float, aperture: float 
                     on_edge = float(0.0 < lean < np.pi / 2.0)
                     for first in firsts:
                         pose = Pose.from_matrix(point - first, rotation)
+                        finger, around_it = _pusher(arm, rotation, first, aperture)
+                        finger = finger + pose.position
+                        face = _Face(
+                            pose, way, finger, _spans(joint, normal, (middle, axes * half), (finger, around_it))
+                        )
                         # No deeper than it has to be: there may be something below.
                         depth = round(float(pose.position @ rotation[:, 2]), 3)
                         cost = (-arm_length, on_edge, round(turn + lean, 2), depth)
-                        found.append((cost, pose, way))
+                        found.append((cost, pose, face))
                         # Places of the part's own, so that it is pushed alike wherever it stands.
                         place = part.pose.rotation.T @ (pose.position - part.pose.position) / _FAR
                         key = (*place.round(), *rotation[:, 1].round(1), round(lean, 1))
                         # Within one the middle of a face is surer than one that is less deep.
                         if key not in far or cost[:-1] < far[key][0][:-1]:
-                            far[key] = cost, pose, way
-    apart = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in far.values()])[:_MOST_FAR]
-    tried = {id(pose) for pose, _ in apart}
-    nearer = _by_direction([(cost, pose, (pose, way)) for cost, pose, way in _apart(found)], _MOST_NEAR)
+                            far[key] = cost, pose, face
+    apart = _by_direction(list(far.values()))[:_MOST_FAR]
+    tried = {id(face) for face in apart}
     yield from apart
-    yield from (one for one in nearer if id(one[0]) not in tried)
+    yield from (face for face in _by_direction(list(_apart(found)), _MOST_NEAR) if id(face) not in tried)
 
 
 def _apart(places: Sequence[_Place]) -> Iterator[_Place]:
     """Yield those places with the hand turned alike that are apart from better ones."""
     kept: dict[tuple[float, ...], list[Array]] = {}
-    for cost, pose, way in sorted(places, key=lambda one: one[0][:-1]):
+    for cost, pose, face in sorted(places, key=lambda one: one[0][:-1]):
         near = kept.setdefault(tuple(pose.rotation.round(1).ravel() + 0.0), [])
         if all(np.linalg.norm(pose.position - other) >= _NEAR for other in near):
             near.append(pose.position)
-            yield cost, pose, way
+            yield cost, pose, face
 
 
 def _pushing(arm: Manipulator, way: Array) -> list[tuple[float, Array]]:
@@ -902,6 +936,44 @@ def _foremost(arm: Manipulator, rotation: Array, way: Array, aperture: float | N
     first = np.sign([x, y, z]) * half
     sides = (finger, -finger) if aperture > geometry.min_aperture and y == 0.0 else (first[1],)
     return [rotation @ np.array([first[0], side, first[2]]) for side in sides]
+
+
+def _pusher(arm: Manipulator, rotation: Array, first: Array, aperture: float | None) -> tuple[Array, Array]:
+    """Return what of a hand pushes, `first` (3,) being its foremost point: closed fingers, one open finger, or a flange.
+
+    Returns:
+        The offset of its middle from the TCP, shape (3,), and its half-extents along its axes, columns, shape (3, 3); metres.
+    """
+    if arm.spec.gripper is None or aperture is None:
+        return np.zeros(3), np.zeros((3, 3))
+    geometry = arm.spec.gripper.geometry
+    half = np.array([geometry.finger_width, geometry.finger_thickness, 0.0]) / 2.0
+    if aperture <= geometry.min_aperture:
+        half[1] = aperture / 2.0 + geometry.finger_thickness
+        return np.zeros(3), rotation * half
+    across = rotation[:, 1] * np.sign(first @ rotation[:, 1])
+    return across * (aperture + geometry.finger_thickness) / 2.0, rotation * half
+
+
+def _spans(joint: PartJoint, normal: Array, piece: tuple[Array, Array], pusher: tuple[Array, Array]) -> bool:
+    """Tell whether a finger lies on a face on both sides of the part's hinge.
+
+    Args:
+        joint: The part's.
+        normal: Of the face, shape (3,).
+        piece: Whose face it is: its middle (3,), and its half-extents along its axes, columns (3, 3); metres.
+        pusher: The finger, likewise.
+    """
+    along = cross(np.array(joint.axis), normal)
+    length = float(np.linalg.norm(along))
+    if joint.kind == "slide" or length < _LEVEL:
+        return False
+    along = along / length
+    low, high = -math.inf, math.inf
+    for middle, half in (piece, pusher):
+        at, reach = float((middle - np.array(joint.anchor)) @ along), float(np.abs(along @ half).sum())
+        low, high = max(low, at - reach), min(high, at + reach)
+    return low < 0.0 < high
 
 
 def no_grip(
