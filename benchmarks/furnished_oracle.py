@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 
 import mujoco
 import numpy as np
-from furnished_judge import geoms_of, is_fixed, robot_bodies
+from furnished_judge import BESIDE, RESTS, geoms_of, is_fixed, robot_bodies
 from furnished_scenes import HALF_OPENING, TABLE, Array, Furnished, Goal, Space
 from odd_judge import raw_state
 
@@ -141,7 +141,16 @@ class Oracle:
             other = data.body(goal.target).xpos
             far = max(half[:2]) + max(room.things[goal.target][:2]) + 0.03
             ways = {"left": (0, 1, 0), "right": (0, -1, 0), "front": (-1, 0, 0), "back": (1, 0, 0)}
-            found = [other + far * np.array(ways[goal.side]) + s * np.array(ways[goal.side]) for s in (0.0, 0.03, 0.06)]
+            # As near as they can be, off to a side by nearly as much as along, and as far off as is still beside.
+            close = (min(half[:2]) + min(room.things[goal.target][:2])) / math.sqrt(2.0)
+            most = math.hypot(*half[:2]) + math.hypot(*room.things[goal.target][:2]) + BESIDE
+            way = np.array(ways[goal.side])
+            tried = [
+                other + s * (way + aside * np.cross(way, (0.0, 0.0, 1.0)))
+                for s in (close, far, far + 0.03, far + 0.06)
+                for aside in (0.0, -0.9, 0.9)
+            ]
+            found = [spot for spot in tried if np.linalg.norm(spot - other) < most and self._is_held(spot)]
         else:
             names = [goal.target]
             if goal.target == "shelf" and goal.relation == "inside":
@@ -150,6 +159,15 @@ class Oracle:
         for spot in found:
             if not self._is_blocked(spot, half, goal):
                 yield spot
+
+    def _is_held(self, spot: Array) -> bool:
+        """Tell whether what stands at a place has its middle over a face at the height of that place."""
+        for space in self._room.spaces.values():
+            frame = self._data.body(space.body)
+            floor = float((frame.xpos + frame.xmat.reshape(3, 3) @ np.array([0.0, 0.0, space.low[2]]))[2])
+            if abs(floor - float(spot[2])) < RESTS and self._is_over(space, (float(spot[0]), float(spot[1]))):
+                return True
+        return False
 
     def _is_over(self, space: Space, xy: tuple[float, float]) -> bool:
         frame = self._data.body(space.body)
@@ -191,12 +209,36 @@ class Oracle:
                 data.qpos[address + 3 : address + 7] = math.cos(turn / 2.0), 0.0, 0.0, math.sin(turn / 2.0)
                 mujoco.mj_kinematics(model, data)
                 mujoco.mj_collision(model, data)
-                if not self._met({body}, depth=_TOUCH, parts=False):
+                if not self._met({body}, depth=_TOUCH, parts=False) and not (
+                    goal.relation in ("at", "beside") and self._is_in_a_part(body)
+                ):
                     return False
             return True
         finally:
             data.qpos[address : address + 7] = before
             mujoco.mj_kinematics(model, data)
+
+    def _is_in_a_part(self, thing: int) -> bool:
+        """Tell whether a thing where it is reaches into a door, drawer or button at all of some values of that one's joint, from shut to far."""
+        model, data = self._model, self._data
+        for joint in self._room.joints.values():
+            body, address = int(model.body(joint.body).id), int(model.jnt_qposadr[model.joint(joint.name).id])
+            before = float(data.qpos[address])
+            values = (before,) if joint.locked else (before, *np.linspace(joint.shut, joint.far, 9))
+            met = True
+            for value in values:
+                data.qpos[address] = value
+                mujoco.mj_kinematics(model, data)
+                mujoco.mj_collision(model, data)
+                met = met and any(
+                    contact.dist <= -_TOUCH and {int(model.geom_bodyid[geom]) for geom in contact.geom} == {thing, body}
+                    for contact in data.contact
+                )
+            data.qpos[address] = before
+            mujoco.mj_kinematics(model, data)
+            if met:
+                return True
+        return False
 
     def _met(self, bodies: set[int], depth: float, *, parts: bool = True) -> str:
         """Return what fixed thing, or which part, some bodies reach into by more than a depth; "" for none."""

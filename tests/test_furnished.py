@@ -43,6 +43,24 @@ def test_a_press_is_judged_by_how_far_in_the_button_went_and_a_refused_place_is_
     assert figures["achieved"] == figures["refused_proved"] == 1 and figures["false_claims"] == 0
 
 
+@pytest.mark.parametrize(
+    ("seed", "said", "why"),
+    [
+        # A door that is locked stands where the bowl would: it is fixed as well, and goes nowhere else.
+        (1075, "at(blue_bowl", "no room there"),
+        # Farther off is the cupboard; nearer and off to a side there is room, whatever hand gets there.
+        (1028, "beside(red_box", ""),
+    ],
+)
+def test_a_place_is_proved_full_where_nothing_that_moves_leaves_it_and_not_for_a_few_places_beside_a_thing(
+    furnished: ModuleType, tmp_path: Path, seed: int, said: str, why: str
+) -> None:
+    room = furnished.drawn(seed)
+    goal = next(goal for goal in room.goals if goal.said.startswith(said))
+    with open_session(scene=room.write(tmp_path), seed=0) as cell:
+        assert furnished.Oracle(cell.mujoco.fork(), room).impossible(goal) == why
+
+
 @pytest.mark.parametrize(("seed", "why"), [(1064, ""), (1075, "locked")])
 def test_no_link_sweeps_a_door_along_and_fingers_that_slip_off_it_press_on_nothing(
     furnished: ModuleType, tmp_path: Path, seed: int, why: str
