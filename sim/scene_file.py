@@ -35,6 +35,8 @@ from robosandbox.values import frozen
 _LEAST_HINGES = 4
 # Metres over a surface within which a thing stands on it, or will once it has fallen.
 _FALLS = 0.10
+# Metres above the lowest level face from where on one is no floor.
+_ON_A_FLOOR = 0.05
 # Half of the longest side of a table, metres: a floor is not reached to its end.
 _FARTHEST = 1.5
 # Turn of a body out of the vertical up to which its level faces are level, as a cosine.
@@ -477,25 +479,39 @@ class _Reader:
         return str(self._model.body(int(self._model.geom_bodyid[lowest])).name)
 
     def _table(self, roots: list[int], things: list[SceneObject]) -> Table:
-        """Return the level face that most things stand on."""
+        """Return the level face that most things stand on, by themselves or on what stands on it; a floor bears what is on it alone."""
         model = self._model
-        stands = [(item.pose.position, *_extent(item)) for item in things]
-        found: list[tuple[int, float, Table]] = []
+        stands = [(item.pose.position, _extent(item)[0], frozenset((k,))) for k, item in enumerate(things)]
+        faces: list[tuple[int, float, Area, bool]] = []
+        feet: dict[int, tuple[Array, float]] = {}
         for body in (0, *roots):
             if self._moves(body):
                 continue
-            name = str(model.body(body).name)
             bodies = [0] if body == 0 else self._welded(body)
             planes = [*self._planes(bodies)]
-            for height, area in (*self._faces(body, bodies), *planes):
-                (x0, x1), (y0, y1) = area
-                on = sum(
-                    x0 <= p[0] <= x1 and y0 <= p[1] <= y1 and -0.01 < low - height < _FALLS for p, low, _ in stands
+            faces += [(body, *face, False) for face in self._faces(body, bodies)]
+            faces += [(body, *face, True) for face in planes]
+            pieces = self._pieces(bodies, body)
+            if body and pieces:
+                points = Geometry(pieces).outer @ self._data.xmat[body].reshape(3, 3).T + self._data.xpos[body]
+                feet[body] = points.mean(axis=0), float(points[:, 2].min())
+        found: list[tuple[int, float, Table]] = []
+        lowest = min((face[1] for face in faces), default=0.0)
+        # The highest first: what stands in a cupboard stands on the table that bears the cupboard.
+        for body, height, area, ground in sorted(faces, key=lambda face: -face[1]):
+            (x0, x1), (y0, y1) = area
+            on = frozenset[int]().union(
+                *(
+                    borne
+                    for middle, low, borne in (stands if height > lowest + _ON_A_FLOOR else stands[: len(things)])
+                    if x0 <= middle[0] <= x1 and y0 <= middle[1] <= y1 and -0.01 < low - height < _FALLS
                 )
-                why = f"{on} of {len(things)} things stand on it" if things else "the largest level face"
-                ground = (height, area) in planes
-                table = Table(body=name, height=height, area=area, why=why, is_ground=ground)
-                found.append((on, (x1 - x0) * (y1 - y0), table))
+            )
+            if body in feet:
+                stands.append((*feet[body], on))
+            why = f"{len(on)} of {len(things)} things stand on it" if things else "the largest level face"
+            table = Table(body=str(model.body(body).name), height=height, area=area, why=why, is_ground=ground)
+            found.append((len(on), (x1 - x0) * (y1 - y0), table))
         if not found:
             raise InputError(
                 f"{self._path.name}: has no level face on which anything could stand; give it a table or a floor"
@@ -510,7 +526,7 @@ class _Reader:
             found = named
         # A table stands on a floor: of faces with as many things the largest that is higher is meant.
         lowest = min(one[2].height for one in found)
-        return max(found, key=lambda one: (one[0], one[2].height > lowest + 0.05, one[1]))[2]
+        return max(found, key=lambda one: (one[0], one[2].height > lowest + _ON_A_FLOOR, one[1]))[2]
 
     def _faces(self, body: int, bodies: list[int]) -> Iterator[tuple[float, Area]]:
         pieces = self._pieces(bodies, body)

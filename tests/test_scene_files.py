@@ -122,6 +122,27 @@ def test_shelf_boards_are_level_faces_with_their_headroom() -> None:
     assert all(face.half_width == pytest.approx(0.1, abs=0.005) for face in faces)
 
 
+def test_what_stands_in_a_cupboard_stands_on_the_table_that_bears_it(tmp_path: Path) -> None:
+    path = tmp_path / "room.xml"
+    cube = '<body name="c{0}" pos="{1} 0 {2}"><freejoint/><geom type="box" size=".02 .02 .02" mass=".05"/></body>'
+    cupboard = "".join(
+        f'<geom type="box" size="{size}" pos="{pos}"/>'
+        for size, pos in ((".15 .1 .005", "0 0 .155"), (".15 .1 .005", "0 0 .295"), (".15 .005 .15", "0 .1 .15"))
+    )
+    path.write_text(
+        '<mujoco><worldbody><geom type="plane" size="2 2 .1"/>'
+        '<body name="table" pos="0 0 .5"><geom type="box" size=".6 .4 .02"/></body>'
+        f'<body name="cupboard" pos=".3 0 .52">{cupboard}</body>'
+        + cube.format(1, 0.25, 0.701)
+        + cube.format(2, 0.35, 0.701)
+        + cube.format(3, -0.3, 0.541)
+        + "</worldbody></mujoco>"
+    )
+    file = read_scene_file(path)
+    assert file.table.body == "table" and file.table.why == "3 of 3 things stand on it"
+    assert "cupboard" in {item.id for item in file.objects}
+
+
 def test_the_kitchen_is_things_fixtures_and_parts() -> None:
     file = read_scene_file(KITCHEN)
     assert {item.id: item.kind for item in file.objects} == {
