@@ -199,12 +199,24 @@ class OpenGripper(Skill):
                             for is_it in ("are", "is")
                         ),
                         "until there is a gap of",
+                        *("until there are", "until there is", "until only", "until just"),
                     ),
-                    endings=(("apart", 1.0), ("wide", 1.0), ("open", 1.0)),
+                    endings=(
+                        *(
+                            ("apart", 1.0),
+                            ("wide", 1.0),
+                            ("open", 1.0),
+                            ("left", 1.0),
+                            ("are left", 1.0),
+                            ("is left", 1.0),
+                        ),
+                        *((f"{left}between {them}", 1.0) for left in ("", "left ") for them in ("them", "the fingers")),
+                    ),
                 ),
             ),
             required=("width",),
         ),
+        Words(verbs=(*_of_fingers("half close"), *_of_fingers("half open")), means=(("share", 0.5),)),
         Words(
             verbs=_CLOSING,
             slots=(Slot(argument="share", kind="phrase", phrases=_HALF),),
@@ -320,7 +332,14 @@ class CloseGripper(Skill):
     name = "close_gripper"
     words = (
         Words(
-            verbs=(*_CLOSING, *(f"{verb} {wholly}" for verb in _CLOSING for wholly in _WHOLLY), "squeeze", "grip"),
+            verbs=(
+                *_CLOSING,
+                "grip force",
+                "gripping force",
+                *(f"{verb} {wholly}" for verb in _CLOSING for wholly in _WHOLLY),
+                "squeeze",
+                "grip",
+            ),
             slots=(_FORCE,),
         ),
         Words(

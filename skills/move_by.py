@@ -29,11 +29,17 @@ _FORWARD = {
     },
     # Who is there stands before the arm, as where it hands things over.
     **{f"{to} {whom}": 1.0 for to in ("toward", "towards") for whom in ("me", "us", "the person", "the user")},
+    **{f"{near} to {whom}": 1.0 for near in ("closer", "nearer") for whom in ("me", "us", "the person", "the user")},
+    **{
+        f"{near} to {whom}": -1.0
+        for near in ("closer", "nearer")
+        for whom in ("yourself", "you", "your base", "the base")
+    },
     **{f"away from {whom}": 1.0 for whom in ("yourself", "you", "your base", "the base", "the robot")},
     **{
-        f"{along} {axis}": sign
-        for along in ("in", "along", "on", "in the", "along the", "on the")
-        for name, sign in (("x", 1.0), ("positive x", 1.0), ("negative x", -1.0))
+        f"{along} {axis}".lstrip(): sign
+        for along in ("", "in", "along", "on", "in the", "along the", "on the")
+        for name, sign in (("x", 1.0), ("+ x", 1.0), ("positive x", 1.0), ("negative x", -1.0))
         for axis in (name, f"{name} direction", f"{name} axis")
     },
     "straight ahead": 1.0,
@@ -53,17 +59,17 @@ _LEFT = {
         for side, sign in (("left", 1.0), ("right", -1.0))
     },
     **{
-        f"{along} {axis}": sign
-        for along in ("in", "along", "on", "in the", "along the", "on the")
-        for name, sign in (("y", 1.0), ("positive y", 1.0), ("negative y", -1.0))
+        f"{along} {axis}".lstrip(): sign
+        for along in ("", "in", "along", "on", "in the", "along the", "on the")
+        for name, sign in (("y", 1.0), ("+ y", 1.0), ("positive y", 1.0), ("negative y", -1.0))
         for axis in (name, f"{name} direction", f"{name} axis")
     },
 }
 _UP = {
     **{
-        f"{along} {axis}": sign
-        for along in ("in", "along", "on", "in the", "along the", "on the")
-        for name, sign in (("z", 1.0), ("positive z", 1.0), ("negative z", -1.0))
+        f"{along} {axis}".lstrip(): sign
+        for along in ("", "in", "along", "on", "in the", "along the", "on the")
+        for name, sign in (("z", 1.0), ("+ z", 1.0), ("positive z", 1.0), ("negative z", -1.0))
         for axis in (name, f"{name} direction", f"{name} axis")
     },
     "up": 1.0,
@@ -108,7 +114,13 @@ def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
 
 def _far(argument: str, sign: float) -> Slot:
     """Return how a way is said of which the verb tells the direction: "by 5 cm"."""
-    return Slot(argument=argument, kind="length", beginnings=(("by", sign), ("", sign)), bare=False)
+    return Slot(
+        argument=argument,
+        kind="length",
+        beginnings=(("by", sign), ("", sign)),
+        phrases=tuple((said, sign * A_LITTLE) for said in ("a little", "a bit", "a little bit", "slightly", "a touch")),
+        bare=False,
+    )
 
 
 def _of_the_hand(*verbs: str) -> tuple[str, ...]:

@@ -10,7 +10,8 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import A_LITTLE_TURN, Slot, Words
 from robosandbox.types import SkillResult
 
-_VERBS = ("move", "turn", "rotate", "set", "bring", "bend", "flex", "turn only", "move only", "rotate only")
+_SET = ("set", "bring", "put", "drive")
+_VERBS = ("move", "turn", "rotate", "bend", "flex", "turn only", "move only", "rotate only")
 _BY = Slot(
     argument="by",
     kind="angle",
@@ -51,6 +52,19 @@ class MoveJoint(HandMove):
             verbs=tuple(f"{verb} joint" for verb in _VERBS),
             slots=(Slot(argument="joint", kind="number"), *_HOW_FAR),
             required=("by", "to"),
+        ),
+        Words(
+            verbs=tuple(f"{verb} joint" for verb in _SET),
+            slots=(Slot(argument="joint", kind="number"), Slot(argument="to", kind="angle", prepositions=("to", "at"))),
+            required=("to",),
+        ),
+        Words(
+            verbs=_SET,
+            slots=(
+                Slot(argument="joint", kind="phrase", phrases=_BY_PLACE),
+                Slot(argument="to", kind="angle", prepositions=("to", "at")),
+            ),
+            required=("joint",),
         ),
         Words(
             verbs=("increase joint", "raise joint"),

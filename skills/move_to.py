@@ -25,7 +25,11 @@ class MoveTo(HandMove):
                 kind="point",
                 prepositions=("", "to", "to position", "to the position", "to point", "to the point"),
             ),
-            Slot(argument="straight", kind="phrase", phrases=(("in a straight line", True), ("straight", True))),
+            Slot(
+                argument="straight",
+                kind="phrase",
+                phrases=(("in a straight line", True), ("straight", True), ("linearly", True)),
+            ),
         ),
         required=("x y z",),
     )

@@ -98,7 +98,22 @@ class SavePose(HandMove):
                     )
                 ),
             ),
-            slots=(Slot(argument="pose", kind="name", prepositions=("as", "under")),),
+            slots=(
+                Slot(
+                    argument="pose",
+                    kind="name",
+                    prepositions=(
+                        "as",
+                        "under",
+                        "under the name",
+                        "by the name",
+                        "with the name",
+                        "as pose",
+                        "as position",
+                        "and call it",
+                    ),
+                ),
+            ),
             required=("pose",),
         ),
         Words(

@@ -112,9 +112,9 @@ class SetTempo(Skill):
                     for go in ("go", "move", "work", "travel")
                 ),
                 *(
-                    f"{set_it} {whose} {speed}"
+                    f"{set_it} {whose}{speed}"
                     for set_it in _LIMITS
-                    for whose in ("your", "the")
+                    for whose in ("your ", "the ", "")
                     for speed in _OF_THE_HAND
                 ),
                 *(f"{to}" for to in ("slow down to", "speed up to")),

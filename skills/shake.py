@@ -94,7 +94,12 @@ class Shake(HandMove):
                 "wave to me",
                 "wave at me",
                 "wave goodbye",
-                *(f"wave {to} {who}" for to in ("to", "at") for who in _WAVED_AT),
+                *(
+                    f"wave{what} {to} {who}"
+                    for what in ("", " hello", " goodbye")
+                    for to in ("to", "at")
+                    for who in _WAVED_AT
+                ),
                 *(
                     "give me a wave",
                     "give us a wave",
@@ -104,6 +109,7 @@ class Shake(HandMove):
                     "wave the arm",
                 ),
                 *(
+                    "shake your head",
                     "shake your hand",
                     "shake the hand",
                     "shake the gripper",

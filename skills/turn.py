@@ -139,6 +139,7 @@ class Turn(Skill):
             ),
         ),
         required=("angle", "align_with"),
+        in_hand="turn_hand",
     )
 
     translations: ClassVar[Mapping[str, str]] = {"english": _ENGLISH, "german": _GERMAN, "spanish": _SPANISH}

@@ -95,6 +95,7 @@ class TurnHand(HandMove):
                     argument="tilt",
                     kind="angle",
                     prepositions=("", "by"),
+                    phrases=(("a little", A_LITTLE_TURN), ("a bit", A_LITTLE_TURN), ("slightly", A_LITTLE_TURN)),
                     beginnings=_LEANING,
                     endings=_LEANING,
                 ),

@@ -115,6 +115,9 @@ class Wait(HandMove):
                 *(
                     "rest",
                     "relax",
+                    "hover there",
+                    "stop there",
+                    "rest there",
                     "chill",
                     "stay",
                     "idle",

@@ -60,6 +60,7 @@ class Words:
         required: Arguments of which at least one has to be said; none asks for nothing.
         hand: What the hand is before the call: empty, holding the object, which is picked up first where it is not held, or any.
         holds: Whether the object is in the hand afterwards, whatever it was before.
+        in_hand: Skill that does the same to an object that the hand holds; "" where it has to be put down first.
         returns: Whether the object is put back to where it was picked up for this.
         pace: The argument that words of manner say, as "slowly" does; "" where they say how the act is done.
         means: Arguments with the values that the verb itself stands for, as ("tempo", "careful"), unless others are said.
@@ -71,6 +72,7 @@ class Words:
     required: tuple[str, ...] = ()
     hand: Literal["empty", "holding", "any"] = "empty"
     holds: bool = False
+    in_hand: str = ""
     returns: bool = False
     pace: str = ""
     means: tuple[tuple[str, float | str], ...] = ()
@@ -95,7 +97,8 @@ _SENSES = (
 )
 # "from above" goes without saying, and is passed over.
 SENSES = tuple(
-    (f"{said}{seen}", sign)
+    (f"{said}{seen}{by}", sign)
+    for by in ("", " by")
     for said, sign in _SENSES
     for seen in (("", " seen", " as seen", " viewed", " when seen") if "clockwise" in said else ("",))
 )

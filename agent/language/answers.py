@@ -424,7 +424,7 @@ class _Answers(Seen):
             # How the gap grows with the motor's way is the gripper's own.
             told = f"{now}, and how far they open I do not see; say “open the gripper”, and ask then."
             raise RefusedError(RefusalCode.UNSUPPORTED, told)
-        return Answer(f"My gripper is open: {now}.")
+        return Answer(f"My gripper is open as wide as it goes: {now}.")
 
     def _say_squeezing(self, asked: Question) -> Answer:
         if self._scene.held is None:

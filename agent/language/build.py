@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
-from typing import get_args
+from typing import Any, get_args
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.apart import (
@@ -34,7 +34,7 @@ from robosandbox.agent.language.intent import (
 from robosandbox.agent.language.logic import If, While, commands_of
 from robosandbox.agent.language.orders import Fits
 from robosandbox.agent.language.readings import check_sides, fused, is_tower, swapped
-from robosandbox.agent.language.skill_words import resolved, words_of
+from robosandbox.agent.language.skill_words import resolved, ways_of, words_of
 from robosandbox.agent.language.terms import UNTOUCHED
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
@@ -445,6 +445,9 @@ class _Builder(Deciding):
                 self._leave_standing(name)
             elif words.hand == "empty":
                 self._leave_standing(name)
+                if self.world.held == name and words.in_hand in self.skills and _takes(words.in_hand, others):
+                    self._add(words.in_hand, **others)
+                    continue
                 self._need_empty(f"{command.skill.replace('_', ' ')} {name}")
             if is_of_parts:
                 self._add(command.skill, **{words.object: self._part_of(name) or name, **others})
@@ -538,6 +541,11 @@ _TOLD = {
     "distance": "a distance",
     "times": "how often",
 }
+
+
+def _takes(skill: str, arguments: Mapping[str, Any]) -> bool:
+    """Tell whether a skill's words fill each of some arguments."""
+    return {*arguments} <= {slot.argument for words in ways_of(skill) for slot in words.slots}
 
 
 def _check_slots(command: Command) -> None:

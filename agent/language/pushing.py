@@ -101,7 +101,10 @@ class Pushing(Arranging):
         direction = max(DIRECTION_AXES, key=lambda d: DIRECTION_AXES[d][0] * dx + DIRECTION_AXES[d][1] * dy)
         ex, ey = DIRECTION_AXES[direction]
         along, across = dx * ex + dy * ey, abs(dx * ey - dy * ex)
-        if across > 0.75 * along:
+        widths = [self.world.extents(each) for each in (name, target)]
+        beside = sum(abs(ey) * width[0] + abs(ex) * width[1] for width in widths)
+        # What passes by does not touch.
+        if across > (min(0.75 * along, 0.8 * beside) if place.kind == "against" else 0.75 * along):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE,
                 f"{target} lies neither straight ahead nor straight to a side of {name}; I push forward, back, left or right.",
@@ -109,11 +112,7 @@ class Pushing(Arranging):
             )
         if place.kind == "away":
             return direction, distance or PUSH_DISTANCE
-        gap = (
-            along
-            - abs(ex) * (self.world.extents(name)[0] + self.world.extents(target)[0])
-            - abs(ey) * (self.world.extents(name)[1] + self.world.extents(target)[1])
-        )
+        gap = along - sum(abs(ex) * width[0] + abs(ey) * width[1] for width in widths)
         return direction, distance or (gap if place.kind == "against" else min(PUSH_DISTANCE, max(gap - 0.01, 0.0)))
 
     def _as_far_as(self, name: str, region: Region) -> tuple[str, float]:

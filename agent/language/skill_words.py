@@ -208,6 +208,7 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
         told += [f'{_of(f"BE_{own}")} (a_bit ","?)? {measure}'] if begins else []
         told += [f"{measure} {_of(f'EN_{own}')}"] if slot.endings else []
         told += [f"{_of(f'PH_{own}')} {_of(f'EN_{own}')}"] if plain and slot.endings else []
+        told += [f"{_of(f'BE_{own}')} {_of(f'PH_{own}')}"] if plain and begins else []
         sign = next((value for phrase, value in slot.beginnings if not phrase), 1.0)
         if sign != 1.0:
             told[0] = f"of+={sign} {measure}"

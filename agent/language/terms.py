@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robosandbox.agent.language.discourse import RefusedError, listed
-from robosandbox.agent.language.draft import Draft
+from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.front import ENGLISH
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.ruleset import ruleset
-from robosandbox.types import SLOWEST, TEMPOS, RefusalCode
+from robosandbox.types import SLOWEST, TEMPOS, RefusalCode, SkillCall
 
 # Calls that are one motion, which may last as long as it is told to.
 _ONE_MOTION = frozenset(
@@ -42,7 +42,11 @@ UNTOUCHED = _ONE_MOTION | {
 }
 # What is to be held is not let go: here the calls are told that would.
 _HELD = "held"
+# What the fingers are closed for anyway.
+_CLOSES = frozenset({"tap", "push", "push_to", "press_down", "press", "close_gripper"})
 _TERMS = {
+    "in_place": frozenset({"turn_hand", "wait", "open_gripper", "close_gripper", "save_pose", "set_tempo"}),
+    "fingers_closed": UNTOUCHED | _CLOSES | {"shake"},
     "untouched": UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
     _HELD: frozenset(
         {"place_on", "place_in", "place_at", "place_beside", "drop", "hand_over", "pour", "stack", "put_over", "insert"}
@@ -67,6 +71,12 @@ def done_as_told(reading: Sentence, draft: Draft, skills: Sequence[str]) -> Draf
     tempo, told = _tempo_of([words for words in manners if not (turned and words == "from above")], skills)
     terms = [term for term in reading.terms if term in _TERMS]
     _check_terms(terms, draft)
+    if (
+        "fingers_closed" in terms
+        and "close_gripper" in skills
+        and not any(call.skill in _CLOSES for call in draft.calls)
+    ):
+        draft = replace(draft, steps=(Step(SkillCall(skill="close_gripper", arguments={})), *draft.steps))
     if len(reading.terms) > len(terms):
         tempo, told = _timed([each for each in reading.terms if each not in terms], draft, skills)
     notes = [told] if told else []
@@ -162,4 +172,8 @@ def _check_terms(terms: Sequence[str], draft: Draft) -> None:
     for term in terms:
         other = next((call for call in draft.calls if (call.skill in _TERMS[term]) is (term == _HELD)), None)
         if other is not None:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"You asked for it {term}, and {other} would not be.", firm=True)
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE,
+                f"You asked for it {term.replace('_', ' ')}, and {other} would not be.",
+                firm=True,
+            )

@@ -28,7 +28,7 @@ HANDS = tuple(
     for what in ("hand", "gripper", "arm", "fingers", "fingertips", "tool", "tip", "tcp", "end effector")
 )
 # The same as who writes notes has it, or whose language has no articles.
-BARE_HANDS = ("hand", "gripper", "arm")
+BARE_HANDS = ("hand", "gripper", "arm", "tcp")
 HAND_GOES = (
     "move",
     "go",
@@ -40,6 +40,8 @@ HAND_GOES = (
     "float",
     "drift",
     "fly",
+    "swing over",
+    "head over",
     *(
         f"{verb} {hand}"
         for verb in ("move", "bring", "drive", "shift", "slide", "take", "get", "position", "steer", "put", "park")
