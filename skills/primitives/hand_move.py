@@ -40,8 +40,6 @@ HAND_GOES = (
     "float",
     "drift",
     "fly",
-    "swing over",
-    "head over",
     *(
         f"{verb} {hand}"
         for verb in ("move", "bring", "drive", "shift", "slide", "take", "get", "position", "steer", "put", "park")
