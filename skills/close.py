@@ -12,7 +12,7 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.parts import open_share, open_value, part_value, shut_value, shut_within
+from robosandbox.world.parts import joint_of, open_share, open_value, part_value, shut_value, shut_within
 
 
 class Close(Skill):
@@ -56,11 +56,11 @@ class Close(Skill):
             )
         enough = shut + sense * within
         try:
-            now, force = push(arm, part, [shut], enough)
+            now, force = push(arm, part, [joint_of(before).stop], enough)
         except (UnreachableError, CollisionError, GraspError) as unpushed:
             # Where there is no face to push on within reach, there may be something to hold.
             try:
-                now, force = lead(arm, part, [shut], enough)
+                now, force = lead(arm, part, [joint_of(before).stop], enough)
             except (UnreachableError, CollisionError, GraspError) as unled:
                 raise arm.clearest([unled, unpushed]) from unled
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})
