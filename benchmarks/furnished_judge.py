@@ -14,8 +14,8 @@ from odd_judge import raw_state
 
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 
-# Share of its way from which on a part is open, up to which it is closed, and from which on it was pressed.
-OPEN, CLOSED, PRESSED = 0.5, 0.05, 0.7
+# Shares of its way from which on a part is open, and was pressed; metres that no point of it may be from shut where it is closed.
+OPEN, PRESSED, CLOSED = 0.5, 0.7, 0.003
 # Metres: how far a thing's lowest point may be from the face that it stands on, how far from its place for "at", how wide a gap
 # still is beside, how far a thing may drift in the second that is waited, and what is granted besides.
 RESTS, AT, BESIDE, DRIFT, SLACK = 0.006, 0.015, 0.10, 0.004, 0.002
@@ -98,6 +98,17 @@ def share(room: Furnished, part: str, model: mujoco.MjModel, data: mujoco.MjData
     joint = room.joints[part]
     value = float(data.qpos[model.jnt_qposadr[model.joint(joint.name).id]])
     return (value - joint.shut) / (joint.far - joint.shut)
+
+
+def _gap(room: Furnished, part: str, model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Return how far the outermost point of a part has gone from where it is shut, metres."""
+    joint = room.joints[part]
+    number = model.joint(joint.name).id
+    gone = share(room, part, model, data) * abs(joint.far - joint.shut)
+    if model.jnt_type[number] == mujoco.mjtJoint.mjJNT_SLIDE:
+        return gone
+    points = corners(model, data, int(model.body(joint.body).id)) - data.xanchor[number]
+    return gone * float(np.linalg.norm(np.cross(points, data.xaxis[number]), axis=1).max())
 
 
 def geoms_of(model: mujoco.MjModel, body: int) -> range:
@@ -183,7 +194,7 @@ def so(sim: MuJoCoBackend, room: Furnished, goal: Goal, data: mujoco.MjData) -> 
     model = sim.model
     if goal.subject in room.joints:
         open_by = share(room, goal.subject, model, data)
-        return open_by >= OPEN if goal.relation == "open" else open_by <= CLOSED
+        return open_by >= OPEN if goal.relation == "open" else _gap(room, goal.subject, model, data) <= CLOSED
     body, found = int(model.body(goal.subject).id), pushes(sim, data)
     if np.linalg.norm(found.get((-1, body), np.zeros(3))) > _BEARS or (-1, body) in found:
         return False

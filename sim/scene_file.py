@@ -489,11 +489,14 @@ class _Reader:
                 continue
             bodies = [0] if body == 0 else self._welded(body)
             planes = [*self._planes(bodies)]
-            faces += [(body, *face, False) for face in self._faces(body, bodies)]
             faces += [(body, *face, True) for face in planes]
             pieces = self._pieces(bodies, body)
-            if body and pieces:
-                points = Geometry(pieces).outer @ self._data.xmat[body].reshape(3, 3).T + self._data.xpos[body]
+            if not pieces:
+                continue
+            form = Geometry(pieces)
+            faces += [(body, *face, False) for face in self._faces(body, form)]
+            if body:
+                points = form.outer @ self._data.xmat[body].reshape(3, 3).T + self._data.xpos[body]
                 feet[body] = points.mean(axis=0), float(points[:, 2].min())
         found: list[tuple[int, float, Table]] = []
         lowest = min((face[1] for face in faces), default=0.0)
@@ -528,12 +531,11 @@ class _Reader:
         lowest = min(one[2].height for one in found)
         return max(found, key=lambda one: (one[0], one[2].height > lowest + _ON_A_FLOOR, one[1]))[2]
 
-    def _faces(self, body: int, bodies: list[int]) -> Iterator[tuple[float, Area]]:
-        pieces = self._pieces(bodies, body)
+    def _faces(self, body: int, form: Geometry) -> Iterator[tuple[float, Area]]:
         turn = self._data.xmat[body].reshape(3, 3)
-        if not pieces or turn[2, 2] < _UPRIGHT:
+        if turn[2, 2] < _UPRIGHT:
             return
-        for face in Geometry(pieces).surfaces:
+        for face in form.surfaces:
             local = np.column_stack([face.points, np.full(len(face.points), face.height)])
             points = local @ turn.T + self._data.xpos[body]
             low, high = points.min(axis=0) - face.cell / 2.0, points.max(axis=0) + face.cell / 2.0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from robosandbox.errors import CollisionError, GraspError, UnreachableError
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
@@ -12,7 +10,7 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.parts import joint_of, open_share, open_value, part_value, shut_value, shut_within
+from robosandbox.world.parts import closed_share, open_share, open_value, shut_value
 
 
 class Close(Skill):
@@ -48,19 +46,18 @@ class Close(Skill):
         """
         arm = Manipulator(ctx)
         before = arm.find(part)
-        shut, within = shut_value(before), shut_within(before)
-        sense = math.copysign(1.0, open_value(before) - shut)
-        if sense * (part_value(before) - shut) <= within:
+        closed, shut = closed_share(before), shut_value(before)
+        if open_share(before) <= closed:
             return SkillResult(
                 skill=self.name, detail={"part": part, "open_share": open_share(before), "already_closed": True}
             )
-        enough = shut + sense * within
+        enough = open_value(before, closed)
         try:
-            now, force = push(arm, part, [joint_of(before).stop], enough)
+            now, force = push(arm, part, [shut], enough)
         except (UnreachableError, CollisionError, GraspError) as unpushed:
             # Where there is no face to push on within reach, there may be something to hold.
             try:
-                now, force = lead(arm, part, [joint_of(before).stop], enough)
+                now, force = lead(arm, part, [shut], enough)
             except (UnreachableError, CollisionError, GraspError) as unled:
                 raise arm.clearest([unled, unpushed]) from unled
         return SkillResult(skill=self.name, detail={"part": part, "open_share": open_share(now), "force_n": force})

@@ -19,29 +19,34 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
+
+
+def _along(name: str) -> dict[str, float]:
+    """Return how a way along an axis is said by its letter: "along x", "in the negative x direction"."""
+    return {
+        f"{along} {sense}{name}{what}".strip(): sign
+        for along in ("", "in", "along", "on", "in the", "along the", "on the")
+        for sense, sign in (("", 1.0), ("+ ", 1.0), ("positive ", 1.0), ("negative ", -1.0))
+        for what in ("", " direction", " axis")
+    }
+
+
 # Words for the way along an axis, with its sign.
 _FORWARD = {
     "forward": 1.0,
     **{
         f"{to} {whom}": -1.0
-        for to in ("toward", "towards")
+        for to in ("toward", "towards", "closer to", "nearer to")
         for whom in ("yourself", "you", "your base", "the base", "the robot")
     },
     # Who is there stands before the arm, as where it hands things over.
-    **{f"{to} {whom}": 1.0 for to in ("toward", "towards") for whom in ("me", "us", "the person", "the user")},
-    **{f"{near} to {whom}": 1.0 for near in ("closer", "nearer") for whom in ("me", "us", "the person", "the user")},
     **{
-        f"{near} to {whom}": -1.0
-        for near in ("closer", "nearer")
-        for whom in ("yourself", "you", "your base", "the base")
+        f"{to} {whom}": 1.0
+        for to in ("toward", "towards", "closer to", "nearer to")
+        for whom in ("me", "us", "the person", "the user")
     },
     **{f"away from {whom}": 1.0 for whom in ("yourself", "you", "your base", "the base", "the robot")},
-    **{
-        f"{along} {axis}".lstrip(): sign
-        for along in ("", "in", "along", "on", "in the", "along the", "on the")
-        for name, sign in (("x", 1.0), ("+ x", 1.0), ("positive x", 1.0), ("negative x", -1.0))
-        for axis in (name, f"{name} direction", f"{name} axis")
-    },
+    **_along("x"),
     "straight ahead": 1.0,
     "straight forward": 1.0,
     "straight back": -1.0,
@@ -58,20 +63,10 @@ _LEFT = {
         for way in ("", "to the", "to your", "towards the")
         for side, sign in (("left", 1.0), ("right", -1.0))
     },
-    **{
-        f"{along} {axis}".lstrip(): sign
-        for along in ("", "in", "along", "on", "in the", "along the", "on the")
-        for name, sign in (("y", 1.0), ("+ y", 1.0), ("positive y", 1.0), ("negative y", -1.0))
-        for axis in (name, f"{name} direction", f"{name} axis")
-    },
+    **_along("y"),
 }
 _UP = {
-    **{
-        f"{along} {axis}".lstrip(): sign
-        for along in ("", "in", "along", "on", "in the", "along the", "on the")
-        for name, sign in (("z", 1.0), ("+ z", 1.0), ("positive z", 1.0), ("negative z", -1.0))
-        for axis in (name, f"{name} direction", f"{name} axis")
-    },
+    **_along("z"),
     "up": 1.0,
     "straight up": 1.0,
     "straight down": -1.0,

@@ -14,7 +14,7 @@ from robosandbox.skills.pick import Pick
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import place
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import SENSES, Slot, Words
+from robosandbox.skills.words import SENSES, TURNS, Slot, Words
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall, SkillResult
 from robosandbox.world.alternatives import Alternative, FailedCall
 from robosandbox.world.changes import TURN_TOLERANCE, turn_between
@@ -122,14 +122,7 @@ class Turn(Skill):
                 argument="angle",
                 kind="angle",
                 prepositions=("by", "through", ""),
-                phrases=(
-                    ("a quarter turn", math.pi / 2.0),
-                    ("a half turn", math.pi),
-                    ("half a turn", math.pi),
-                    ("halfway", math.pi),
-                    ("around", math.pi),
-                    ("round", math.pi),
-                ),
+                phrases=(*TURNS, ("halfway", math.pi), ("around", math.pi), ("round", math.pi)),
                 endings=SENSES,
             ),
             Slot(

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from robosandbox.skills.primitives.hand_move import BARE_HANDS, HANDS, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import A_LITTLE_TURN, SENSES, Slot, Words
+from robosandbox.skills.words import A_LITTLE_TURN, SENSES, TURNS, Slot, Words
 from robosandbox.types import Pose, SkillResult, matrix_about_axis
 
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
@@ -22,23 +22,13 @@ _LEANING = tuple(
     for by in ("", " by", " from vertical", " from the vertical", " away from vertical")
 )
 _TURNS = (
-    ("a quarter turn", math.pi / 2.0),
-    ("a quarter of a turn", math.pi / 2.0),
+    *TURNS,
     ("a quarter", math.pi / 2.0),
-    ("an eighth of a turn", math.pi / 4.0),
-    ("half a turn", math.pi),
-    ("a half turn", math.pi),
-    ("halfway around", math.pi),
-    ("halfway round", math.pi),
-    ("half way round", math.pi),
-    ("half way around", math.pi),
     ("upside down", math.pi),
-    ("a little turn", A_LITTLE_TURN),
-    ("a small turn", A_LITTLE_TURN),
-    ("a slight turn", A_LITTLE_TURN),
-    ("a little", A_LITTLE_TURN),
-    ("a bit", A_LITTLE_TURN),
-    ("slightly", A_LITTLE_TURN),
+    *(
+        (said, A_LITTLE_TURN)
+        for said in ("a little turn", "a small turn", "a slight turn", "a little", "a bit", "slightly")
+    ),
 )
 
 

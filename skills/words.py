@@ -80,6 +80,15 @@ class Words:
 
 # What somebody means who says "a little", metres and rad. Chosen: seen across a table, and short of what is beside.
 A_LITTLE, A_LITTLE_TURN = 0.02, math.radians(10.0)
+TURNS = (
+    ("a quarter turn", math.pi / 2.0),
+    ("a quarter of a turn", math.pi / 2.0),
+    ("an eighth of a turn", math.pi / 4.0),
+    ("half a turn", math.pi),
+    ("a half turn", math.pi),
+    *((f"{half} {round_}", math.pi) for half in ("halfway", "half way") for round_ in ("around", "round")),
+)
+"""Turns that are said as a share of a whole one, rad."""
 _SENSES = (
     ("clockwise", -1.0),
     ("counterclockwise", 1.0),

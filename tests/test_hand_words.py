@@ -134,6 +134,27 @@ def test_a_pace_counts_from_the_first_word_on(still: EmbeddedWorkcell) -> None:
     assert isinstance(answer, Refusal) and "from now on" in answer.message, answer
 
 
+def test_what_is_pushed_against_a_thing_meets_it(still: EmbeddedWorkcell) -> None:
+    pushed = "push(object=red_cube, direction=left, distance=0.29)"
+    assert planned(still, "push the red cube until it makes contact with the blue cube, then stop") == pushed
+    for said in ("push the red cube until it touches the green cube", "push the red cube against the green cube"):
+        # It would pass 5 cm beside.
+        answer = still.agent.plan(said)
+        assert isinstance(answer, Refusal) and "neither straight ahead nor straight to a side" in answer.message, answer
+
+
+@pytest.mark.parametrize(
+    ("said", "how"),
+    [
+        ("pick up the red cube with your fingers closed", "with closed fingers"),
+        ("move up 5 cm but keep the fingertips where they are", "with the fingertips in place"),
+    ],
+)
+def test_how_the_fingers_are_to_be_is_kept_or_refused(still: EmbeddedWorkcell, said: str, how: str) -> None:
+    answer = still.agent.plan(said)
+    assert isinstance(answer, Refusal) and answer.message.startswith(f"You asked for it {how}, and "), answer
+
+
 def test_a_planner_without_moves_knows_none(still: EmbeddedWorkcell) -> None:
     answer = StubPlanner(still.skills).plan("move up 5 cm", still.observe())
     assert isinstance(answer, Refusal)

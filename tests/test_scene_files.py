@@ -30,10 +30,13 @@ from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.options import WorkcellOptions
 from robosandbox.workcell.session import open_workcell
-from robosandbox.world.contracts import lookup
+from robosandbox.world.contracts import find, lookup
 from robosandbox.world.covered import ways_out
+from robosandbox.world.effects import with_objects
 from robosandbox.world.facts import fact
+from robosandbox.world.parts import at_value, lever, open_share, open_value, shut_value
 from robosandbox.world.placement_sampling import at_its_height, levelled, resting_pose, separately, tried_on_table
+from robosandbox.world.predicate import View
 from robosandbox.world.relations import bottom, centre, top
 
 RACK = Path(__file__).parents[1] / "examples" / "scenes" / "rack.xml"
@@ -867,6 +870,29 @@ def test_what_stands_in_a_drawer_goes_with_it_as_it_is_pushed_shut(tmp_path: Pat
         assert episode.success, episode.final_detail
         assert not episode.attempts
         assert cell.simulation.truth().objects["cabinet.bottom"].opening == pytest.approx(0.0, abs=0.003)
+
+
+@pytest.mark.parametrize(("edge", "holds"), [(0.002, True), (0.006, False)])
+def test_a_door_is_closed_where_its_edge_is_3_mm_from_shut(edge: float, holds: bool) -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        door = cell.observe().find("cupboard.door")
+        assert door is not None
+        shares = edge / (lever(door) * abs(open_value(door) - shut_value(door)))
+        scene = with_objects(cell.observe(), [at_value(door, open_value(door, shares))])
+        assert find(fact("closed", "cupboard.door"), View.of(scene)).holds is holds
+
+
+@pytest.mark.parametrize("low", [0.0, -0.01])
+def test_a_drawer_is_pressed_home_where_it_is_shut_as_at_the_end_of_its_range(tmp_path: Path, low: float) -> None:
+    path = tmp_path / "cabinet.xml"
+    path.write_text(CABINET.read_text().replace('range="0 0.16"', f'range="{low} 0.16"'))
+    with open_here(WorkcellOptions(scene=path)) as cell:
+        cell.do("open", part="cabinet.top", share=0.6)
+        closed = cell.do("close", part="cabinet.top")
+        part = cell.observe().find("cabinet.top")
+        assert part is not None and shut_value(part) == 0.0 and abs(open_share(part)) < 0.01
+        # 2 mm beyond, by the servos' stiffness; farther the hand would press with 80 to 120 N.
+        assert 15.0 < closed.detail["force_n"] < 40.0
 
 
 def test_a_face_is_pushed_at_several_heights_with_each_direction_of_the_hand() -> None:

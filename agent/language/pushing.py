@@ -17,6 +17,11 @@ _WITHIN = 0.06  # Metres that a thing is pushed into a region. Chosen: a cube's 
 _TO_THE_EDGE = 0.12  # Metres from the table's edge where a push to it ends. Chosen.
 
 
+# Share of the way to a thing by which that may lie aside of it, and of the breadth of both by which a push may run past their middles:
+# it strays by some millimetres.
+_ASIDE, _MEETING = 0.75, 0.8
+
+
 class Pushing(Arranging):
     """What is pushed, which way and how far."""
 
@@ -103,8 +108,8 @@ class Pushing(Arranging):
         along, across = dx * ex + dy * ey, abs(dx * ey - dy * ex)
         widths = [self.world.extents(each) for each in (name, target)]
         beside = sum(abs(ey) * width[0] + abs(ex) * width[1] for width in widths)
-        # What passes by does not touch.
-        if across > (min(0.75 * along, 0.8 * beside) if place.kind == "against" else 0.75 * along):
+        # What is pushed towards a thing is to come near it, what is pushed against one to meet it.
+        if across > (min(_ASIDE * along, _MEETING * beside) if place.kind == "against" else _ASIDE * along):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE,
                 f"{target} lies neither straight ahead nor straight to a side of {name}; I push forward, back, left or right.",

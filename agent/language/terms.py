@@ -42,7 +42,8 @@ UNTOUCHED = _ONE_MOTION | {
 }
 # What is to be held is not let go: here the calls are told that would.
 _HELD = "held"
-# What the fingers are closed for anyway.
+_WORDS = {"in_place": "with the fingertips in place", "fingers_closed": "with closed fingers"}
+# Skills that close the fingers themselves.
 _CLOSES = frozenset({"tap", "push", "push_to", "press_down", "press", "close_gripper"})
 _TERMS = {
     "in_place": frozenset({"turn_hand", "wait", "open_gripper", "close_gripper", "save_pose", "set_tempo"}),
@@ -174,6 +175,6 @@ def _check_terms(terms: Sequence[str], draft: Draft) -> None:
         if other is not None:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE,
-                f"You asked for it {term.replace('_', ' ')}, and {other} would not be.",
+                f"You asked for it {_WORDS.get(term, term)}, and {other} would not be.",
                 firm=True,
             )

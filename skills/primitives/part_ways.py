@@ -134,7 +134,7 @@ _Pushing = tuple[int, tuple[str, ...], bool, float, bool]
 
 @frozen
 class _Face:
-    """Where the hand is at a face that it pushes.
+    """Pose of a hand at a face, and the finger with which it pushes it.
 
     Attributes:
         tcp: Its pose.
@@ -750,8 +750,9 @@ def _check_beside(arm: Manipulator, part: DetectedObject, steps: Sequence[Trajec
 
 
 def _is_end(part: DetectedObject, value: float) -> bool:
+    """Tell whether a part meets its stop at a value: an end of its range, or where it is shut a little before one."""
     joint = joint_of(part)
-    return value in (joint.low, joint.high)
+    return value in (joint.low, joint.high, joint.shut)
 
 
 def _values(part: DetectedObject, grip: Pose, goal: float) -> list[float]:
@@ -767,11 +768,12 @@ def _values(part: DetectedObject, grip: Pose, goal: float) -> list[float]:
 
 
 def _pressed_home(part: DetectedObject, goal: float, grip: Pose, press: float) -> float:
-    """Return the value of its joint to which a hand pushes a part, beyond the end of its range where that is the goal."""
+    """Return the value of its joint to which a hand pushes a part, beyond its stop where that is the goal."""
     if not _is_end(part, goal):
         return goal
     joint = joint_of(part)
-    return goal + (press if goal == joint.high else -press) / _arm_of(joint, grip.position)
+    outwards = goal == joint.high or (goal == joint.shut and joint.far < goal)
+    return goal + (press if outwards else -press) / _arm_of(joint, grip.position)
 
 
 def _along(

@@ -240,7 +240,7 @@ def push(
     def pushed(part: DetectedObject) -> float:
         return _push_along(arm, part, plan_push(arm, part, goals, partly=partly), most)
 
-    return _until(arm, name, enough, pushed, to_stop=goals[0] == joint_of(arm.find(name)).stop)
+    return _until(arm, name, enough, pushed, to_stop=goals[0] == shut_value(arm.find(name)))
 
 
 def _until(

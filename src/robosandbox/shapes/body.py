@@ -117,12 +117,6 @@ class PartJoint:
         return low if abs(low) <= abs(high) else high
 
     @property
-    def stop(self) -> float:
-        """The end of its range at which it is shut, or a little beyond; shut itself where nothing limits it there."""
-        end = self.low if self.far == self.high else self.high
-        return end if math.isfinite(end) else self.shut
-
-    @property
     def far(self) -> float:
         """The end of its range that is farthest from shut; infinite where nothing limits it there."""
         return self.high if self.high - self.shut >= self.shut - self.low else self.low

@@ -86,9 +86,10 @@ def open_share(part: DetectedObject) -> float:
     return 0.0 if span == 0.0 else (part_value(part) - shut) / span
 
 
-def shut_within(part: DetectedObject) -> float:
-    """Return by how much a part may be open that is closed, metres or radians: no point of it is farther than 3 mm from shut."""
-    return CLOSED_WITHIN / lever(part)
+def closed_share(part: DetectedObject) -> float:
+    """Return the share of its way up to which a part is closed: no point of it is farther than 3 mm from shut."""
+    way = lever(part) * _way(part)
+    return CLOSED_WITHIN / way if way else 0.0
 
 
 def sprung_handle(part: DetectedObject, objects: Iterable[DetectedObject]) -> DetectedObject | None:
@@ -257,7 +258,7 @@ def closed(view: View, d: str) -> Finding:
     if item.shape.joint(item) is None:
         return Finding(holds=False, cause=f"{d} is {item.shape.name} and does not close")
     # What a camera measures is off by its error.
-    within = shut_within(item) + view.slack / lever(item)
+    within = closed_share(item) * _way(item) + view.slack / lever(item)
     margin = within - _way(item) * open_share(item)
     return Finding(
         holds=margin >= 0.0,
