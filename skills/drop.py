@@ -12,7 +12,7 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.hand_move import Mover
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import A_LITTLE, Slot, Words
 from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -30,7 +30,12 @@ class Drop(Skill):
             Slot(
                 argument="height",
                 kind="length",
-                prepositions=("from", "from a height of", "from about"),
+                prepositions=("from", "from a height of", "from about", "from just", "from only"),
+                phrases=tuple(
+                    (f"from {just}a {little} height", A_LITTLE)
+                    for just in ("", "just ", "only ")
+                    for little in ("small", "little", "low", "tiny", "short")
+                ),
                 endings=(
                     ("up", 1.0),
                     ("above the table", 1.0),

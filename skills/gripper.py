@@ -25,7 +25,8 @@ _CORRECTIONS = 8
 # Metres between fingers that have closed on nothing.
 _SHUT = 0.001
 
-_FORCE = Slot(
+# How the force of a grip is said.
+FORCE = Slot(
     argument="force",
     kind="force",
     prepositions=(
@@ -57,7 +58,7 @@ _FORCE = Slot(
     ),
 )
 
-_HARD = ("as hard as you can", "hard", "tightly", "firmly", "tight")
+_HARD = ("as hard as you can", "hard", "tight")
 _WHOLLY = (
     *("all the way", "fully", "completely", "as far as you can", "as far as they go", "as far as it goes"),
     *("as far as possible", "as wide as you can", "as wide as they go", "as wide as it goes", "as wide as possible"),
@@ -65,14 +66,6 @@ _WHOLLY = (
 )
 _HALF = tuple((f"{about}{half}", 0.5) for about in ("", "about ", "only ") for half in ("halfway", "half way", "half"))
 _SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY))
-
-
-def _of_fingers(verb: str) -> tuple[str, ...]:
-    return tuple(
-        " ".join(f"{verb} {whose} {what}".split())
-        for whose in ("the", "your", "")
-        for what in ("gripper", "hand", "fingers", "claw", "jaws", "jaw", "pincers", "grip", "grippers")
-    )
 
 
 def _more(argument: str, sign: float) -> Slot:
@@ -86,6 +79,11 @@ def _more(argument: str, sign: float) -> Slot:
             (more, sign)
             for more in (
                 "more",
+                *(
+                    f"{wider} than {now}"
+                    for wider in ("wider", "further", "more")
+                    for now in ("they are now", "they are", "it is now")
+                ),
                 "wider",
                 "further",
                 "farther",
@@ -109,7 +107,7 @@ def _more(argument: str, sign: float) -> Slot:
     )
 
 
-_OPENING = (*_of_fingers("open"), *_of_fingers("open up"), *_of_fingers("spread"))
+_OPENING = ("open", "open up", "spread", "widen", "part", "spread out")
 # "set the gripper to 4 cm", and "gripper to 50 percent" in notes.
 _GAPS = tuple(
     f"{verb} {the} {what}{of}".replace("  ", " ")
@@ -128,8 +126,8 @@ _GAPS = tuple(
         " of the jaws",
     )
 )
-_SET = (*_of_fingers("set"), *_of_fingers("adjust"), "gripper", "set gripper")
-_CLOSING = (*_of_fingers("close"), *_of_fingers("shut"))
+_SET = ("set {}", "adjust {}", "have {}", "put {}")
+_CLOSING = ("close", "shut", "narrow", "close up", "bring {} together")
 
 _GERMAN_OPEN = """
 order : Command
@@ -172,6 +170,7 @@ class OpenGripper(Skill):
     words = (
         Words(
             verbs=_CLOSING,
+            body="fingers",
             slots=(
                 Slot(
                     argument="width",
@@ -199,6 +198,7 @@ class OpenGripper(Skill):
                             for is_it in ("are", "is")
                         ),
                         "until there is a gap of",
+                        *("so that there is", "so there is"),
                         *("until there are", "until there is", "until only", "until just"),
                     ),
                     endings=(
@@ -216,21 +216,25 @@ class OpenGripper(Skill):
             ),
             required=("width",),
         ),
-        Words(verbs=(*_of_fingers("half close"), *_of_fingers("half open")), means=(("share", 0.5),)),
+        Words(verbs=("half close", "half open"), body="fingers", means=(("share", 0.5),)),
         Words(
             verbs=_CLOSING,
+            body="fingers",
             slots=(Slot(argument="share", kind="phrase", phrases=_HALF),),
             required=("share",),
         ),
         # "close the fingers by 1 cm"
-        Words(verbs=_CLOSING, slots=(_more("by", -1.0),), required=("by",)),
+        Words(verbs=_CLOSING, body="fingers", slots=(_more("by", -1.0),), required=("by",)),
         Words(
             verbs=(*_OPENING, *_SET),
+            body="fingers",
             slots=(_more("by", 1.0),),
             required=("by",),
         ),
         Words(
-            verbs=(*_OPENING, *(f"{verb} wide" for verb in _OPENING), "open wide", "open up wide", *_GAPS, *_SET),
+            verbs=(*_OPENING, *(f"{verb} {{}} wide" for verb in _OPENING), *_SET),
+            body="fingers",
+            alone=True,
             slots=(
                 Slot(
                     argument="width",
@@ -247,14 +251,20 @@ class OpenGripper(Skill):
                 ),
             ),
         ),
+        Words(
+            verbs=_GAPS,
+            slots=(
+                Slot(
+                    argument="width", kind="length", prepositions=("to", "at", "to about", ""), endings=(("wide", 1.0),)
+                ),
+                Slot(argument="share", kind="share", prepositions=("", "to", "at"), phrases=_SHARES),
+            ),
+            required=("width", "share"),
+        ),
         # "I need the jaws 45 mm apart", "half open"
         Words(
-            verbs=tuple(
-                f"{verb} {whose} {what}"
-                for verb in ("keep", "hold", "have", "put", "bring", "place", "move")
-                for whose in ("the", "your")
-                for what in ("jaws", "fingers", "fingertips", "gripper", "claw")
-            ),
+            verbs=tuple(f"{verb} {{}}" for verb in ("keep", "hold", "have", "put", "bring", "place", "move")),
+            body="fingers",
             slots=(
                 Slot(
                     argument="width",
@@ -278,7 +288,20 @@ class OpenGripper(Skill):
             ),
             means=(("share", 0.5),),
         ),
-        Words(verbs=("open up", "gripper open", "fingers open", "hand open", "open hand", "open fingers")),
+        Words(
+            verbs=(
+                "open up",
+                "open again",
+                "open up again",
+                "open wide",
+                "open up wide",
+                "gripper open",
+                "fingers open",
+                "hand open",
+                "open hand",
+                "open fingers",
+            )
+        ),
     )
 
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN_OPEN, "spanish": _SPANISH_OPEN}
@@ -334,24 +357,26 @@ class CloseGripper(Skill):
         Words(
             verbs=(
                 *_CLOSING,
-                "grip force",
-                "gripping force",
-                *(f"{verb} {wholly}" for verb in _CLOSING for wholly in _WHOLLY),
-                "squeeze",
-                "grip",
+                *(f"{verb} {{}} {wholly}" for verb in ("close", "shut") for wholly in _WHOLLY),
+                *("squeeze", "grip", "clench", "make a fist", "close tight", "close {} tight"),
             ),
-            slots=(_FORCE,),
+            body="fingers",
+            slots=(FORCE,),
         ),
         Words(
-            verbs=("squeeze", *(f"squeeze {{}} {hard}" for hard in _HARD)),
+            verbs=("grip force", "gripping force", "squeeze", "grip", "make a fist", "clench your fist"),
+            slots=(FORCE,),
+        ),
+        Words(
+            verbs=tuple(f"squeeze {{}} {hard}" for hard in _HARD),
             object="held",
-            slots=(_FORCE,),
+            slots=(FORCE,),
             hand="holding",
         ),
         Words(
             verbs=("grip", "clamp", "hold", "grasp", "pinch", "grab", "take", "take hold of", "pick up", "seize"),
             object="held",
-            slots=(_FORCE,),
+            slots=(FORCE,),
             required=("force",),
             hand="holding",
         ),
@@ -385,14 +410,14 @@ class CloseGripper(Skill):
         if force is None:
             arm.close()
         else:
-            _squeeze(arm, force)
+            squeeze(arm, force)
         detail: dict[str, float | str | bool] = {"width_mm": 1e3 * arm.gripper.width, "held": arm.look().held or ""}
         if arm.driver.capabilities.gripper_force:
             detail["force_n"] = arm.hand.grip_on(None)
         return SkillResult(skill=self.name, detail=detail)
 
 
-def _squeeze(arm: Manipulator, force: float) -> None:
+def squeeze(arm: Manipulator, force: float) -> None:
     """Close the fingers until each side presses with a force, N."""
     require(arm.driver, "gripper_force", "a force of the grip is asked for")
     require(arm.driver, "grip_limit", "a force of the grip is asked for")

@@ -60,7 +60,7 @@ class Lift(Skill):
             holds=True,
         ),
         Words(
-            verbs=("move", "bring", "pull"),
+            verbs=("move", "bring", "pull", "pick", "take", "pick {} straight", "lift {} straight"),
             object="object",
             slots=(_UP_BY,),
             required=("height",),

@@ -25,6 +25,7 @@ from robosandbox.skills.poses import ForgetPose, MoveToPose, SavePose
 from robosandbox.skills.press_down import PressDown
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
+from robosandbox.skills.squeeze import Squeeze
 from robosandbox.skills.trace import Trace
 from robosandbox.skills.turn_hand import TurnHand
 from robosandbox.skills.wait import Wait
@@ -47,6 +48,7 @@ MANUAL: tuple[Skill, ...] = (
     ForgetPose(),
     OpenGripper(),
     CloseGripper(),
+    Squeeze(),
     SetTempo(),
     Wait(),
     PointAt(),

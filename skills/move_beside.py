@@ -29,6 +29,7 @@ class MoveBeside(HandMove):
     words = tuple(
         Words(
             verbs=HAND_GOES,
+            body="hand",
             slots=(
                 Slot(argument="distance", kind="length", prepositions=("", "by", "at")),
                 Slot(argument="object", kind="object", prepositions=said),

@@ -11,7 +11,7 @@ from pydantic import Field
 from robosandbox.driver import require
 from robosandbox.errors import Phase
 from robosandbox.skills.primitives.guarded import follow_until
-from robosandbox.skills.primitives.hand_move import BARE_HANDS, HAND_GOES, HANDS, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import A_LITTLE, Slot, Words
 from robosandbox.types import Pose, SkillResult
@@ -26,7 +26,10 @@ def _along(name: str) -> dict[str, float]:
     return {
         f"{along} {sense}{name}{what}".strip(): sign
         for along in ("", "in", "along", "on", "in the", "along the", "on the")
-        for sense, sign in (("", 1.0), ("+ ", 1.0), ("positive ", 1.0), ("negative ", -1.0))
+        for sense, sign in (
+            *(("", 1.0), ("+ ", 1.0), ("plus ", 1.0), ("positive ", 1.0)),
+            *(("- ", -1.0), ("minus ", -1.0), ("negative ", -1.0)),
+        )
         for what in ("", " direction", " axis")
     }
 
@@ -50,6 +53,12 @@ _FORWARD = {
     "straight ahead": 1.0,
     "straight forward": 1.0,
     "straight back": -1.0,
+    "out": 1.0,
+    "outward": 1.0,
+    "outwards": 1.0,
+    "back towards you": -1.0,
+    "back towards the base": -1.0,
+    "back towards yourself": -1.0,
     "forwards": 1.0,
     "ahead": 1.0,
     "away": 1.0,
@@ -60,7 +69,7 @@ _FORWARD = {
 _LEFT = {
     **{
         f"{way} {side}".strip(): sign
-        for way in ("", "to the", "to your", "towards the")
+        for way in ("", "to the", "to your", "towards the", "over to the", "over to your", "leftwards to the")
         for side, sign in (("left", 1.0), ("right", -1.0))
     },
     **_along("y"),
@@ -100,7 +109,19 @@ def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
         phrases=tuple(
             (said, sign * A_LITTLE)
             for word, sign in way
-            for some in ("a little", "a bit", "a little bit", "slightly")
+            for some in (
+                *(
+                    "a little",
+                    "a bit",
+                    "a little bit",
+                    "slightly",
+                    "a touch",
+                    "a tiny bit",
+                    "just a little",
+                    "just a bit",
+                ),
+                *("a tad", "a fraction", "a smidge", "some more", "somewhat"),
+            )
             for said in (f"{word} {some}", f"{some} {word}")
         ),
         bare=False,
@@ -116,10 +137,6 @@ def _far(argument: str, sign: float) -> Slot:
         phrases=tuple((said, sign * A_LITTLE) for said in ("a little", "a bit", "a little bit", "slightly", "a touch")),
         bare=False,
     )
-
-
-def _of_the_hand(*verbs: str) -> tuple[str, ...]:
-    return tuple(f"{verb} {hand}" for verb in verbs for hand in (*HANDS, *BARE_HANDS))
 
 
 _TOUCHES = (
@@ -228,33 +245,62 @@ class MoveBy(HandMove):
         Words(
             verbs=(
                 *HAND_GOES,
+                *("extend", "extend {}", "reach", "retract", "retract {}", "draw {}", "drop", "come on"),
                 *(
-                    "slide over",
-                    "reach",
                     "retreat",
+                    "reach out",
                     "withdraw",
+                    "withdraw {}",
                     "back off",
                     "back away",
                     "pull back",
                     "pull away",
                 ),
-                *("draw a line", "trace a line", "draw a straight line", "lower", "raise"),
+                *("draw a line", "trace a line", "draw a straight line", "lower", "raise", "lift {}"),
             ),
+            nouns=("move", "movement", "motion", "step", "shift", "hop", "lift", "nudge"),
+            body="hand",
+            alone=True,
             slots=(_sideways("dx", _FORWARD), _sideways("dy", _LEFT), _sideways("dz", _UP), _UNTIL_TOUCH),
             required=("dx", "dy", "dz"),
         ),
         Words(
-            verbs=("rise", "rise up", "ascend", "climb", "climb up"),
+            verbs=(
+                *(
+                    "rise",
+                    "rise up",
+                    "ascend",
+                    "climb",
+                    "climb up",
+                    "raise {}",
+                    "lift {}",
+                    "clear",
+                    "lift off",
+                    "lift clear",
+                ),
+                *("come up", "get up", "pull up", "pull {} up"),
+            ),
+            body="hand",
             slots=(_far("dz", 1.0), _UNTIL_TOUCH),
             required=("dz",),
         ),
-        Words(verbs=("descend", "sink", "sink down"), slots=(_far("dz", -1.0), _UNTIL_TOUCH), required=("dz",)),
-        Words(verbs=_of_the_hand("raise", "lift"), slots=(_far("dz", 1.0), _UNTIL_TOUCH), required=("dz",)),
+        Words(
+            verbs=("descend", "sink", "sink down", "dip", "drop", "drop down", "lower {}"),
+            body="hand",
+            slots=(_far("dz", -1.0), _UNTIL_TOUCH),
+            required=("dz",),
+        ),
+        Words(verbs=("advance", "extend", "reach out"), body="hand", slots=(_far("dx", 1.0),), required=("dx",)),
+        Words(
+            verbs=("retract", "retract {}", "withdraw {}", "retreat"),
+            body="hand",
+            slots=(_far("dx", -1.0),),
+            required=("dx",),
+        ),
         Words(
             verbs=(
                 *(f"{goes} {down}" for goes in HAND_GOES for down in _DOWNWARDS),
-                *_of_the_hand("lower"),
-                *("descend", "keep descending", "keep lowering", *_of_the_hand("keep lowering")),
+                *("descend", "keep descending", "keep lowering", "lower {}", "keep lowering {}"),
                 *(
                     f"{keep} {going} {down}"
                     for keep in ("keep", "continue")
@@ -262,13 +308,13 @@ class MoveBy(HandMove):
                     for down in _DOWNWARDS
                 ),
             ),
+            body="hand",
             slots=(_UNTIL_TOUCH,),
             required=("until_force",),
             means=(("dz", -_FAR),),
         ),
-        Words(verbs=_of_the_hand("lower"), slots=(_far("dz", -1.0), _UNTIL_TOUCH), required=("dz",)),
         # From what it points at.
-        Words(verbs=("back off", "back away", "pull back", "retreat"), slots=(_far("dz", 1.0),), required=("dz",)),
+        Words(verbs=("back off", "back away", "pull back"), slots=(_far("dz", 1.0),), required=("dz",)),
         Words(
             verbs=("lower", "lower {} down", "bring {} down", "lower {} slowly"),
             object="held",

@@ -7,11 +7,27 @@ import numpy as np
 from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import A_LITTLE_TURN, Slot, Words
+from robosandbox.skills.words import A_LITTLE_TURN, SENSES, Slot, Words
 from robosandbox.types import SkillResult
 
 _SET = ("set", "bring", "put", "drive")
-_VERBS = ("move", "turn", "rotate", "bend", "flex", "turn only", "move only", "rotate only")
+_VERBS = (
+    *(
+        "move",
+        "turn",
+        "rotate",
+        "bend",
+        "flex",
+        "turn only",
+        "move only",
+        "rotate only",
+        "swing",
+        "drive",
+        "jog",
+        "twist",
+    ),
+    *("change", "shift", "swivel", "spin", "actuate", "advance"),
+)
 _BY = Slot(
     argument="by",
     kind="angle",
@@ -30,8 +46,8 @@ _HOW_FAR = (
 )
 # Joints by their place along the arm; those that are counted from its end are negative.
 _BY_PLACE = tuple(
-    (f"{whose} {place} joint", float(number))
-    for whose in ("the", "your")
+    (f"{whose} {place} {joint}".strip(), float(number))
+    for whose in ("the", "your", "")
     for place, number in (
         *zip(("first", "second", "third", "fourth", "fifth", "sixth", "seventh"), range(1, 8), strict=True),
         ("base", 1),
@@ -40,7 +56,11 @@ _BY_PLACE = tuple(
         ("wrist", -1),
         ("last but one", -2),
     )
+    for joint in ("joint", "axis")
 )
+# "swing the base joint 30 degrees to the left": seen from above, the sense of the first joint of an arm that stands.
+_AT_BASE = tuple((said, number) for said, number in _BY_PLACE if "base" in said or "first" in said)
+_NUMBER = Slot(argument="joint", kind="number", prepositions=("joint", "joint number", "axis", "the joint"))
 
 
 class MoveJoint(HandMove):
@@ -48,15 +68,21 @@ class MoveJoint(HandMove):
 
     name = "move_joint"
     words = (
+        Words(verbs=_VERBS, slots=(_NUMBER, *_HOW_FAR), required=("by", "to"), needed=("joint",), alone=True),
         Words(
-            verbs=tuple(f"{verb} joint" for verb in _VERBS),
-            slots=(Slot(argument="joint", kind="number"), *_HOW_FAR),
-            required=("by", "to"),
+            verbs=_SET,
+            slots=(_NUMBER, Slot(argument="to", kind="angle", prepositions=("to", "at"))),
+            needed=("joint", "to"),
         ),
         Words(
-            verbs=tuple(f"{verb} joint" for verb in _SET),
-            slots=(Slot(argument="joint", kind="number"), Slot(argument="to", kind="angle", prepositions=("to", "at"))),
-            required=("to",),
+            verbs=_VERBS,
+            slots=(
+                Slot(argument="joint", kind="phrase", phrases=_AT_BASE),
+                Slot(
+                    argument="by", kind="angle", prepositions=("", "by"), beginnings=SENSES, endings=SENSES, bare=False
+                ),
+            ),
+            needed=("joint", "by"),
         ),
         Words(
             verbs=_SET,
@@ -82,7 +108,9 @@ class MoveJoint(HandMove):
         Words(
             verbs=_VERBS,
             slots=(Slot(argument="joint", kind="phrase", phrases=_BY_PLACE), *_HOW_FAR),
-            required=("joint",),
+            required=("by", "to"),
+            needed=("joint",),
+            alone=True,
         ),
     )
 

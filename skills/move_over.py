@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from robosandbox.skills.primitives.hand_move import HAND_GOES, HANDS, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
@@ -81,22 +81,57 @@ class MoveOver(HandMove):
         Words(
             verbs=(
                 *HAND_GOES,
-                *("hover", "get", "be", "stay", "stop", "wait"),
-                *(f"{hold} {hand} {how}".rstrip() for hold in ("hold", "keep") for hand in HANDS for how in _STEADY),
+                *("hover", "be", "stay", "stop", "wait", "hang", "linger", "remain", "line up", "rest", "pause"),
+                *(f"{hold} {{}} {how}".rstrip() for hold in ("hold", "keep") for how in _STEADY),
+                *("centre", "center", "centre {}", "center {}", "align", "align {}", "line {} up"),
             ),
+            body="hand",
             slots=_over(
-                *("over", "above", "to above", "over to", "to over", "directly over", "of", "to", "straight to"), *_TOP
+                *(
+                    "over",
+                    "above",
+                    "to above",
+                    "over to",
+                    "to over",
+                    "directly over",
+                    "of",
+                    "to",
+                    "straight to",
+                    "to a point above",
+                ),
+                *(
+                    "to a point over",
+                    "to a spot above",
+                    "to the point above",
+                    "to just above",
+                    "just above",
+                    "right above",
+                ),
+                *_TOP,
             ),
             required=("object",),
         ),
         Words(
-            verbs=("approach", "visit", "call at", "go and see", "reach for", "reach out for", "reach towards"),
+            verbs=(
+                "approach",
+                "visit",
+                "tour",
+                "call at",
+                "go see",
+                "fly to",
+                "check on",
+                "go and see",
+                "reach for",
+                "reach out for",
+                "reach towards",
+            ),
             object="object",
             hand="any",
         ),
         # "go halfway between the red one and the green one"
         Words(
             verbs=(*HAND_GOES, "hover"),
+            body="hand",
             slots=(
                 Slot(argument="object other", kind="pair", prepositions=_BETWEEN),
                 Slot(argument="height", kind="length", prepositions=("", "by", "at"), endings=(("up", 1.0),)),

@@ -19,6 +19,7 @@ class MoveTo(HandMove):
     name = "move_to"
     words = Words(
         verbs=(*HAND_GOES, "visit", "go through"),
+        body="hand",
         slots=(
             Slot(
                 argument="x y z",

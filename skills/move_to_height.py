@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from robosandbox.skills.primitives.hand_move import BARE_HANDS, HAND_GOES, HANDS, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
@@ -17,7 +17,7 @@ _ENDS = (
     *(
         f"{until} {who} {about}".strip()
         for until in ("until", "till")
-        for who in ("you are", "it is", "your hand is", "the hand is")
+        for who in ("you are", "it is", "your hand is", "the hand is", "the fingertips are", "the tip is", "you reach")
         for about in ("", "about")
     ),
     *("to", "to about", "at", "down to", "up to", "at about", "to a height of", "at a height of"),
@@ -30,6 +30,8 @@ _OVER = tuple(
 
 
 _HEIGHT = Slot(argument="height", kind="length", prepositions=_ENDS, endings=_OVER, bare=False)
+_SECONDS = Slot(argument="seconds", kind="duration", prepositions=("for", "for about"))
+_OF_THE_HAND = Slot(argument="height", kind="length", prepositions=("", *_ENDS), endings=_OVER, bare=False)
 
 
 class MoveToHeight(HandMove):
@@ -41,19 +43,25 @@ class MoveToHeight(HandMove):
             verbs=(
                 *HAND_GOES,
                 *(f"{goes} {way}" for goes in HAND_GOES for way in ("down", "up")),
-                *(
-                    f"{verb} {hand}"
-                    for verb in ("lower", "raise", "lift", "hold", "keep")
-                    for hand in (*HANDS, *BARE_HANDS)
-                ),
+                *(f"{verb} {{}}" for verb in ("lower", "raise", "lift", "hold", "keep")),
+                *("descend", "rise", "climb", "sink", "stop", "hover", "stay", "wait"),
             ),
-            slots=(_HEIGHT,),
+            body="hand",
+            slots=(_OF_THE_HAND, _SECONDS),
             required=("height",),
         ),
         Words(
             verbs=("lower", "lift", "raise", "hold", "bring", "lower {} down"),
             object="held",
-            slots=(_HEIGHT,),
+            slots=(_HEIGHT, _SECONDS),
+            required=("height",),
+            hand="holding",
+        ),
+        # "hold it 6 cm above the table", but "lift it 6 cm off the table" is by so much.
+        Words(
+            verbs=("hold", "keep", "hold up", "hold {} up", "hold {} still"),
+            object="held",
+            slots=(_OF_THE_HAND, _SECONDS),
             required=("height",),
             hand="holding",
         ),
@@ -65,13 +73,19 @@ class MoveToHeight(HandMove):
         return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
 
     def run(
-        self, ctx: SkillContext, *, height: Annotated[float, Field(ge=0.0, le=3.0)], held: str | None = None
+        self,
+        ctx: SkillContext,
+        *,
+        height: Annotated[float, Field(ge=0.0, le=3.0)],
+        held: str | None = None,
+        seconds: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0,
     ) -> SkillResult:
         """Move the tool centre point straight up or down to a height without turning the hand; what it holds stays held.
 
         Args:
             height: Above the table, metres; with `held` of the underside of what is held.
             held: Id of what is held.
+            seconds: How long it stays there.
 
         Raises:
             UnreachableError: The hand cannot go there in a straight line.
@@ -84,4 +98,7 @@ class MoveToHeight(HandMove):
         hangs = 0.0 if held is None else arm.hangs
         goal = Pose(xyz=(*here.xyz[:2], arm.start.table_height + height + hangs), quat_xyzw=here.quat_xyzw)
         way = arm.kept_level(arm.motion.plan_line(arm.q, goal, speed=arm.speed))
-        return SkillResult(skill=self.name, detail=arm.arrive(way, goal))
+        detail = arm.arrive(way, goal)
+        if seconds > 0.0:
+            arm.driver.wait(seconds)
+        return SkillResult(skill=self.name, detail=detail)

@@ -27,6 +27,7 @@ class MoveTowards(HandMove):
     words = (
         Words(
             verbs=HAND_GOES,
+            body="hand",
             slots=(
                 Slot(argument="distance", kind="length", prepositions=("", "by")),
                 Slot(
@@ -39,6 +40,7 @@ class MoveTowards(HandMove):
         ),
         Words(
             verbs=HAND_GOES,
+            body="hand",
             slots=(
                 Slot(argument="distance", kind="length", beginnings=(("", -1.0), ("by", -1.0)), bare=False),
                 Slot(argument="object", kind="object", prepositions=("away from",)),

@@ -125,23 +125,9 @@ class Pick(Skill):
                 scene = arm.look()
 
     def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan, *, firm: bool) -> SkillResult:
-        grasp = plan.grasp
-        try:
-            _descend(arm, target, plan)
-        except MetError as met:
-            # Where the palm meets an object that is taller than it seems, the fingers are beside it already.
-            if met.other != target.id or arm.planning.finger_side(met.body) != 0:
-                raise
-        arm.ctx.enter(Phase.GRASP)
-        before = arm.gripper.width
-        arm.close_on(grasp.width)
-        check_closed(arm, grasp, before)
-        check_sealed(arm, grasp)
-        width, empty = arm.gripper.width, empty_aperture(arm.geometry, grasp.width)
-        scene = arm.look(*around(target, arm.start))
-        if width < empty and scene.held != target.id:
-            raise _missed(arm, grasp, width)
-        after = _lift(arm, arm.find(target.id, scene), grasp.width, firm=firm, out=plan.out)
+        scene = take_hold(arm, target, plan)
+        width = arm.gripper.width
+        after = _lift(arm, arm.find(target.id, scene), plan.grasp.width, firm=firm, out=plan.out)
         return SkillResult(
             skill=self.name,
             detail={
@@ -150,6 +136,32 @@ class Pick(Skill):
                 "width_mm": 1000.0 * width,
             },
         )
+
+
+def take_hold(arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> ObservedScene:
+    """Go down to a grasp from its hover and close on the object; return what is seen then.
+
+    Raises:
+        GraspError: The fingers met nothing, or did not close.
+        MetError: Fingers pressed on something on the way.
+        TrackingError: The arm did not arrive.
+    """
+    grasp = plan.grasp
+    try:
+        _descend(arm, target, plan)
+    except MetError as met:
+        # Where the palm meets an object that is taller than it seems, the fingers are beside it already.
+        if met.other != target.id or arm.planning.finger_side(met.body) != 0:
+            raise
+    arm.ctx.enter(Phase.GRASP)
+    before = arm.gripper.width
+    arm.close_on(grasp.width)
+    check_closed(arm, grasp, before)
+    check_sealed(arm, grasp)
+    scene = arm.look(*around(target, arm.start))
+    if arm.gripper.width < empty_aperture(arm.geometry, grasp.width) and scene.held != target.id:
+        raise _missed(arm, grasp, arm.gripper.width)
+    return scene
 
 
 class _Tries:

@@ -119,7 +119,7 @@ class SavePose(HandMove):
         Words(
             verbs=tuple(
                 f"{call} {what}"
-                for call in ("call", "name", "label", "let us call", "we call")
+                for call in ("call", "name", "label", "let us call", "we call", "mark", "tag")
                 for what in (
                     *(
                         f"{which} {place}"
@@ -159,6 +159,7 @@ class MoveToPose(HandMove):
     words = (
         Words(
             verbs=(*HAND_GOES, "return", "go back", "come back", "get back", "go on"),
+            body="hand",
             slots=(Slot(argument="pose", kind="pose", prepositions=_NAMED),),
             required=("pose",),
         ),

@@ -9,7 +9,7 @@ from pydantic import Field
 from robosandbox.driver import require
 from robosandbox.errors import Phase, TrackingError
 from robosandbox.skills.primitives.force import press_with
-from robosandbox.skills.primitives.hand_move import HANDS, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
@@ -36,7 +36,8 @@ class PressDown(HandMove):
     name = "press_down"
     words = (
         Words(
-            verbs=("press down", "push down", "press", *(f"press {hand} down" for hand in HANDS)),
+            verbs=("press down", "push down", "press", "press {} down", "push {} down"),
+            body="hand",
             slots=(*_SAID, Slot(argument="object", kind="object", prepositions=("on", "onto", "on top of"))),
             required=("force", "seconds"),
         ),

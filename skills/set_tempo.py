@@ -49,7 +49,11 @@ _SHARES_OF_SPEED = tuple(
     for of in ("", " speed", " of normal", " of the normal speed", " of your normal speed", " of full speed")
 )
 _LIMITS = ("limit", "set", "keep", "cap", "restrict", "change", "reduce", "lower", "raise")
-_OF_THE_HAND = ("speed", "top speed", "maximum speed", "pace")
+_OF_THE_HAND = tuple(
+    f"{of}{what}".strip()
+    for of in ("", "tool ", "tcp ", "hand ", "arm ", "travel ", "movement ")
+    for what in ("speed", "top speed", "maximum speed", "max speed", "pace", "velocity")
+)
 
 
 def _pacing(verbs: Sequence[str], *hows: str) -> tuple[str, ...]:
@@ -159,12 +163,15 @@ class SetTempo(Skill):
     )
 
     def run(
-        self, ctx: SkillContext, *, tempo: Annotated[str, Field(pattern=r"^(careful|brisk|fast|\d+(\.\d+)? (m/s|s))$")]
+        self,
+        ctx: SkillContext,
+        *,
+        tempo: Annotated[str, Field(pattern=r"^(careful|brisk|fast|\d+(\.\d+)? (m/s|s|%))$")],
     ) -> SkillResult:
         """Move nothing; what each hand holds stays held.
 
         Args:
-            tempo: Careful keeps to a share of the joints' limits that leaves a person time; brisk takes half of them, fast all; a speed
+            tempo: Careful keeps to a share of the joints' limits that leaves a person time; brisk takes half of them, fast all, "20 %" so much; a speed
                 as "0.1 m/s" is one that the tool centre point does not pass, a time as "8 s" one that each motion takes at least.
         """
         before = ctx.tempo.name

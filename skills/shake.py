@@ -60,7 +60,17 @@ _AXIS = Slot(
         *((said, "vertical") for said in ("up and down", "vertically")),
     ),
 )
-_SIDEWAYS = ("left and right", "from left to right", "from side to side", "to and fro", "back and forth", "sideways")
+_SIDEWAYS = (
+    "left and right",
+    "left to right",
+    "right and left",
+    "side to side",
+    "from left to right",
+    "from side to side",
+    "to and fro",
+    "back and forth",
+    "sideways",
+)
 _UP_AND_DOWN = ("up and down", "down and up")
 
 
@@ -68,7 +78,7 @@ def _to_and_fro(ways: tuple[str, ...]) -> tuple[str, ...]:
     goes = (
         "move",
         "go",
-        *(f"{verb} {whose} hand" for verb in ("move", "swing", "shake", "wave") for whose in ("your", "the")),
+        *(f"{verb} {{}}" for verb in ("move", "swing", "shake", "wave", "bring")),
     )
     return tuple(f"{verb} {way}" for verb in goes for way in ways)
 
@@ -89,7 +99,17 @@ class Shake(HandMove):
         ),
         Words(
             verbs=(
-                "wave",
+                *(
+                    "wave",
+                    "wiggle",
+                    "wobble",
+                    "jiggle",
+                    "waggle",
+                    "sway",
+                    "rock",
+                    "swing {} to and fro",
+                    "give {} a shake",
+                ),
                 "wave hello",
                 "wave to me",
                 "wave at me",
@@ -105,32 +125,31 @@ class Shake(HandMove):
                     "give us a wave",
                     "give a wave",
                     "give a little wave",
-                    "wave your arm",
-                    "wave the arm",
                 ),
                 *(
                     "shake your head",
-                    "shake your hand",
-                    "shake the hand",
-                    "shake the gripper",
+                    "shake {}",
+                    "waggle your head",
                 ),
-                "wave your hand",
-                "wave the hand",
                 *_to_and_fro(_SIDEWAYS),
             ),
+            body="wrist",
+            nouns=("wave", "wiggle", "wobble", "shake", "waggle"),
             slots=(_TIMES, _WIDTH),
         ),
         Words(
             verbs=(
                 "nod",
                 "nod your head",
-                "nod your hand",
-                "nod yes",
+                *(f"{nod} {to} {whom}" for nod in ("nod", "bow") for to in ("to", "at") for whom in ("me", *_WAVED_AT)),
+                *("nod yes", "bow", "bow down", "take a bow", "curtsy"),
                 "bob",
                 "bob up and down",
                 "bounce",
                 *_to_and_fro(_UP_AND_DOWN),
             ),
+            body="hand",
+            nouns=("nod", "bow", "bob", "bounce"),
             slots=(_TIMES, _WIDTH),
             means=(("axis", "vertical"),),
         ),

@@ -8,14 +8,12 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from robosandbox.skills.primitives.hand_move import BARE_HANDS, HANDS, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import A_LITTLE_TURN, SENSES, TURNS, Slot, Words
 from robosandbox.types import Pose, SkillResult, matrix_about_axis
 
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
-_WRISTS = (*HANDS, *BARE_HANDS, "the wrist", "your wrist", "wrist")
-
 _LEANING = tuple(
     (f"{said}{by}", sign)
     for said, sign in (("forward", 1.0), ("forwards", 1.0), ("back", -1.0), ("backward", -1.0), ("backwards", -1.0))
@@ -32,26 +30,27 @@ _TURNS = (
 )
 
 
+_SIDEWAYS = tuple(
+    (f"{to}{side}{by}", sign)
+    for to in ("to the ", "", "to your ")
+    for side, sign in (("left", 1.0), ("right", -1.0), ("side", 1.0))
+    for by in ("", " by", " from vertical")
+    if to or side != "side"
+) + (("sideways", 1.0), ("over sideways", 1.0), ("sideways by", 1.0))
+# What is plainly seen to lean, rad.
+_PLAINLY = math.radians(45.0)
 _STRAIGHT = (
+    *(f"{point} {{}} straight down" for point in ("point", "turn", "aim", "hold", "keep", "face", "make")),
+    *(f"{level} {{}}" for level in ("straighten", "straighten out", "straighten up", "level", "level out")),
     *(
-        f"{point} {what} straight down"
-        for point in ("point", "turn", "aim", "hold", "keep", "face", "make")
-        for what in _WRISTS
-    ),
-    *(
-        f"{level} {what}"
-        for level in ("straighten", "straighten out", "straighten up", "level", "level out")
-        for what in _WRISTS
-    ),
-    *(
-        f"{make} {what} {upright}"
+        f"{make} {{}} {upright}"
         for make in ("make", "hold", "keep", "bring", "put", "turn")
-        for what in _WRISTS
-        for upright in ("vertical", "upright", "level", "straight")
+        for upright in ("vertical", "upright", "level", "straight", "back upright")
     ),
-    *("straighten it", "straighten it again", "straighten up", "straighten out"),
+    *("straighten it", "straighten it again", "straighten up", "straighten out", "straighten it back up"),
     *(f"point straight down {with_it}" for with_it in ("with your hand", "with the hand", "")),
 )
+_SOME = (("a little", A_LITTLE_TURN), ("a bit", A_LITTLE_TURN), ("slightly", A_LITTLE_TURN))
 
 
 class TurnHand(HandMove):
@@ -60,17 +59,17 @@ class TurnHand(HandMove):
     name = "turn_hand"
     words = (
         Words(
-            verbs=tuple(
-                f"{verb} {what}"
-                for verb in ("turn", "rotate", "twist", "spin", "roll", "swivel", "give")
-                for what in _WRISTS
-            )
-            + ("rotate", "twist", "spin", "swivel"),
+            verbs=(
+                *("turn", "rotate", "twist", "spin", "roll", "swivel", "yaw", "spin round"),
+                *("give {}", "turn {} round", "turn {} around", "spin {} round", "rotate {} round"),
+            ),
+            nouns=("turn", "rotation", "twist", "spin"),
+            body="wrist",
             slots=(
                 Slot(
                     argument="angle",
                     kind="angle",
-                    prepositions=("", "by"),
+                    prepositions=("", "by", "through"),
                     phrases=_TURNS,
                     beginnings=SENSES,
                     endings=SENSES,
@@ -79,28 +78,55 @@ class TurnHand(HandMove):
             required=("angle",),
         ),
         Words(
-            verbs=tuple(f"{verb} {what}" for verb in ("tilt", "incline", "lean", "tip") for what in _WRISTS),
+            verbs=("tilt", "incline", "lean", "tip", "pitch", "tilt over", "lean over"),
+            nouns=("tilt",),
+            body="wrist",
             slots=(
                 Slot(
                     argument="tilt",
                     kind="angle",
                     prepositions=("", "by"),
-                    phrases=(("a little", A_LITTLE_TURN), ("a bit", A_LITTLE_TURN), ("slightly", A_LITTLE_TURN)),
+                    phrases=_SOME,
                     beginnings=_LEANING,
-                    endings=_LEANING,
+                    endings=(*_LEANING, ("from vertical", 1.0), ("from the vertical", 1.0), ("off vertical", 1.0)),
                 ),
             ),
             required=("tilt",),
         ),
-        Words(verbs=_STRAIGHT, means=(("upright", True),)),
+        Words(
+            verbs=("tilt", "incline", "lean", "tip", "bank", "tilt over", "lean over"),
+            body="wrist",
+            slots=(
+                Slot(
+                    argument="sideways",
+                    kind="angle",
+                    prepositions=("", "by"),
+                    phrases=tuple((said, sign * _PLAINLY) for said, sign in _SIDEWAYS if not said.endswith("by")),
+                    beginnings=_SIDEWAYS,
+                    endings=_SIDEWAYS,
+                    bare=False,
+                ),
+            ),
+            required=("sideways",),
+        ),
+        Words(verbs=_STRAIGHT, body="wrist", means=(("upright", True),)),
     )
 
-    def run(self, ctx: SkillContext, *, angle: _Angle = 0.0, tilt: _Angle = 0.0, upright: bool = False) -> SkillResult:
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        angle: _Angle = 0.0,
+        tilt: _Angle = 0.0,
+        sideways: _Angle = 0.0,
+        upright: bool = False,
+    ) -> SkillResult:
         """Turn the hand about the tool centre point, which stays where it is; what it holds stays held.
 
         Args:
             angle: About the vertical, rad; counterclockwise seen from above is positive.
             tilt: About the axis along which the fingers close, after the turn, rad; the fingertips go away from the base where positive.
+            sideways: About the horizontal line from the base to the hand, after both, rad; the fingertips go to the left where positive.
             upright: Whether it is to point straight down, however it is tilted now.
 
         Raises:
@@ -118,5 +144,8 @@ class TurnHand(HandMove):
         axis = turned[:, 1]
         # The tips go along the axis crossed with where the hand points.
         sense = 1.0 if np.cross(axis, turned[:, 2]) @ away >= 0.0 else -1.0
-        goal = Pose.from_matrix(here.position, matrix_about_axis(axis, sense * tilt) @ turned)
+        leaning = matrix_about_axis(axis, sense * tilt) @ turned
+        if sideways and away.any():
+            leaning = matrix_about_axis(away / np.linalg.norm(away), sideways) @ leaning
+        goal = Pose.from_matrix(here.position, leaning)
         return SkillResult(skill=self.name, detail=arm.arrive(arm.way_to(arm.standing_at(goal)), goal))

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from robosandbox.errors import Phase
-from robosandbox.skills.primitives.hand_move import HANDS, HandMove
+from robosandbox.skills.primitives.hand_move import HandMove
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
@@ -137,8 +137,36 @@ class Wait(HandMove):
                 ),
                 *("stay in place", "stay in position", "remain motionless", "stay motionless", "do not do anything"),
                 *("hold that", "hold this pose", "hold that pose", "hold this position", "keep this position"),
-                *(f"{verb} {hand} {how}" for verb in ("hold", "keep", "leave") for hand in HANDS for how in _STILL),
+                *(f"{verb} {{}} {how}" for verb in ("hold", "keep", "leave") for how in _STILL),
+                *(
+                    f"{stay} {there}".rstrip()
+                    for stay in (
+                        "hold",
+                        "hang",
+                        "hover",
+                        "linger",
+                        "stop",
+                        "remain",
+                        "pause",
+                        "freeze",
+                        "stay",
+                        "rest",
+                        "wait",
+                    )
+                    for there in (
+                        "",
+                        "there",
+                        "here",
+                        "right there",
+                        "right here",
+                        "up there",
+                        "in position",
+                        "a moment",
+                    )
+                ),
             ),
+            nouns=("break", "pause", "rest", "wait", "breather", "stop"),
+            body="hand",
             slots=(
                 Slot(
                     argument="seconds",

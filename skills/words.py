@@ -54,10 +54,15 @@ class Words:
     """Words with which people ask for a skill.
 
     Attributes:
-        verbs: In their base form; "{}" marks the object where words follow it, as in "set {} upright".
+        verbs: In their base form; "{}" marks the object where words follow it, as in "set {} upright", or where there is none what of
+            the robot has to be named, as in "bring {}".
+        nouns: Of the act, said with a verb that does not tell it: "make a move", "do a small turn".
+        body: What of the robot may be named behind a verb without an object: "move your arm"; "" for none.
+        alone: Whether slots may be said without a verb, as notes have it: "5 cm up".
         object: The argument that is the verb's object; "" for a verb without one.
         slots: What may follow, each at most once, in any order.
         required: Arguments of which at least one has to be said; none asks for nothing.
+        needed: Arguments that all have to be said.
         hand: What the hand is before the call: empty, holding the object, which is picked up first where it is not held, or any.
         holds: Whether the object is in the hand afterwards, whatever it was before.
         in_hand: Skill that does the same to an object that the hand holds; "" where it has to be put down first.
@@ -67,9 +72,13 @@ class Words:
     """
 
     verbs: tuple[str, ...]
+    nouns: tuple[str, ...] = ()
+    body: Literal["", "hand", "wrist", "fingers"] = ""
+    alone: bool = False
     object: str = ""
     slots: tuple[Slot, ...] = ()
     required: tuple[str, ...] = ()
+    needed: tuple[str, ...] = ()
     hand: Literal["empty", "holding", "any"] = "empty"
     holds: bool = False
     in_hand: str = ""
@@ -86,6 +95,11 @@ TURNS = (
     ("an eighth of a turn", math.pi / 4.0),
     ("half a turn", math.pi),
     ("a half turn", math.pi),
+    ("a half-turn", math.pi),
+    ("a turn", 2.0 * math.pi),
+    ("a full turn", 2.0 * math.pi),
+    ("a whole turn", 2.0 * math.pi),
+    ("a full circle", 2.0 * math.pi),
     *((f"{half} {round_}", math.pi) for half in ("halfway", "half way") for round_ in ("around", "round")),
 )
 """Turns that are said as a share of a whole one, rad."""

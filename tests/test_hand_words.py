@@ -71,7 +71,7 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
     ("said", "code", "asked"),
     [
         ("raise your hand", RefusalCode.AMBIGUOUS, "how far"),
-        ("move over", RefusalCode.UNRECOGNIZED, ""),
+        ("move over", RefusalCode.AMBIGUOUS, ""),
         ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),
         ("pick up the red cube three times", RefusalCode.UNRECOGNIZED, "three times"),
         ("open the gripper 100 times", RefusalCode.UNSUPPORTED, ""),

@@ -131,7 +131,14 @@ def _said_on(last: Command, step: Command, words: Words) -> Command | None:
         told = {argument for argument, _ in step.slots}
         kept = (slot for slot in last.slots if isinstance(slot[1], Ref) and slot[0] not in told)
         return replace(step, verb=last.verb, objects=step.objects or last.objects, slots=(*kept, *step.slots))
-    if last.words is None or last.words.object or words.object or {*last.words.verbs}.isdisjoint(words.verbs):
+    if last.words is None or last.words.object or words.object:
+        return None
+    told = {name for name, _ in step.slots}
+    # "down" is said by the verb of "descend 5 cm", which was not the verb.
+    unsaid = any(slot.argument in told and any(not begins for begins, _ in slot.beginnings) for slot in words.slots)
+    if unsaid or (last.words.body and words.body and last.words.body != words.body):
+        return None
+    if {*last.words.verbs}.isdisjoint(words.verbs):
         return None
     return replace(step, verb=last.verb)
 

@@ -352,9 +352,21 @@ class _Builder(Deciding):
         return parts[0] if parts else None
 
     def _open(self, command: Command) -> None:
+        if self._means_the_fingers(command):
+            self._add("open_gripper")
+            return
         self.world.opened.update(self._drawers(command, "open_drawer"))
 
+    def _means_the_fingers(self, command: Command) -> bool:
+        """As in "close the gripper, then open it"."""
+        last = self.steps[-1].call.skill if self.steps else ""
+        said = [ref.determiner for ref in command.objects] == ["it"]
+        return said and last in ("open_gripper", "close_gripper") and not self.world.held
+
     def _close(self, command: Command) -> None:
+        if self._means_the_fingers(command):
+            self._add("close_gripper")
+            return
         self.world.opened.difference_update(self._drawers(command, "close_drawer"))
 
     def _tap(self, command: Command) -> None:
@@ -502,10 +514,16 @@ class _Builder(Deciding):
         self._add("move_to", x=round(x, 4), y=round(y, 4), z=round(z, 4))
 
     def _home(self, command: Command) -> None:
-        if command.direction == "back" and self.steps and all(step.call.skill in UNTOUCHED for step in self.steps):
+        if (
+            command.direction in ("back", "return")
+            and self.steps
+            and all(step.call.skill in UNTOUCHED for step in self.steps)
+        ):
             # "move left 10 cm, then come back": to where it was.
             self._go_to_pose(_START)
             return
+        if command.direction == "return":
+            raise RefusedError(RefusalCode.UNRECOGNIZED, "Back to where?", ())
         if not self.steps or self.steps[-1].call.skill != "home":
             self._add("home")
 

@@ -139,7 +139,9 @@ def _add_until(
     remark = first in lists["remarks"] and not (clause.bearing or clause.binding)
     # "that was a test" is said of the order, and may take it back.
     remark = remark and not (first in ("this", "that") and "was" in told)
-    if opens and not clause.named and not adjoined and (person or remark) and not clause.nouns and clause.end > i + 1:
+    # "I have a wide beaker coming", but "I need the beaker"
+    owns = not clause.nouns or (person and not clause.wishing)
+    if opens and not clause.named and not adjoined and (person or remark) and owns and clause.end > i + 1:
         add("REMARK")
     # "so the back row can see it": what others can do then.
     enabling = any(word in lists["able"] and "you" not in told[:k] for k, word in enumerate(told[:_A_THING]) if k)
@@ -251,7 +253,11 @@ def _clause(
         if tokens[end].kind == "mark":
             return None
         always |= word in lists["always"]
-        bearing |= word in lists["bearing"] and not (tells and (end == i or word in lists["harmless"]))
+        # "there is dust on it" points nowhere.
+        expletive = word == "there" and end == i
+        bearing |= (
+            word in lists["bearing"] and not expletive and not (tells and (end == i or word in lists["harmless"]))
+        )
         # "my back hurts"
         binding |= word in lists["binding"] and not (
             word == "back" and end and tokens[end - 1].text in lists["persons"]

@@ -11,7 +11,7 @@ from robosandbox.agent.language.ruleset import COSTS, Item, Rule, Ruleset, Way
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token
 
 # Number of readings of one phrase over the same words that are followed, plainest first: 4 to 14 read the same sentences.
-MOST_READINGS = 8
+MOST_READINGS = 14
 # Number of times that what may be repeated is: more adjectives or items than anybody says.
 MOST_REPEATED = 8
 # Cost of parts in another order than a rule writes them.

@@ -89,7 +89,8 @@ def words_of(skill: str, *, with_object: bool) -> Words:
 
 def _is_enough(words: Words, filled: Filled) -> bool:
     """Say whether what has to be said beside a verb was said."""
-    return not words.required or any(argument in words.required for argument, _ in filled)
+    told = {argument for argument, _ in filled}
+    return told.issuperset(words.needed) and (not words.required or not told.isdisjoint(words.required))
 
 
 def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
@@ -99,14 +100,22 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         RefusedError: One argument is said twice, or what has to be said is not.
     """
     if not _is_enough(words, filled):
-        asked = dict.fromkeys(_asked(slot) for slot in words.slots if slot.argument in words.required)
+        told = {argument for argument, _ in filled}
+        lacking = [argument for argument in words.needed if argument not in told] or words.required
+        asked = dict.fromkeys(_asked(slot) for slot in words.slots if slot.argument in lacking)
         raise RefusedError(RefusalCode.AMBIGUOUS, f"Tell me {' or '.join(asked)} as well.", words.required)
     told = {argument for argument, _ in filled}
     filled = (*((name, value) for name, value in words.means if name not in told), *filled)
     arguments: dict[str, Any] = {}
+    vague: frozenset[str] = frozenset()
     for argument, value in filled:
         if argument in arguments and isinstance(value, Ref) and value.determiner == "it":
             # "above the green cube, 15 cm over it"
+            continue
+        if argument in vague and argument in arguments:
+            # "a moment, say ten seconds"
+            arguments.pop(argument)
+        if argument in arguments and value in _vague(words, argument):
             continue
         if argument in arguments and arguments[argument] != (_rounded(value) if isinstance(value, float) else value):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {argument.replace('_', ' ')}; which?")
@@ -117,7 +126,14 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
             arguments.update(zip(argument.split(), values, strict=True))
         else:
             arguments[argument] = _rounded(value)
+            vague = vague | {argument} if value in _vague(words, argument) else vague - {argument}
     return arguments
+
+
+def _vague(words: Words, argument: str) -> frozenset[float | str]:
+    """Return the values of an argument that stand for a phrase where a number may be said."""
+    slots = (slot for slot in words.slots if slot.argument == argument and slot.kind in _MEASURES)
+    return frozenset(value for slot in slots for _, value in slot.phrases)
 
 
 def _asked(slot: Slot) -> str:
@@ -135,12 +151,12 @@ def lines_of(skill: str, ways: Sequence[Words]) -> str:
 
 def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     own = f"{skill}_{k}"
-    behind: dict[str, list[str]] = {}
+    behind: dict[tuple[str, bool], list[str]] = {}
     for verb in words.verbs:
-        begins, _, after = verb.partition("{}")
-        behind.setdefault(after.strip(), []).append(begins.strip())
-    told: list[tuple[str, str]] = []
-    for after, verbs in behind.items():
+        begins, mark, after = verb.partition("{}")
+        behind.setdefault((after.strip(), bool(mark)), []).append(begins.strip())
+    told: list[tuple[str, str, bool]] = []
+    for (after, marked), verbs in behind.items():
         # "move the hand", "move your arm", "bring the hand", ...: a verb and what follows it are classes of their own.
         followed: dict[str, dict[str, None]] = {}
         for verb in verbs:
@@ -160,9 +176,9 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
                 yield f"WITH_{name}"
                 yield f"  {', '.join(rests)}"
             optional = "?" if "" in follows else ""
-            told.append((f"&{name}{f' WITH_{name}{optional}' if rests else ''}", after))
+            told.append((f"&{name}{f' WITH_{name}{optional}' if rests else ''}", after, marked))
     for j, slot in enumerate(words.slots):
-        yield from _slot(f"{own}_{j}", slot)
+        yield from _slot(f"{own}_{j}", slot, words.nouns)
     if words.slots:
         yield f"said_with_{own}"
         yield from (f"  = slots+:said_{own}_{j}" for j in range(len(words.slots)))
@@ -172,15 +188,40 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     most = min(_MOST_SLOTS, len(words.slots) + 1) if words.slots else 0
     # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
     bare = ("!" if words.pace else "!!") if words.required else ""
-    slots = f' (","? {with_it}{f" (slot_joint? {with_it})?" * (most - 1)} stays_there? | {bare})' if most else ""
-    thing = " objects" if words.object else ""
-    for verb, after in told:
+    bare = f" | {bare}" if not words.needed else ""
+    slots = f' (","? {with_it}{f" (slot_joint? {with_it})?" * (most - 1)} stays_there?{bare})' if most else ""
+    act = f"  = verb=worded skill={skill} way={k}"
+    body = f" own_{words.body}" if words.body else ""
+    filled = f"{with_it}{f' (slot_joint? {with_it})?' * (most - 1)}"
+    needed = f' ","? {filled} stays_there?' if words.slots else ""
+    for verb, after, marked in told:
         rest = "".join(f' "{word}"' for word in after.split())
-        yield f"  = verb=worded skill={skill} way={k} {verb}{thing}{rest}{slots}"
+        if words.object:
+            yield f"{act} {verb} objects{rest}{slots}"
+        elif not body or marked:
+            yield f"{act} {verb}{body}{rest}{slots}"
+        elif words.body == "fingers":
+            # "open" alone may be said of anything.
+            yield f"{act} {verb}{body}{slots}"
+            yield from [f"{act} {verb}{needed} !"] * bool(needed)
+        else:
+            yield f"{act} {verb}{body}?{slots}"
+    if words.nouns:
+        quoted = " | ".join(f'"{noun}"' for noun in words.nouns)
+        yield f'{act} MAKING SMALL_ACT* ({quoted}) ("with"{body or " own_hand"})? "of"?{slots}'
+        if words.slots:
+            # "do a quarter turn", "make a 5 cm move to the left"
+            yield f"{act} MAKING_BARE{needed}"
+            yield f"{act} MAKING{needed}"
+    if words.alone and words.slots:
+        yield "bare_worded : Command"
+        # "5 cm" alone is no width of the gripper.
+        yield f"{act}{body}{'?' * (words.body not in ('', 'fingers'))} {filled}"
+        yield "acts"
     if words.slots:
         # "..., then 3 cm to the left": the verb of the step before may be one of these.
         yield "gap_worded : Command"
-        yield f"  = skill={skill} way={k} {with_it}{f' (slot_joint? {with_it})?' * (most - 1)}"
+        yield f"  = skill={skill} way={k} {filled}"
     if words.object:
         # "point at the red cube, then at the blue one"
         before = {
@@ -193,8 +234,8 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
         )
 
 
-def _slot(own: str, slot: Slot) -> Iterator[str]:
-    """Yield the rule of what fills an argument, and the classes that it is made of."""
+def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
+    """Yield the rule of what fills an argument, and the classes that it is made of; `nouns` of the act may stand in it."""
     plain = [(phrase, value) for phrase, value in slot.phrases if "," not in phrase]
     begins = [(phrase, value) for phrase, value in slot.beginnings if phrase and "," not in phrase]
     yield from _class(f"PH_{own}", plain)
@@ -204,9 +245,12 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
     if numeric:
         measure = f"ROUGHLY? of+:{_MEASURES[slot.kind]} or_so?"
         told = [measure] if slot.bare or any(not phrase for phrase, _ in slot.beginnings) else []
-        # "forward a bit, like 20 degrees"
-        told += [f'{_of(f"BE_{own}")} (a_bit ","?)? {measure}'] if begins else []
+        # "forward a bit, like 20 degrees", "a bit forward, 20 degrees"
+        told += [f'{_of(f"BE_{own}")} a_bit? ","? {measure}'] if begins else []
+        told += [f'a_bit? {_of(f"BE_{own}")} "," {measure}'] if begins else []
         told += [f"{measure} {_of(f'EN_{own}')}"] if slot.endings else []
+        quoted = " | ".join(f'"{noun}"' for noun in nouns)
+        told += [f"{measure} ({quoted}) {_of(f'EN_{own}')}"] if slot.endings and nouns and slot.kind == "length" else []
         told += [f"{_of(f'PH_{own}')} {_of(f'EN_{own}')}"] if plain and slot.endings else []
         told += [f"{_of(f'BE_{own}')} {_of(f'PH_{own}')}"] if plain and begins else []
         sign = next((value for phrase, value in slot.beginnings if not phrase), 1.0)
@@ -216,8 +260,13 @@ def _slot(own: str, slot: Slot) -> Iterator[str]:
         yield from (f"  = {way}" for way in told)
     field = slot.argument.replace(" ", "__")
     yield f"said_{own} : slot"
+    if plain and numeric:
+        # "a moment, say ten seconds"; "from a small height, about an inch"
+        yield f'  = PH_{own} "," {field}:value_{own}'.replace(f"PH_{own}", f"PH_{own}".upper())
     if plain:
-        yield f"  = {field}:{f'PH_{own}'.upper()}"
+        # "by half a turn"
+        by = '("by" | "through")? ' if numeric else ""
+        yield f"  = {by}{field}:{f'PH_{own}'.upper()}"
     filler = {
         "object": "alone",
         "pair": "two_things",

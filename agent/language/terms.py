@@ -42,18 +42,85 @@ UNTOUCHED = _ONE_MOTION | {
 }
 # What is to be held is not let go: here the calls are told that would.
 _HELD = "held"
-_WORDS = {"in_place": "with the fingertips in place", "fingers_closed": "with closed fingers"}
+# How a term is told that a plan does not keep, where that is not its name.
+_WORDS = {
+    "in_place": "with the fingertips in place",
+    "fingers_closed": "with closed fingers",
+    "level": "at one height",
+    "turned": "without a turn of the hand",
+    "fingers": "with the fingers as they are",
+    "joints": "with the other joints as they are",
+    "others": "with all else as it is",
+    "unlifted": "left where it stands",
+    "straight": "in a straight line",
+    "straight_up": "straight up",
+    "straight_down": "straight down",
+}
 # Skills that close the fingers themselves.
 _CLOSES = frozenset({"tap", "push", "push_to", "press_down", "press", "close_gripper"})
-_TERMS = {
-    "in_place": frozenset({"turn_hand", "wait", "open_gripper", "close_gripper", "save_pose", "set_tempo"}),
+# Calls that move no joint but the fingers'.
+_STILL = frozenset({"wait", "open_gripper", "close_gripper", "save_pose", "set_tempo"})
+# Calls that keep the hand turned as it is, all of them in a straight line.
+_LINES = frozenset({"move_by", "move_to_height", "lift"})
+_SKILLS_OF = {
+    "in_place": _STILL | {"turn_hand"},
     "fingers_closed": UNTOUCHED | _CLOSES | {"shake"},
     "untouched": UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
+    "ungripped": UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper", "close_gripper"},
+    "level": _STILL | {"turn_hand", "move_by", "trace"},
+    "turned": _STILL | _LINES | {"trace"},
+    "fingers": UNTOUCHED | {"shake"},
+    "joints": frozenset({"move_joint"}),
+    "unlifted": UNTOUCHED
+    | {"squeeze", "push", "push_to", "tap", "press_down", "press", "open_gripper", "close_gripper"},
+    "still": _STILL,
+    "straight": _STILL | _LINES,
+    "straight_up": _STILL | _LINES,
+    "straight_down": _STILL | _LINES,
+}
+# Skills that do what they must not.
+_OTHER_THAN = {
     _HELD: frozenset(
         {"place_on", "place_in", "place_at", "place_beside", "drop", "hand_over", "pour", "stack", "put_over", "insert"}
     ),
-    "ungripped": UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper", "close_gripper"},
+    "others": frozenset[str](),
 }
+# Skills by which the fingers are open, and shut, when they were the last.
+_ENDS = {"ends_open": "open_gripper", "ends_shut": "close_gripper"}
+_TERMS = frozenset({*_SKILLS_OF, *_OTHER_THAN, *_ENDS})
+
+
+def _keeps(call: SkillCall, term: str) -> bool:
+    """Say whether a call keeps a term."""
+    if term in _OTHER_THAN:
+        return call.skill not in _OTHER_THAN[term]
+    dx, dy, dz = (float(call.arguments.get(name, 0.0)) for name in ("dx", "dy", "dz"))
+    if call.skill == "move_by" and term == "level":
+        return dz == 0.0
+    if call.skill == "trace" and term == "level":
+        return str(call.arguments.get("plane", "level")) == "level"
+    if call.skill == "move_by" and term in ("straight_up", "straight_down"):
+        return dx == dy == 0.0 and (dz > 0.0) is (term == "straight_up")
+    return call.skill in _SKILLS_OF[term]
+
+
+def _standing(draft: Draft, skills: Sequence[str]) -> Draft:
+    """Return a draft in which things are gripped where they stand in place of picked up.
+
+    Raises:
+        RefusedError: It does more with them than that.
+    """
+    steps: list[Step] = []
+    for step in draft.steps:
+        call, last = step.call, steps[-1].call if steps else None
+        if call.skill == "pick" and "squeeze" in skills:
+            steps.append(Step(SkillCall(skill="squeeze", arguments={**call.arguments, "keep": True})))
+        elif call.skill == "close_gripper" and last is not None and last.skill == "squeeze":
+            told = {name: value for name, value in call.arguments.items() if name != "held"}
+            steps[-1] = Step(SkillCall(skill="squeeze", arguments={**last.arguments, **told}))
+        else:
+            steps.append(step)
+    return replace(draft, steps=tuple(steps))
 
 
 def done_as_told(reading: Sentence, draft: Draft, skills: Sequence[str]) -> Draft:
@@ -71,6 +138,8 @@ def done_as_told(reading: Sentence, draft: Draft, skills: Sequence[str]) -> Draf
     # Clockwise is seen from above.
     tempo, told = _tempo_of([words for words in manners if not (turned and words == "from above")], skills)
     terms = [term for term in reading.terms if term in _TERMS]
+    if "unlifted" in terms:
+        draft = _standing(draft, skills)
     _check_terms(terms, draft)
     if (
         "fingers_closed" in terms
@@ -161,6 +230,8 @@ def _timed(tempos: Sequence[str], draft: Draft, skills: Sequence[str]) -> tuple[
         return tempo, f"The motion lasts {tempo} or longer."
     if tempo in TEMPOS:
         return tempo, f"At the {tempo} tempo; what comes of it is not checked."
+    if tempo.endswith(" %"):
+        return tempo, f"At {tempo} of the usual speed; where it touches things, slower."
     return tempo, f"The hand goes at {tempo} at most; where it touches things, slower."
 
 
@@ -171,7 +242,13 @@ def _check_terms(terms: Sequence[str], draft: Draft) -> None:
         RefusedError: A call of it touches, or grips, things.
     """
     for term in terms:
-        other = next((call for call in draft.calls if (call.skill in _TERMS[term]) is (term == _HELD)), None)
+        if term in _ENDS:
+            last = next((call for call in reversed(draft.calls) if call.skill in _ENDS.values()), None)
+            if last is None or last.skill != _ENDS[term]:
+                told = f"the fingers {term.replace('ends_', '')} in the end"
+                raise RefusedError(RefusalCode.IMPOSSIBLE, f"You asked for {told}, and they would not be.", firm=True)
+            continue
+        other = next((call for call in draft.calls if not _keeps(call, term)), None)
         if other is not None:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE,

@@ -178,7 +178,7 @@ def nearest(word: str, book: Ruleset, words: SceneWords) -> str | None:
     from rapidfuzz.distance import OSA
 
     lists = book.vocabulary.lists
-    operators = (lists[name] for name in ("operators", "always", "bearing") if name in lists)
+    operators = (lists[name] for name in ("operators", "always", "bearing", "binding") if name in lists)
     if len(word) < LEAST_LETTERS or not word.isalpha() or word in REAL_WORDS or any(word in each for each in operators):
         return None
     most = 1 if len(word) < LONG_WORD else 2

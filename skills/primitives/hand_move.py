@@ -21,32 +21,29 @@ from robosandbox.world.relations import bottom, bounds, centre, top
 
 # Configurations at random from which others are looked for where those at hand touch something.
 _SEEDS = 12
-# What people call the hand, and how they say that it goes somewhere.
-HANDS = tuple(
-    f"{whose} {what}"
-    for whose in ("the", "your")
-    for what in ("hand", "gripper", "arm", "fingers", "fingertips", "tool", "tip", "tcp", "end effector")
-)
-# The same as who writes notes has it, or whose language has no articles.
-BARE_HANDS = ("hand", "gripper", "arm", "tcp")
-HAND_GOES = (
-    "move",
-    "go",
-    "come",
-    "shift",
-    "head",
-    "travel",
-    "glide",
-    "float",
-    "drift",
-    "fly",
+# How people say that the hand goes somewhere: verbs that may do without it, and those that need to name what they move.
+_GOES = (
+    *("move", "go", "come", "shift", "head", "travel", "glide", "float", "drift", "fly", "jog", "inch", "creep"),
     *(
-        f"{verb} {hand}"
-        for verb in ("move", "bring", "drive", "shift", "slide", "take", "get", "position", "steer", "put", "park")
-        for hand in HANDS
+        "edge",
+        "translate",
+        "proceed",
+        "advance",
+        "get",
+        "swing",
+        "position",
+        "steer",
+        "slide",
+        "drive",
+        "park",
+        "move over",
     ),
-    *(f"{verb} {hand}" for verb in ("move", "bring", "shift") for hand in BARE_HANDS),
 )
+_BRINGS = (
+    *("bring", "take", "put", "place", "push", "pull", "nudge", "displace", "offset", "lead", "guide", "send", "set"),
+    *("ease", "carry", "reposition", "get"),
+)
+HAND_GOES = (*_GOES, *(f"{verb} {{}}" for verb in _BRINGS))
 # m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
 # twice that at twice the speed.
 _FEELING = 0.005

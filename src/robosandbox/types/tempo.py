@@ -134,17 +134,19 @@ DEFAULT_TEMPO = TEMPOS["fast"]
 SLOWEST = f"{_TOUCH:g} m/s"
 """Name of the tempo that goes everywhere as slowly as the others where they meet something."""
 # A speed of the TCP that is not passed, or how long each motion takes.
-_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?) ?(?P<unit>m/s|s)")
+_NUMBER = re.compile(r"(?P<number>\d+(?:\.\d+)?) ?(?P<unit>m/s|s|%)")
 
 
 def find_tempo(name: str) -> Tempo:
-    """Return the tempo of a name; of "0.05 m/s" the usual one, in which the TCP goes no faster than that, of "8 s" in which a motion lasts so long.
+    """Return the tempo of a name; of "20 %" one that takes so much of the limits, of "0.05 m/s" the usual one, in which the TCP goes no faster than that, of "8 s" in which a motion lasts so long.
 
     Raises:
         InputError: There is none.
     """
     told = _NUMBER.fullmatch(name)
-    if told is not None and (number := float(told["number"])) > 0.0:
+    if told is not None and told["unit"] == "%" and 0.0 < (share := float(told["number"])) <= 100.0:
+        return _optimal(name, share / 100.0)
+    if told is not None and told["unit"] != "%" and (number := float(told["number"])) > 0.0:
         return _limited(DEFAULT_TEMPO, **{"most" if told["unit"] == "m/s" else "least": number})
     if name not in TEMPOS:
         raise InputError(f"--tempo: no tempo {name[:60]!r}; there is {', '.join(TEMPOS)}{did_you_mean(name, TEMPOS)}")

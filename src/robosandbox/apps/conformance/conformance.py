@@ -70,6 +70,10 @@ def check_skill(skill: Skill, ctx: AgentContext, arguments: dict[str, object]) -
     return result
 
 
+# What of a robot people name behind a verb, by what may be.
+_BODY = {"": "", "hand": "the hand", "wrist": "the wrist", "fingers": "the gripper"}
+
+
 def check_words(skill: Skill, scene: ObservedScene, arguments: Mapping[str, object]) -> None:
     """Check that each verb with which a skill says people ask for it is understood, beside what has to be said with it.
 
@@ -85,8 +89,9 @@ def check_words(skill: Skill, scene: ObservedScene, arguments: Mapping[str, obje
         strange = named - {*skill.schema["properties"]}
         demand(not strange, f"{skill.name}: its words fill {', '.join(sorted(strange))}, which it does not take")
         others = [item.id for item in scene.objects if item.id != arguments.get(words.object)]
-        needed = next((slot for slot in words.slots if slot.argument in words.required), None)
-        extra = "" if needed is None else _said_of(needed, others)
+        by_argument = {slot.argument: slot for slot in reversed(words.slots)}
+        needed = [by_argument[argument] for argument in (*words.needed, *words.required[:1])]
+        extra = " ".join(_said_of(slot, others) for slot in dict.fromkeys(needed))
         firsts, rests = set[str](), set[str]()
         for verb in words.verbs:
             # Of "move the hand", "bring the hand", "move the arm" the last is made of the others, as the grammar makes it.
@@ -95,7 +100,8 @@ def check_words(skill: Skill, scene: ObservedScene, arguments: Mapping[str, obje
                 continue
             firsts.add(first)
             rests.add(rest)
-            thing = str(arguments.get(words.object, "")) if words.object else ""
+            named_here = "{}" in verb or words.body == "fingers"
+            thing = str(arguments.get(words.object, "")) if words.object else _BODY[words.body] * named_here
             said = verb.replace("{}", thing) if "{}" in verb else f"{verb} {thing}"
             sentence = " ".join(f"{said} {extra}".split())
             answer = planner.plan(sentence, scene)
