@@ -374,7 +374,7 @@ class CloseGripper(Skill):
             hand="holding",
         ),
         Words(
-            verbs=("grip", "clamp", "hold", "grasp", "pinch", "grab", "take", "take hold of", "pick up", "seize"),
+            verbs=("grip", "hold", "grasp", "grab", "take", "take hold of", "pick up", "seize"),
             object="held",
             slots=(FORCE,),
             required=("force",),

@@ -58,6 +58,8 @@ class HandOver(Skill):
                 for verb in _TO_ME
                 for to in ("to me", "to us", "over", "over to me", "to the person")
             ),
+            *(f"hold {{}} out{to}" for to in ("", " to me", " for me", " towards me", " to us")),
+            *("hold out", "offer me {}", "offer {} to me", "present {} to me", "reach me {}"),
         ),
         object="object",
         slots=(Slot(argument="seconds", kind="duration", prepositions=("for", "within")),),

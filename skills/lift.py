@@ -75,7 +75,10 @@ class Lift(Skill):
             hand="holding",
         ),
         Words(
-            verbs=tuple(f"{verb} {up}" for verb in ("hold", "lift", "raise") for up in _UP_HIGH),
+            verbs=(
+                *(f"{verb} {up}" for verb in ("hold", "lift", "raise") for up in _UP_HIGH),
+                *(f"show {{}} to {whom}" for whom in ("me", "us", "the camera", "everyone", "everybody")),
+            ),
             object="object",
             hand="any",
             holds=True,

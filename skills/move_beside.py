@@ -7,6 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
@@ -22,22 +23,53 @@ _SIDES: dict[Side, tuple[str, ...]] = {
 }
 
 
+_BESIDE = (
+    "next to",
+    "beside",
+    "alongside",
+    "right next to",
+    "to the side of",
+    "to next to",
+    "close to",
+    "near",
+    "by the side of",
+)
+_OVER_TABLE = tuple(
+    (f"{over} {table}", 1.0)
+    for over in ("above", "over", "off", "from")
+    for table in ("the table", "table", "the tabletop", "the table top", "the table surface")
+)
+
+
+def _said(prepositions: tuple[str, ...]) -> tuple[Slot, ...]:
+    return (
+        Slot(
+            argument="distance",
+            kind="length",
+            prepositions=("", "by", "at", "with a gap of", "leaving", "with"),
+            endings=(("gap", 1.0), ("away", 1.0), ("apart", 1.0), ("clear", 1.0), ("between", 1.0), ("of space", 1.0)),
+        ),
+        Slot(argument="object", kind="object", prepositions=prepositions),
+        Slot(argument="height", kind="length", prepositions=("", "at"), endings=_OVER_TABLE, bare=False),
+    )
+
+
 class MoveBeside(HandMove):
     """Bring the hand next to a thing."""
 
     name = "move_beside"
-    words = tuple(
-        Words(
-            verbs=HAND_GOES,
-            body="hand",
-            slots=(
-                Slot(argument="distance", kind="length", prepositions=("", "by", "at")),
-                Slot(argument="object", kind="object", prepositions=said),
-            ),
-            required=("object",),
-            means=(("side", side),),
-        )
-        for side, said in _SIDES.items()
+    words = (
+        *(
+            Words(
+                verbs=(*HAND_GOES, "hover", "stop", "be", "stay"),
+                body="hand",
+                slots=_said(prepositions),
+                required=("object",),
+                means=(("side", side),),
+            )
+            for side, prepositions in _SIDES.items()
+        ),
+        Words(verbs=(*HAND_GOES, "hover", "stop"), body="hand", slots=_said(_BESIDE), required=("object",)),
     )
 
     def run(
@@ -45,15 +77,18 @@ class MoveBeside(HandMove):
         ctx: SkillContext,
         *,
         object: str,
-        side: Side,
+        side: Side | None = None,
         distance: Annotated[float, Field(ge=0.0, le=2.0)] = 0.1,
+        height: Annotated[float, Field(ge=0.0, le=2.0)] | None = None,
     ) -> SkillResult:
-        """Bring the hand next to a thing at the height of its top on a free way, pointing down; what it holds stays held.
+        """Bring the hand next to a thing on a free way, pointing down; what it holds stays held.
 
         Args:
             object: Id of the thing.
-            side: Of the thing, as the robot sees it.
+            side: Of the thing, as the robot sees it; the first at which there is room, from the nearest on, when left out.
             distance: From the thing's side to the tool centre point, metres.
+            height: Of the tool centre point, or of the underside of what is held, above the table, metres; that of the thing's top
+                when left out.
 
         Raises:
             ObjectNotFoundError: It is not seen.
@@ -65,7 +100,20 @@ class MoveBeside(HandMove):
         arm = Mover(ctx)
         item = arm.find(object)
         least, most = bounds(item)
-        outward = np.array(SIDE_AXES[side])
-        half = float(np.abs(outward) @ (most - least)[:2]) / 2.0
-        x, y = centre(item)[:2] + (half + distance) * outward
-        return SkillResult(skill=self.name, detail=arm.bring((float(x), float(y), float(most[2]) + arm.hangs)))
+        z = float(most[2]) if height is None else arm.start.table_height + height
+        places: list[tuple[float, float]] = []
+        for one in SIDE_AXES if side is None else (side,):
+            outward = np.array(SIDE_AXES[one])
+            half = float(np.abs(outward) @ (most - least)[:2]) / 2.0
+            x, y = centre(item)[:2] + (half + distance) * outward
+            places.append((float(x), float(y)))
+        here = arm.state.tcp_pose.xyz[:2]
+        places.sort(key=lambda place: float(np.hypot(place[0] - here[0], place[1] - here[1])))
+        failure: UnreachableError | CollisionError | None = None
+        for x, y in places:
+            try:
+                return SkillResult(skill=self.name, detail=arm.bring((x, y, z + arm.hangs)))
+            except (UnreachableError, CollisionError) as error:
+                failure = failure or error
+        assert failure is not None
+        raise failure

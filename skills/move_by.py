@@ -301,6 +301,7 @@ class MoveBy(HandMove):
             verbs=(
                 *(f"{goes} {down}" for goes in HAND_GOES for down in _DOWNWARDS),
                 *("descend", "keep descending", "keep lowering", "lower {}", "keep lowering {}"),
+                *(f"lower {{}} {to} the table" for to in ("onto", "to", "towards", "down to", "down onto")),
                 *(
                     f"{keep} {going} {down}"
                     for keep in ("keep", "continue")

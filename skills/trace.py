@@ -112,7 +112,7 @@ class Trace(HandMove):
 
     name = "trace"
     words = Words(
-        verbs=("draw", "trace", "make", "do", "sketch", "describe", "follow", "run", *HAND_GOES),
+        verbs=("draw", "trace", "make", "do", "sketch", *HAND_GOES),
         body="hand",
         slots=(
             Slot(argument="shape", kind="phrase", phrases=_SHAPES),

@@ -63,7 +63,13 @@ class Pushing(Arranging):
             self._slide(name, command)
             return
         if isinstance(command.place, Relation):
+            told = direction
             direction, distance = self._towards(name, command.place, distance)
+            if told not in (None, direction):
+                other = self.ground.one(command.place.refs[0], lambda other: True, (name,)).ids[0]
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"{other} lies {direction} of {name}, and not {told}.", (other,)
+                )
         elif isinstance(command.place, Region):
             direction, distance = self._as_far_as(name, command.place)
         if direction is None:
