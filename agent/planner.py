@@ -12,6 +12,7 @@ from robosandbox.agent.language.discourse import Discourse
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.front import ENGLISH, language_of, learn_words
 from robosandbox.agent.language.interpret import interpret, resumed
+from robosandbox.agent.language.remarks import without_remarks
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.viewer import Frame, turned_attempts, turned_calls, turned_scene
 from robosandbox.agent.protocols import Attempt
@@ -93,6 +94,12 @@ class StubPlanner:
             if reply.about:
                 discourse.mention(reply.about)
             return Plan(steps=(), answer=reply.text)
+        if asked and not isinstance(reply, Answer) and prompt.rstrip().endswith("?"):
+            # "Sorry, I looked away. Are you holding anything?"
+            plain, _ = without_remarks(prompt, [item.id for item in scene.objects])
+            again = answered(plain, scene, discourse, self._skills, self._told) if plain != prompt else None
+            if isinstance(again, Answer):
+                return Plan(steps=(), answer=again.text)
         if isinstance(reply, Refusal):
             return reply
         if history:

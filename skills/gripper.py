@@ -29,6 +29,7 @@ _SHUT = 0.001
 FORCE = Slot(
     argument="force",
     kind="force",
+    endings=tuple((most, 1.0) for most in ("at most", "max", "maximum", "tops", "or less", "at the most", "of force")),
     prepositions=(
         "",
         *(
@@ -54,6 +55,7 @@ FORCE = Slot(
             "not more than",
             "with a maximum of",
         ),
+        *("at a maximum of", "with a force of at most", "at no more than"),
         *("but no harder than", "but no more than", "with up to", "up to", "not harder than", "but not more than"),
     ),
 )
@@ -220,7 +222,7 @@ class OpenGripper(Skill):
         Words(
             verbs=_CLOSING,
             body="fingers",
-            slots=(Slot(argument="share", kind="phrase", phrases=_HALF),),
+            slots=(Slot(argument="share", kind="share", prepositions=("to", "down to"), phrases=_HALF),),
             required=("share",),
         ),
         # "close the fingers by 1 cm"
@@ -292,6 +294,7 @@ class OpenGripper(Skill):
             verbs=(
                 "open up",
                 "open again",
+                "open the rest of the way",
                 "open up again",
                 "open wide",
                 "open up wide",
@@ -358,6 +361,7 @@ class CloseGripper(Skill):
             verbs=(
                 *_CLOSING,
                 *(f"{verb} {{}} {wholly}" for verb in ("close", "shut") for wholly in _WHOLLY),
+                *("close the rest", "close the rest of the way", "shut the rest of the way", "close the remaining gap"),
                 *("squeeze", "grip", "clench", "make a fist", "close tight", "close {} tight"),
             ),
             body="fingers",

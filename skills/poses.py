@@ -132,7 +132,30 @@ class SavePose(HandMove):
             slots=(Slot(argument="pose", kind="name"),),
             required=("pose",),
         ),
-        Words(verbs=("remember where you are", "remember this place"), means=(("pose", _HERE),)),
+        Words(
+            verbs=tuple(
+                f"{remember} {where}"
+                for remember in ("remember", "memorise", "memorize")
+                for where in (
+                    *(
+                        "where you are",
+                        "this place",
+                        "this pose",
+                        "this position",
+                        "this spot",
+                        "how you stand",
+                        "where you stand",
+                    ),
+                    *(
+                        "the way you are standing",
+                        "the way you stand",
+                        "how you are standing",
+                        "where you are standing",
+                    ),
+                )
+            ),
+            means=(("pose", _HERE),),
+        ),
     )
 
     def run(self, ctx: SkillContext, *, pose: _Name) -> SkillResult:

@@ -93,6 +93,7 @@ class Shake(HandMove):
                 "shake",
                 *(f"give {{}} a {some}shake" for some in ("", "little ", "good ", "gentle ", "quick ", "short ")),
             ),
+            nouns=("shake", "wiggle", "jiggle", "wobble"),
             object="object",
             slots=(_TIMES, _WIDTH, _AXIS),
             hand="holding",

@@ -47,7 +47,16 @@ _STRAIGHT = (
         for make in ("make", "hold", "keep", "bring", "put", "turn")
         for upright in ("vertical", "upright", "level", "straight", "back upright")
     ),
-    *("straighten it", "straighten it again", "straighten up", "straighten out", "straighten it back up"),
+    *(
+        "straighten it",
+        "straighten it again",
+        "straighten up again",
+        "straighten again",
+        "upright again",
+        "straighten up",
+        "straighten out",
+        "straighten it back up",
+    ),
     *(f"point straight down {with_it}" for with_it in ("with your hand", "with the hand", "")),
 )
 _SOME = (("a little", A_LITTLE_TURN), ("a bit", A_LITTLE_TURN), ("slightly", A_LITTLE_TURN))
@@ -78,7 +87,7 @@ class TurnHand(HandMove):
             required=("angle",),
         ),
         Words(
-            verbs=("tilt", "incline", "lean", "tip", "pitch", "tilt over", "lean over"),
+            verbs=("tilt", "incline", "lean", "tip", "pitch", "tilt over", "lean over", "tilt {} over", "lean {} over"),
             nouns=("tilt",),
             body="wrist",
             slots=(
@@ -94,7 +103,18 @@ class TurnHand(HandMove):
             required=("tilt",),
         ),
         Words(
-            verbs=("tilt", "incline", "lean", "tip", "bank", "tilt over", "lean over"),
+            verbs=(
+                "tilt",
+                "incline",
+                "lean",
+                "tip",
+                "bank",
+                "tilt over",
+                "lean over",
+                "tilt {} over",
+                "lean {} over",
+                "tip {} over",
+            ),
             body="wrist",
             slots=(
                 Slot(

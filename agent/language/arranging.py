@@ -147,6 +147,9 @@ class Arranging(Stacking):
 
     def _release(self, command: Command) -> None:
         held = self.world.held
+        if not held and self.steps and self.steps[-1].call.skill == "squeeze":
+            # "squeeze it and let it go again"
+            return
         if not held and self.steps and self.steps[-1].call.skill.startswith("place_"):
             # "move it over the bin and let go"
             carried = [str(step.call.arguments["object"]) for step in self.steps if step.call.skill == "pick"][-1:]

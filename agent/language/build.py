@@ -423,6 +423,11 @@ class _Builder(Deciding):
         self._check_skill(command.skill)
         words = command.words or words_of(command.skill, with_object=bool(command.objects))
         is_of_parts = words.object == "part"
+        hand_alone = self.steps and self.steps[-1].call.skill in UNTOUCHED and not self.world.held
+        if command.skill == "wait" and hand_alone and [ref.determiner for ref in command.objects] == ["it"]:
+            # "tilt your hand and hold it for two seconds"
+            self._add("wait", **resolved(words, command.slots, str))
+            return
         names: tuple[str, ...] = ()
         if words.object:
             names, _ = self._objects(command, fits=self._has_opening) if is_of_parts else self._objects(command)

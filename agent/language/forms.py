@@ -46,7 +46,7 @@ from robosandbox.agent.language.logic import (
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.measures import Length, Measure
 from robosandbox.agent.language.ruleset import COSTS
-from robosandbox.agent.language.skill_words import ways_of
+from robosandbox.agent.language.skill_words import is_vague, ways_of
 from robosandbox.skills.words import Words
 
 _SIDES = ("left", "right", "front", "back")
@@ -392,6 +392,10 @@ def _for_skill(values: dict[str, Any], words: Words) -> Any:
     things = [argument for argument, value in values.get("slots", ()) if isinstance(value, Ref) and not _is_it(value)]
     if len(things) > len(set(things)):
         # "go above the red one, above the blue one": two steps.
+        raise Misfit
+    lengths = [each for each in values.get("slots", ()) if isinstance(each[1], float) and not is_vague(words, *each)]
+    if len(lengths) > len({argument for argument, _ in lengths}):
+        # "down 4 cm, up 4 cm"
         raise Misfit
     told = {argument for argument, _ in values.get("slots", ())}
     enough = told.issuperset(words.needed) and (not words.required or not told.isdisjoint(words.required))

@@ -21,8 +21,10 @@ from robosandbox.agent.language.front import (
 )
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.offers import with_offer
+from robosandbox.agent.language.remarks import without_remarks
 from robosandbox.agent.language.repeated import several_times
 from robosandbox.agent.language.ruleset import ruleset
+from robosandbox.agent.language.skill_words import ways_of
 from robosandbox.agent.language.terms import done_as_told, paced
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
@@ -31,6 +33,8 @@ from robosandbox.types import ObservedScene, Refusal, RefusalCode
 CLOSE = 0.35
 # Characters of a prompt that is read in parts as well: longer ones are no commands.
 _MOST_READ_IN_PARTS = 500
+# Refusals of what was not understood, which may be for a remark.
+_UNREAD = (RefusalCode.UNSUPPORTED, RefusalCode.UNRECOGNIZED)
 _ON_THE_WAY = word_set(
     """
     then after afterwards before first next finally later again back once lastly last second followed subsequently until
@@ -95,6 +99,13 @@ def interpret(
 
     ids = tuple(item.id for item in scene.objects)
     over = several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
+    plain, remarks = without_remarks(prompt, ids) if over is None and made.code in _UNREAD else (prompt, ())
+    if remarks:
+        heard = interpret(plain, scene, names, discourse, chosen)
+        # What is said beside an order to bring things somewhere may tell which of them is meant.
+        if isinstance(heard, Draft) and any(ways_of(call.skill) for call in heard.calls):
+            told = f"I take no account of {listed([f'“{remark}”' for remark in remarks])}."
+            return replace(heard, note=f"{heard.note} {told}".strip())
     return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))
 
 

@@ -29,7 +29,7 @@ _BETWEEN = re.compile(
 _LEADS = re.compile(r"^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b", re.IGNORECASE)
 # What says behind an order that it is done over.
 _TAIL = re.compile(
-    r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that)(?P<more> again)?$|[ ,.;]*(?:and )?(?:then )?repeat$",
+    r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that|(?:that|this|the)(?: whole)? (?:round|tour|trip|sequence|cycle|lot))(?P<more> again)?$|[ ,.;]*(?:and )?(?:then )?repeat$",
     re.IGNORECASE,
 )
 # What asks whether that is understood, or for what is told anyway.

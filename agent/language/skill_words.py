@@ -115,7 +115,7 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         if argument in vague and argument in arguments:
             # "a moment, say ten seconds"
             arguments.pop(argument)
-        if argument in arguments and value in _vague(words, argument):
+        if argument in arguments and is_vague(words, argument, value):
             continue
         if argument in arguments and arguments[argument] != (_rounded(value) if isinstance(value, float) else value):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {argument.replace('_', ' ')}; which?")
@@ -126,14 +126,14 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
             arguments.update(zip(argument.split(), values, strict=True))
         else:
             arguments[argument] = _rounded(value)
-            vague = vague | {argument} if value in _vague(words, argument) else vague - {argument}
+            vague = vague | {argument} if is_vague(words, argument, value) else vague - {argument}
     return arguments
 
 
-def _vague(words: Words, argument: str) -> frozenset[float | str]:
-    """Return the values of an argument that stand for a phrase where a number may be said."""
+def is_vague(words: Words, argument: str, value: object) -> bool:
+    """Say whether a value of an argument stands for a phrase where a number may be said, as "a little" does."""
     slots = (slot for slot in words.slots if slot.argument == argument and slot.kind in _MEASURES)
-    return frozenset(value for slot in slots for _, value in slot.phrases)
+    return any(value == stands_for for slot in slots for _, stands_for in slot.phrases)
 
 
 def _asked(slot: Slot) -> str:
@@ -189,7 +189,7 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
     bare = ("!" if words.pace else "!!") if words.required else ""
     bare = f" | {bare}" if not words.needed else ""
-    slots = f' (","? {with_it}{f" (slot_joint? {with_it})?" * (most - 1)} stays_there?{bare})' if most else ""
+    slots = f' (("," | ":")? {with_it}{f" (slot_joint? {with_it})?" * (most - 1)} stays_there*{bare})' if most else ""
     act = f"  = verb=worded skill={skill} way={k}"
     body = f" own_{words.body}" if words.body else ""
     filled = f"{with_it}{f' (slot_joint? {with_it})?' * (most - 1)}"
@@ -206,7 +206,17 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
             yield from [f"{act} {verb}{needed} !"] * bool(needed)
         else:
             yield f"{act} {verb}{body}?{slots}"
-    if words.nouns:
+    if words.nouns and words.object:
+        # "give it a shake", "give it three good shakes"
+        quoted = " | ".join(f'"{noun}"' for noun in words.nouns)
+        yield f"{act} VGIVE.base objects MAKING_A SMALL_ACT* ({quoted}){slots}"
+        if any(slot.argument == "times" for slot in words.slots):
+            yield f"{act} VGIVE.base objects slots+:counted_{own}{slots}"
+            yield f"counted_{own} : slot"
+            several = " | ".join(f'"{noun}s"' for noun in words.nouns)
+            yield f"  = times:count SMALL_ACT* ({several})"
+            yield "acts"
+    elif words.nouns:
         quoted = " | ".join(f'"{noun}"' for noun in words.nouns)
         yield f'{act} MAKING SMALL_ACT* ({quoted}) ("with"{body or " own_hand"})? "of"?{slots}'
         if words.slots:
@@ -244,6 +254,8 @@ def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
     numeric = slot.kind in _MEASURES
     if numeric:
         measure = f"ROUGHLY? of+:{_MEASURES[slot.kind]} or_so?"
+        # "a hand's breadth, say 9 cm"
+        measure = f'({_MEASURES[slot.kind]} ",")? {measure}'
         told = [measure] if slot.bare or any(not phrase for phrase, _ in slot.beginnings) else []
         # "forward a bit, like 20 degrees", "a bit forward, 20 degrees"
         told += [f'{_of(f"BE_{own}")} a_bit? ","? {measure}'] if begins else []

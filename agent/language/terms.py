@@ -50,6 +50,7 @@ _WORDS = {
     "turned": "without a turn of the hand",
     "fingers": "with the fingers as they are",
     "joints": "with the other joints as they are",
+    "spot": "over the same spot",
     "others": "with all else as it is",
     "unlifted": "left where it stands",
     "straight": "in a straight line",
@@ -71,6 +72,7 @@ _SKILLS_OF = {
     "turned": _STILL | _LINES | {"trace"},
     "fingers": UNTOUCHED | {"shake"},
     "joints": frozenset({"move_joint"}),
+    "spot": _STILL | {"turn_hand", "move_to_height", "move_by", "lift"},
     "unlifted": UNTOUCHED
     | {"squeeze", "push", "push_to", "tap", "press_down", "press", "open_gripper", "close_gripper"},
     "still": _STILL,
@@ -99,6 +101,8 @@ def _keeps(call: SkillCall, term: str) -> bool:
         return dz == 0.0
     if call.skill == "trace" and term == "level":
         return str(call.arguments.get("plane", "level")) == "level"
+    if call.skill == "move_by" and term == "spot":
+        return dx == dy == 0.0
     if call.skill == "move_by" and term in ("straight_up", "straight_down"):
         return dx == dy == 0.0 and (dz > 0.0) is (term == "straight_up")
     return call.skill in _SKILLS_OF[term]

@@ -37,6 +37,11 @@ _GOES = (
         "drive",
         "park",
         "move over",
+        "move off",
+        "move away",
+        "move across",
+        "back off",
+        "get away",
     ),
 )
 _BRINGS = (
