@@ -30,6 +30,7 @@ _OVER = tuple(
 
 
 _HEIGHT = Slot(argument="height", kind="length", prepositions=_ENDS, endings=_OVER, bare=False)
+_AT_HEIGHT = ("to a height of", "at a height of", "to height", "to a level of")
 _SECONDS = Slot(argument="seconds", kind="duration", prepositions=("for", "for about"))
 _OF_THE_HAND = Slot(argument="height", kind="length", prepositions=("", *_ENDS), endings=_OVER, bare=False)
 
@@ -47,7 +48,7 @@ class MoveToHeight(HandMove):
                 *("descend", "rise", "climb", "sink", "stop", "hover", "stay", "wait"),
             ),
             body="hand",
-            slots=(_OF_THE_HAND, _SECONDS),
+            slots=(_OF_THE_HAND, Slot(argument="height", kind="length", prepositions=_AT_HEIGHT), _SECONDS),
             required=("height",),
         ),
         Words(

@@ -42,6 +42,9 @@ _SHAPES = tuple(
     for there in ("", " in the air", " in the air in front of you", " in front of you")
 )
 _LEVEL = (
+    "in a level plane",
+    "in a horizontal plane",
+    "in the horizontal plane",
     "level",
     "flat",
     "horizontal",
@@ -51,6 +54,9 @@ _LEVEL = (
     "parallel to the table",
 )
 _UPRIGHT = (
+    "in a vertical plane",
+    "in the vertical plane",
+    "in an upright plane",
     "upright",
     "vertical",
     "standing",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 _IRREGULAR: dict[str, tuple[str, ...]] = {
     "put": ("puts", "putting"),
     "set": ("sets", "setting"),
@@ -29,8 +31,16 @@ _IRREGULAR: dict[str, tuple[str, ...]] = {
     "send": ("sends", "sending", "sent"),
     "hold": ("holds", "holding", "held"),
     "seize": ("seizes", "seizing", "seized"),
-    "go": ("goes", "going", "gone"),
-    "come": ("comes", "coming"),
+    "go": ("goes", "going", "gone", "went"),
+    "come": ("comes", "coming", "came"),
+    "rise": ("rises", "rising", "risen", "rose"),
+    "sink": ("sinks", "sinking", "sunk", "sank"),
+    "spin": ("spins", "spinning", "spun"),
+    "swing": ("swings", "swinging", "swung"),
+    "draw": ("draws", "drawing", "drawn", "drew"),
+    "bend": ("bends", "bending", "bent"),
+    "drive": ("drives", "driving", "driven", "drove"),
+    "give": ("gives", "giving", "given", "gave"),
     "slide": ("slides", "sliding", "slid"),
     "drag": ("drags", "dragging", "dragged"),
     "tip": ("tips", "tipping", "tipped"),
@@ -54,6 +64,9 @@ def inflections(verb: str) -> tuple[str, ...]:
         return (verb, *_IRREGULAR[verb])
     third = verb + ("es" if verb.endswith(("s", "sh", "ch", "x", "z")) else "s")
     stem = verb[:-1] if verb.endswith("e") else verb
+    if re.fullmatch("[^aeiou]*[aeiou][^aeiouwxy]", verb):
+        # "dip", "dipping"
+        stem += verb[-1]
     return (verb, third, stem + "ing", stem + "ed")
 
 

@@ -76,7 +76,9 @@ def without_remarks(prompt: str, ids: Collection[str]) -> tuple[str, tuple[str, 
     kept: list[str] = []
     remarks: list[str] = []
     for clause, mark in _clauses(prompt):
-        if _is_remark(clause, ids):
+        if _is_remark(
+            clause, ids, {part for name in ids for part in name.lower().split("_")}.isdisjoint(prompt.lower().split())
+        ):
             remarks.append(clause)
             if kept and mark in ".!?:;" and kept[-1][-1:] == ",":
                 kept[-1] = kept[-1][:-1] + ("." if mark in ":;" else mark)
@@ -102,7 +104,8 @@ def _clauses(prompt: str) -> list[tuple[str, str]]:
     return apart
 
 
-def _is_remark(clause: str, ids: Collection[str]) -> bool:
+def _is_remark(clause: str, ids: Collection[str], of_none: bool) -> bool:
+    """Say whether a clause is a remark; of an order that is `of_none` of the things "it" is none of them either."""
     vocabulary = ruleset(ENGLISH).vocabulary
     text = _OPENERS.sub("", clause.lower().replace("’", "'"))
     words = re.findall(r"[a-z]+|\d+", text.replace("n't", " not").replace("'", " "))
@@ -120,7 +123,7 @@ def _is_remark(clause: str, ids: Collection[str]) -> bool:
         return False
     if _LIKE.match(text):
         return len(words) > _SHORT and (binding - {"when"}).isdisjoint(words)
-    if _IN_THE_END.match(clause) or (_MEANWHILE.match(clause) and not {"it", "them"}.isdisjoint(words)):
+    if _IN_THE_END.match(clause) or (not of_none and _MEANWHILE.match(clause) and not {"it", "them"}.isdisjoint(words)):
         return False
     # "I want to see if it works" has no condition.
     said = [word for word, before in zip(words, ("", *words), strict=False) if (before, word) not in _FINDING_OUT]

@@ -16,7 +16,11 @@ TIMES |= {f"{phrase} each": count for phrase, count in TIMES.items()}
 # How often something may be done over.
 _MOST = 20
 _OFTEN = "|".join(
-    sorted((*(words for words, times in TIMES.items() if times > 1), r"\d+ times?"), key=len, reverse=True)
+    sorted(
+        (*(words for words, times in TIMES.items() if times > 1), r"\d+ times?", r"\d+ ?x(?= ?:)"),
+        key=len,
+        reverse=True,
+    )
 )
 _TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?\b", re.IGNORECASE)
 _EVERY = re.compile(r"\b(?:once )?every (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
@@ -55,7 +59,7 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
     if often is None:
         return None
     order, pause = prompt[: often.start()] + prompt[often.end() :], Draft(())
-    times = TIMES.get(often["often"].lower()) or int(often["often"].split()[0])
+    times = TIMES.get(often["often"].lower()) or int(re.findall(r"\d+", often["often"])[0])
     every = _EVERY.search(order) or _BETWEEN.search(order)
     if every is not None:
         order = order[: every.start()] + order[every.end() :]
