@@ -30,7 +30,11 @@ _OVER = tuple(
 
 
 _HEIGHT = Slot(argument="height", kind="length", prepositions=_ENDS, endings=_OVER, bare=False)
-_AT_HEIGHT = ("to a height of", "at a height of", "to height", "to a level of")
+_AT_A_HEIGHT = Slot(
+    argument="height",
+    kind="length",
+    prepositions=("to a height of", "at a height of", "to height", "to a level of"),
+)
 _SECONDS = Slot(argument="seconds", kind="duration", prepositions=("for", "for about"))
 _OF_THE_HAND = Slot(argument="height", kind="length", prepositions=("", *_ENDS), endings=_OVER, bare=False)
 
@@ -48,13 +52,13 @@ class MoveToHeight(HandMove):
                 *("descend", "rise", "climb", "sink", "stop", "hover", "stay", "wait"),
             ),
             body="hand",
-            slots=(_OF_THE_HAND, Slot(argument="height", kind="length", prepositions=_AT_HEIGHT), _SECONDS),
+            slots=(_OF_THE_HAND, _AT_A_HEIGHT, _SECONDS),
             required=("height",),
         ),
         Words(
             verbs=("lower", "lift", "raise", "hold", "bring", "lower {} down"),
             object="held",
-            slots=(_HEIGHT, _SECONDS),
+            slots=(_HEIGHT, _AT_A_HEIGHT, _SECONDS),
             required=("height",),
             hand="holding",
         ),
@@ -62,7 +66,7 @@ class MoveToHeight(HandMove):
         Words(
             verbs=("hold", "keep", "hold up", "hold {} up", "hold {} still"),
             object="held",
-            slots=(_OF_THE_HAND, _SECONDS),
+            slots=(_OF_THE_HAND, _AT_A_HEIGHT, _SECONDS),
             required=("height",),
             hand="holding",
         ),
