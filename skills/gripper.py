@@ -77,27 +77,28 @@ def _more(argument: str, sign: float) -> Slot:
         kind="length",
         prepositions=("", "by", "about", "just"),
         beginnings=(("by", sign), ("by another", sign), ("another", sign)),
-        endings=tuple(
-            (more, sign)
-            for more in (
-                "more",
-                *(
-                    f"{wider} than {now}"
-                    for wider in ("wider", "further", "more")
-                    for now in ("they are now", "they are", "it is now")
-                ),
-                "wider",
-                "further",
-                "farther",
-                "narrower",
-                "tighter",
-                "closer",
-                "more than now",
-                "more than it is now",
-                "wider than it is now",
-                "wider than it is",
-                "wider than now",
-            )
+        endings=(
+            *((narrower, -1.0) for narrower in ("narrower", "tighter", "closer", "closer together")),
+            *((less, -sign) for less in ("less", "less than now", "less than they are now", "less than it is now")),
+            *(
+                (more, sign)
+                for more in (
+                    "more",
+                    *(
+                        f"{wider} than {now}"
+                        for wider in ("wider", "further", "more")
+                        for now in ("they are now", "they are", "it is now")
+                    ),
+                    "wider",
+                    "further",
+                    "farther",
+                    "more than now",
+                    "more than it is now",
+                    "wider than it is now",
+                    "wider than it is",
+                    "wider than now",
+                )
+            ),
         ),
         phrases=tuple(
             (f"{just}{some}{more}", sign * A_LITTLE)
@@ -414,15 +415,20 @@ class CloseGripper(Skill):
         if force is None:
             arm.close()
         else:
-            squeeze(arm, force)
+            squeeze(arm, force, on_nothing=held is None)
         detail: dict[str, float | str | bool] = {"width_mm": 1e3 * arm.gripper.width, "held": arm.look().held or ""}
         if arm.driver.capabilities.gripper_force:
             detail["force_n"] = arm.hand.grip_on(None)
         return SkillResult(skill=self.name, detail=detail)
 
 
-def squeeze(arm: Manipulator, force: float) -> None:
-    """Close the fingers until each side presses with a force, N."""
+def squeeze(arm: Manipulator, force: float, *, on_nothing: bool = False) -> None:
+    """Close the fingers until each side presses with a force, N; or until they are shut, where they may be on nothing.
+
+    Raises:
+        UnsupportedError: The robot does not feel or limit its force.
+        GraspError: The force is not reached.
+    """
     require(arm.driver, "gripper_force", "a force of the grip is asked for")
     require(arm.driver, "grip_limit", "a force of the grip is asked for")
     motors, felt = force, 0.0
@@ -433,6 +439,8 @@ def squeeze(arm: Manipulator, force: float) -> None:
         if abs(felt - force) <= _CLOSE_ENOUGH * force:
             return
         if felt == 0.0 and arm.gripper.width <= arm.geometry.min_aperture + _SHUT:
+            if on_nothing:
+                return
             break
         # Fingers that do not move at all stick in their joints.
         motors *= float(np.clip(force / felt, 0.25, 4.0)) if felt else 4.0

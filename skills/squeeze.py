@@ -22,7 +22,6 @@ from robosandbox.world.facts import fact
 
 # N; what a thing that somebody only wants to be pressed bears, and what the fingers of a hand feel. Chosen.
 _LIGHT = 5.0
-_HOW = ("", "little ", "gentle ", "light ", "soft ", "quick ", "good ", "short ", "slight ")
 
 
 class Squeeze(HandMove):
@@ -32,8 +31,8 @@ class Squeeze(HandMove):
     words = Words(
         verbs=(
             *("squeeze", "pinch", "clamp", "compress", "press {} between your fingers", "press {} between the fingers"),
-            *(f"give {{}} a {how}{squeeze}" for how in _HOW for squeeze in ("squeeze", "pinch")),
         ),
+        nouns=("squeeze", "pinch"),
         object="object",
         hand="any",
         slots=(FORCE, Slot(argument="seconds", kind="duration", prepositions=("for", "for about"))),

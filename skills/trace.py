@@ -75,6 +75,10 @@ _SIZED = tuple(
             1.0,
             (
                 "of",
+                "sides",
+                "sides of",
+                "side",
+                "each side",
                 "with a diameter of",
                 "with sides of",
                 "with",

@@ -41,6 +41,11 @@ _SIDEWAYS = tuple(
 _PLAINLY = math.radians(45.0)
 _STRAIGHT = (
     *(f"{point} {{}} straight down" for point in ("point", "turn", "aim", "hold", "keep", "face", "make")),
+    *(
+        f"{level} {{}} {out}"
+        for level in ("straighten", "level")
+        for out in ("out", "up", "again", "out again", "up again")
+    ),
     *(f"{level} {{}}" for level in ("straighten", "straighten out", "straighten up", "level", "level out")),
     *(
         f"{make} {{}} {upright}"

@@ -33,12 +33,24 @@ def with_verbs(steps: Steps) -> Steps | None:
     for step in steps:
         if step.verb == UNSAID:
             last = made[-1] if made else None
+            if last is not None and _says_how_often(last, step):
+                # "nod for the kids, three times"
+                made[-1] = last._replace(slots=(*last.slots, *step.slots))
+                continue
             told = _after(last, step, made) if last is not None and not last.control else None
             if told is None:
                 return None
             step = replace(told, bare=COSTS[1])
         made.append(step)
     return tuple(made)
+
+
+def _says_how_often(last: Command, step: Command) -> bool:
+    """Say whether a step without a verb tells no more than how often the last one is done."""
+    told = {argument for argument, _ in step.slots}
+    return (
+        step.words is not None and step.words == last.words and told == {"times"} and told.isdisjoint(dict(last.slots))
+    )
 
 
 def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | None:

@@ -359,7 +359,8 @@ class _Builder(Deciding):
 
     def _means_the_fingers(self, command: Command) -> bool:
         """As in "close the gripper, then open it"."""
-        last = self.steps[-1].call.skill if self.steps else ""
+        done = [step.call.skill for step in self.steps if step.call.skill not in ("wait", "set_tempo")]
+        last = done[-1] if done else ""
         said = [ref.determiner for ref in command.objects] == ["it"]
         return said and last in ("open_gripper", "close_gripper") and not self.world.held
 

@@ -226,7 +226,8 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     if words.alone and words.slots:
         yield "bare_worded : Command"
         # "5 cm" alone is no width of the gripper.
-        yield f"{act}{body}{'?' * (words.body not in ('', 'fingers'))} {filled}"
+        named = f'{body} ":"?' if words.body == "fingers" else f'({body} ":"?)?' if body else ""
+        yield f"{act} {named} {filled}"
         yield "acts"
     if words.slots:
         # "..., then 3 cm to the left": the verb of the step before may be one of these.
