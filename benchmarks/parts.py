@@ -80,7 +80,7 @@ def moved(file: Path, robot: dict[str, Any], goals: tuple[str, str]) -> list[dic
         with open_session(scene=file, seed=0, **robot) as cell:
             plant = plant_of(cell.driver)
             joint = joint_of(next(item for item in cell.observe().objects if item.id == part))
-            share, shares = _share_of(plant, joint), list[float]()
+            share, shares = _share_of(plant, joint, part), list[float]()
             cell.driver.subscribe(lambda shares=shares, share=share: shares.append(share()))
             for goal in filter(None, goals):
                 if goal == goals[1] and not rows[-1]["so"]:
@@ -106,15 +106,25 @@ def moved(file: Path, robot: dict[str, Any], goals: tuple[str, str]) -> list[dic
     return rows
 
 
-def _share_of(plant: MuJoCoBackend, joint: PartJoint) -> Callable[[], float]:
-    """Return what tells the share of its way that a part has gone, from the joint of its kind and range that is nearest to its axis."""
+def _share_of(plant: MuJoCoBackend, joint: PartJoint, part: str) -> Callable[[], float]:
+    """Return what tells the share of its way that a part has gone, from the joint of its kind and range that is nearest to its axis.
+
+    Of joints that are equally near, as those of the drawers of one cabinet are, it is that of the body with the part's name.
+    """
     model, data = plant.world.model, mujoco.MjData(plant.world.model)
     put_state(model, data, plant.snapshot())
     mujoco.mj_kinematics(model, data)
     kind = mujoco.mjtJoint.mjJNT_HINGE if joint.kind == "hinge" else mujoco.mjtJoint.mjJNT_SLIDE
     alike = [k for k in range(model.njnt) if model.jnt_type[k] == kind and _has_range(model, k, joint)]
-    nearest = min(alike, key=lambda k: float(np.linalg.norm(data.xanchor[k] - np.array(joint.anchor))))
-    address, far = int(model.jnt_qposadr[nearest]), joint.high if joint.shut == joint.low else joint.low
+    name = part.rpartition(".")[2]
+    nearest = min(
+        alike,
+        key=lambda k: (
+            round(float(np.linalg.norm(data.xanchor[k] - np.array(joint.anchor))), 3),
+            not model.body(model.jnt_bodyid[k]).name.endswith(name),
+        ),
+    )
+    address, far = int(model.jnt_qposadr[nearest]), joint.far
 
     def share() -> float:
         put_state(model, data, plant.snapshot())
