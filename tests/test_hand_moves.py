@@ -105,9 +105,10 @@ def test_a_grip_presses_as_hard_as_asked(cell: EmbeddedWorkcell, force: float) -
     assert cell.driver.hands["hand"].grip_on("red_cube") == pytest.approx(force, rel=0.1)
 
 
-def test_a_grip_on_nothing_reaches_no_force(cell: EmbeddedWorkcell) -> None:
-    with pytest.raises(GraspError, match="closed on nothing"):
-        cell.do("close_gripper", force=5.0)
+def test_a_grip_on_what_is_held_reaches_its_force_or_tells(cell: EmbeddedWorkcell) -> None:
+    cell.pick("red_cube")
+    with pytest.raises(GraspError, match=r"presses with .* N, and was to press with 190.0 N"):
+        cell.do("close_gripper", force=190.0)
 
 
 def test_the_gripper_opens_to_a_width(cell: EmbeddedWorkcell) -> None:

@@ -654,7 +654,7 @@ def test_auto_keeps_a_refusal_that_the_grammar_is_sure_of(sentence: str, code: s
     [
         ("flibbertigibbet the crimson hexahedron", "unrecognized"),
         ("pick up the crimson hexahedron", "object_not_found"),  # the grammar does not know the words
-        ("wiggle the red cube", "unsupported"),
+        ("juggle the red cube", "unsupported"),
         ("if it is Tuesday pick up the red cube", "unsupported"),
     ],
 )

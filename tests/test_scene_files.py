@@ -11,7 +11,7 @@ import pytest
 
 from robosandbox.agent.episode import Episode
 from robosandbox.apps.commands.world import open_here
-from robosandbox.errors import InputError, LimitError
+from robosandbox.errors import CollisionError, InputError, LimitError
 from robosandbox.shapes.body import Piece
 from robosandbox.shapes.compound import Geometry, kind_of
 from robosandbox.shapes.hull import BoxHull
@@ -22,8 +22,9 @@ from robosandbox.sim.scene_check import check_scene
 from robosandbox.sim.scene_file import read_scene_file
 from robosandbox.sim.scene_report import to_yaml
 from robosandbox.sim.scene_sidecar import sidecar_path
-from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.part_ways import _faces
+from robosandbox.skills.primitives.manipulator import Manipulator, moved
+from robosandbox.skills.primitives.part_ways import PartWay, _faces
+from robosandbox.skills.primitives.parts import follow_way
 from robosandbox.skills.primitives.stillness import Stillness
 from robosandbox.tasks.loader import load_task
 from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject
@@ -564,6 +565,31 @@ def test_a_locked_door_is_told_of_as_such(tmp_path: Path) -> None:
         episode = cell.run("open the cupboard")
         assert not episode.success
         assert re.search(r"cupboard\.door is locked: pulled with \d+ N it is 0 deg open", episode.final_detail)
+
+
+def test_a_hand_that_meets_what_a_door_is_on_does_not_call_the_door_locked() -> None:
+    with open_here(WorkcellOptions(scene=KITCHEN)) as cell:
+        scene = cell.observe()
+        door, cupboard = scene.find("cupboard.door"), scene.find("cupboard")
+        assert door is not None and cupboard is not None
+        cell.do("close_gripper")
+        cell.do("move_to", x=0.95, y=-0.05, z=top(cupboard) + 0.03)
+        arm = Manipulator(cell.ctx)
+        arm.motion.allow("cupboard")
+        here = arm.state.tcp_pose
+        below = moved(here, np.array([0.0, 0.0, -0.05]))
+        down = arm.motion.plan_line(arm.q, below, speed=0.1)
+        way = PartWay(
+            grasp=None,
+            approach=down,
+            descent=down,
+            poses=(here, below),
+            steps=(down,),
+            values=(0.0, -0.5),
+            ends_at_stop=False,
+        )
+        with pytest.raises(CollisionError, match=r"met cupboard on its way, with \d+ N, and not cupboard.door"):
+            follow_way(arm, door, way, 20.0)
 
 
 def test_what_stands_where_a_door_goes_is_put_aside_first(tmp_path: Path) -> None:

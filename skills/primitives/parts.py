@@ -100,18 +100,20 @@ def _lead_along(arm: Manipulator, part: DetectedObject, way: PartWay) -> float:
     if not is_hook(arm, way.grasp.width) and closed < empty_aperture(arm.geometry, way.grasp.width):
         _let_go(arm, part)
         raise no_grip(arm, part, "missed", closed)
-    force = _follow(arm, part, way, MOST_FORCE)
-    _let_go(arm, part)
-    return force
+    try:
+        return follow_way(arm, part, way, MOST_FORCE)
+    finally:
+        _let_go(arm, part)
 
 
 def _push_along(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -> float:
     """Push a part along a way and come off it; return the most force along it, N, of which `most` is where it is stuck."""
     _go(arm, way, way.aperture)
-    force = _follow(arm, part, way, most)
-    _step_back(arm, part, way)
-    _withdraw(arm, part)
-    return force
+    try:
+        return follow_way(arm, part, way, most)
+    finally:
+        _step_back(arm, part, way)
+        _withdraw(arm, part)
 
 
 def _lead_then_push(
@@ -183,16 +185,16 @@ def lead_latched(
             _let_go(arm, held)
             raise no_grip(arm, held, "missed", arm.gripper.width)
         resists = spring_force(held, way.turn.values[-1], way.turn.poses[-1].position)
-        force = _follow(arm, held, way.turn, MOST_FORCE + resists)
+        force = follow_way(arm, held, way.turn, MOST_FORCE + resists)
         if math.dist(arm.state.tcp_pose.xyz, way.turn.poses[-1].xyz) > STAND_OFF:
             # The handle stopped before it was turned so far as the part is led from.
             _let_go(arm, held)
             return max(force - resists, 0.0)
         # What the spring asks for is no resistance of the part's.
-        force = max(force - resists, _follow(arm, part, way.lead, MOST_FORCE + resists) - resists, 0.0)
+        force = max(force - resists, follow_way(arm, part, way.lead, MOST_FORCE + resists) - resists, 0.0)
         first, last = way.lead.values[0], way.lead.values[-1]
         if abs(part_value(arm.find(name, arm.look())) - last) < TURNED_WITHIN * abs(last - first):
-            _follow(arm, held, way.back, MOST_FORCE + resists)
+            follow_way(arm, held, way.back, MOST_FORCE + resists)
         _let_go(arm, held)
         return force
 
@@ -286,9 +288,13 @@ def _go(arm: Manipulator, way: PartWay, aperture: float | None) -> None:
     follow_free(arm, way.descent, Phase.DESCEND)
 
 
-def _follow(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -> float:
-    """Move the hand along a way while the part follows; return the most that it pressed with along it, N."""
-    force, late, owner = 0.0, 0.0, part.id.rpartition(".")[0]
+def follow_way(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -> float:
+    """Move the hand along a way while the part follows; return the most that it pressed with along it, N.
+
+    Raises:
+        CollisionError: The hand presses on what the part is on, and was never felt on the part.
+    """
+    force, own, late, owner = 0.0, 0.0, 0.0, part.id.rpartition(".")[0]
     arm.ctx.enter(Phase.SLIDE)
     for number in range(1, len(way.poses)):
         step = way.poses[number].position - way.poses[number - 1].position
@@ -297,8 +303,9 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -
         direction = step / length if length > _SPOT else np.zeros(3)
 
         def felt(direction: Array = direction) -> bool:
-            nonlocal force
+            nonlocal force, own
             pressed = arm.force_on(part.id)
+            own = max(own, float(np.linalg.norm(pressed)))
             if owner:
                 # Where a part meets its stop the hand may press on what it is on as well.
                 pressed = pressed + arm.force_on(owner)
@@ -329,6 +336,11 @@ def _follow(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -
             late = behind
         elif stopped or gone < _FOLLOWS * (abs(wanted) - late):
             break
+    if own == 0.0 and force > RESISTED:
+        raise CollisionError(
+            f"the hand met {owner} on its way, with {force:.0f} N, and not {part.id}; approach it from elsewhere",
+            phase=Phase.SLIDE,
+        )
     return force
 
 
