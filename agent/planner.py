@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -19,6 +20,12 @@ from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
 from robosandbox.types import ObservedScene, Plan, Refusal
 from robosandbox.world.operators import Operator
+
+# What is said of the robot's own axes, whoever looks on.
+_IN_BASE = re.compile(
+    r"\b(?:base|robot)(?:'s)? (?:frame|coordinates)\b|\b(?:relative to|wrt) (?:the )?base\b|(?<![\w.])[-+]?[xy](?= axis| direction|\b(?!['.\w]))",
+    re.IGNORECASE,
+)
 
 
 class StubPlanner:
@@ -80,10 +87,13 @@ class StubPlanner:
             scene: What perception sees now.
             history: The attempts so far, oldest first; the new plan covers what they left undone.
         """
-        if not self._is_turned:
+        if not self._turns(prompt):
             return self._planned_for(prompt, scene, history)
         answer = self._planned_for(prompt, turned_scene(scene), turned_attempts(history, scene))
         return _turned_back(answer, scene)
+
+    def _turns(self, prompt: str) -> bool:
+        return self._is_turned and not _IN_BASE.search(prompt)
 
     def _planned_for(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt]) -> Plan | Refusal:
         draft: Draft | Refusal
@@ -119,20 +129,21 @@ class StubPlanner:
     def go_on(self, scene: ObservedScene) -> Plan | Refusal:
         """Return what is done now that the last plan's steps are, by what is seen now."""
         prompt, draft = self._last or ("", Draft(()))
+        turns = self._turns(prompt)
         if draft.question:
             discourse = self._dialogue.discourse if self._dialogue else Discourse()
-            seen = turned_scene(scene) if self._is_turned else scene
+            seen = turned_scene(scene) if turns else scene
             reply = answered(draft.question, seen, discourse, self._skills)
             self._last = (prompt, Draft(()))
             # What was ordered is done, whether the question can be answered or not.
             told = reply.message if isinstance(reply, Refusal) else reply.text if reply else ""
             return Plan(steps=(), answer=told)
-        later = resumed(draft, turned_scene(scene) if self._is_turned else scene, self._skills)
+        later = resumed(draft, turned_scene(scene) if turns else scene, self._skills)
         if isinstance(later, Refusal):
             return later
         later = replace(later, tempo=draft.tempo)
         self._last = (prompt, later)
-        return _turned_back(_plan_of(later), scene) if self._is_turned else _plan_of(later)
+        return _turned_back(_plan_of(later), scene) if turns else _plan_of(later)
 
 
 def _turned_back(answer: Plan | Refusal, scene: ObservedScene) -> Plan | Refusal:

@@ -419,7 +419,12 @@ class CloseGripper(Skill):
         detail: dict[str, float | str | bool] = {"width_mm": 1e3 * arm.gripper.width, "held": arm.look().held or ""}
         if arm.driver.capabilities.gripper_force:
             detail["force_n"] = arm.hand.grip_on(None)
-        return SkillResult(skill=self.name, detail=detail)
+        found = "" if detail["held"] or not _is_shut(arm) else "the fingers are shut, with nothing between them"
+        return SkillResult(skill=self.name, detail=detail, found=found)
+
+
+def _is_shut(arm: Manipulator) -> bool:
+    return arm.gripper.width <= arm.geometry.min_aperture + _SHUT
 
 
 def squeeze(arm: Manipulator, force: float, *, on_nothing: bool = False) -> None:
@@ -438,7 +443,7 @@ def squeeze(arm: Manipulator, force: float, *, on_nothing: bool = False) -> None
         felt = arm.hand.grip_on(None)
         if abs(felt - force) <= _CLOSE_ENOUGH * force:
             return
-        if felt == 0.0 and arm.gripper.width <= arm.geometry.min_aperture + _SHUT:
+        if felt == 0.0 and _is_shut(arm):
             if on_nothing:
                 return
             break

@@ -11,7 +11,7 @@ from pydantic import Field
 from robosandbox.driver import require
 from robosandbox.errors import Phase
 from robosandbox.skills.primitives.guarded import follow_until
-from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import HAND_GOES, LIGHT, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import A_LITTLE, Slot, Words
 from robosandbox.types import Pose, SkillResult
@@ -93,8 +93,6 @@ _DOWNWARDS = (
 )
 # Metres; farther than any arm on a table reaches down.
 _FAR = 2.0
-# N; what a hand that comes slowly feels before it presses hard.
-_LIGHT = 2.0
 
 
 def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
@@ -164,7 +162,7 @@ _UNTIL_TOUCH = Slot(
     argument="until_force",
     kind="phrase",
     phrases=tuple(
-        (f"{until} {what}{then}", _LIGHT)
+        (f"{until} {what}{then}", LIGHT)
         for until in ("until", "till")
         for what in _TOUCHES
         for then in ("", " and stop there", " and stop", " then stop")

@@ -58,9 +58,14 @@ _BY_PLACE = tuple(
     )
     for joint in ("joint", "axis")
 )
-# "swing the base joint 30 degrees to the left": seen from above, the sense of the first joint of an arm that stands.
-_AT_BASE = tuple((said, number) for said, number in _BY_PLACE if "base" in said or "first" in said)
 _NUMBER = Slot(argument="joint", kind="number", prepositions=("joint", "joint number", "axis", "the joint"))
+
+
+_SEEN_FROM_ABOVE = Slot(
+    argument="turn", kind="angle", prepositions=("", "by"), beginnings=SENSES, endings=SENSES, bare=False
+)
+# Share of a joint's turn that is about the vertical from which on it is one to the left or to the right: 26 degrees from it.
+_UPRIGHT = 0.9
 
 
 class MoveJoint(HandMove):
@@ -74,15 +79,10 @@ class MoveJoint(HandMove):
             slots=(_NUMBER, Slot(argument="to", kind="angle", prepositions=("to", "at"))),
             needed=("joint", "to"),
         ),
-        Words(
-            verbs=_VERBS,
-            slots=(
-                Slot(argument="joint", kind="phrase", phrases=_AT_BASE),
-                Slot(
-                    argument="by", kind="angle", prepositions=("", "by"), beginnings=SENSES, endings=SENSES, bare=False
-                ),
-            ),
-            needed=("joint", "by"),
+        # "swing the base joint 30 degrees to the left"
+        *(
+            Words(verbs=_VERBS, slots=(which, _SEEN_FROM_ABOVE), needed=("joint", "turn"))
+            for which in (Slot(argument="joint", kind="phrase", phrases=_BY_PLACE), _NUMBER)
         ),
         Words(
             verbs=_SET,
@@ -114,27 +114,43 @@ class MoveJoint(HandMove):
         ),
     )
 
-    def run(self, ctx: SkillContext, *, joint: int, by: float | None = None, to: float | None = None) -> SkillResult:
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        joint: int,
+        by: float | None = None,
+        to: float | None = None,
+        turn: float | None = None,
+    ) -> SkillResult:
         """Turn a joint on a free way, the others staying as they are in the end; what the hand holds stays held.
 
         Args:
             joint: Its number, counted from the base, which is 1, or from the hand, which is -1.
             by: By how much, rad; metres for a sliding one.
             to: To which angle, in place of that.
+            turn: By how much as seen from above, in place of both, rad; counterclockwise, to the left, is positive.
 
         Raises:
-            InvalidArgumentError: There is no such joint, it does not go so far, or not exactly one of `by` and `to` is given.
+            InvalidArgumentError: There is no such joint, it does not go so far, not exactly one of `by`, `to` and `turn` is given, or
+                it does not turn about the vertical.
             CollisionError: Something is in the way.
             UnsupportedError: What lies in what is held would fall out.
             TrackingError: The arm did not arrive.
         """
         arm = Mover(ctx)
         robot = arm.spec
-        if (by is None) == (to is None):
-            raise InvalidArgumentError("by, to: give one of them", phase=Phase.CHECK)
+        if sum(told is not None for told in (by, to, turn)) != 1:
+            raise InvalidArgumentError("by, to, turn: give one of them", phase=Phase.CHECK)
         joint = robot.n + 1 + joint if joint < 0 else joint
         if not 1 <= joint <= robot.n:
             raise InvalidArgumentError(f"joint: {robot.name} has joints 1 to {robot.n}, not {joint}", phase=Phase.CHECK)
+        if turn is not None:
+            upwards = _upwards(arm, joint)
+            if abs(upwards) < _UPRIGHT:
+                told = f"turn: {robot.joints[joint - 1]} does not turn about the vertical as it stands; say by how much"
+                raise InvalidArgumentError(told, phase=Phase.CHECK)
+            by = float(np.copysign(turn, turn * upwards))
         goal = arm.q.copy()
         goal[joint - 1] = goal[joint - 1] + by if by is not None else to
         low, high = robot.lower[joint - 1], robot.upper[joint - 1]
@@ -145,3 +161,12 @@ class MoveJoint(HandMove):
             )
         arm.follow(arm.way_to(goal), Phase.APPROACH)
         return SkillResult(skill=self.name, detail={"joint_error": float(np.abs(arm.q - goal).max())})
+
+
+def _upwards(arm: Mover, joint: int) -> float:
+    """Return the vertical component of the axis about which a joint turns the hand, counterclockwise seen from above positive."""
+    little = 1e-5
+    further = arm.q.copy()
+    further[joint - 1] += little
+    turned = arm.motion.forward(further).rotation @ arm.motion.forward(arm.q).rotation.T
+    return float(turned[1, 0] - turned[0, 1]) / (2.0 * little)

@@ -11,7 +11,7 @@ from robosandbox.skills.gripper import FORCE, squeeze
 from robosandbox.skills.pick import Pick, take_hold
 from robosandbox.skills.primitives.grasping import plan_grasp
 from robosandbox.skills.primitives.guarded import follow_free
-from robosandbox.skills.primitives.hand_move import HandMove
+from robosandbox.skills.primitives.hand_move import LIGHT, HandMove
 from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.skills.primitives.sensing import check_open
 from robosandbox.skills.protocols import SkillContext
@@ -19,9 +19,6 @@ from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-
-# N; what a thing that somebody only wants to be pressed bears, and what the fingers of a hand feel. Chosen.
-_LIGHT = 5.0
 
 
 class Squeeze(HandMove):
@@ -77,7 +74,7 @@ class Squeeze(HandMove):
             take_hold(arm, target, plan)
         abilities = arm.driver.capabilities
         if force is not None or (abilities.gripper_force and abilities.grip_limit):
-            squeeze(arm, _LIGHT if force is None else force)
+            squeeze(arm, LIGHT if force is None else force)
         detail: dict[str, float | str | bool] = {"object": object, "width_mm": 1e3 * arm.gripper.width}
         if abilities.gripper_force:
             detail["force_n"] = arm.hand.grip_on(None)

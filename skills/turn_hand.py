@@ -151,7 +151,8 @@ class TurnHand(HandMove):
         Args:
             angle: About the vertical, rad; counterclockwise seen from above is positive.
             tilt: About the axis along which the fingers close, after the turn, rad; the fingertips go away from the base where positive.
-            sideways: About the horizontal line from the base to the hand, after both, rad; the fingertips go to the left where positive.
+            sideways: About the horizontal line from the base to the hand, after both, rad; the fingertips go to the left where positive,
+                as seen from the base.
             upright: Whether it is to point straight down, however it is tilted now.
 
         Raises:
@@ -170,7 +171,8 @@ class TurnHand(HandMove):
         # The tips go along the axis crossed with where the hand points.
         sense = 1.0 if np.cross(axis, turned[:, 2]) @ away >= 0.0 else -1.0
         leaning = matrix_about_axis(axis, sense * tilt) @ turned
-        if sideways and away.any():
-            leaning = matrix_about_axis(away / np.linalg.norm(away), sideways) @ leaning
+        if sideways:
+            level = away / np.linalg.norm(away) if away.any() else np.array([1.0, 0.0, 0.0])
+            leaning = matrix_about_axis(level, sideways) @ leaning
         goal = Pose.from_matrix(here.position, leaning)
         return SkillResult(skill=self.name, detail=arm.arrive(arm.way_to(arm.standing_at(goal)), goal))

@@ -111,6 +111,19 @@ def test_a_grip_on_what_is_held_reaches_its_force_or_tells(cell: EmbeddedWorkcel
         cell.do("close_gripper", force=190.0)
 
 
+@pytest.mark.parametrize("joint", [1, -1])
+def test_a_joint_turns_to_the_left_as_seen_from_above(cell: EmbeddedWorkcell, joint: int) -> None:
+    before = cell.driver.state().tcp_pose.rotation
+    cell.do("move_joint", joint=joint, turn=0.3)
+    turned = cell.driver.state().tcp_pose.rotation @ before.T
+    assert np.arctan2(turned[1, 0], turned[0, 0]) == pytest.approx(0.3, abs=0.01)
+
+
+def test_a_joint_that_lies_turns_to_no_side(cell: EmbeddedWorkcell) -> None:
+    with pytest.raises(InvalidArgumentError, match="does not turn about the vertical"):
+        cell.do("move_joint", joint=4, turn=0.3)
+
+
 def test_the_gripper_opens_to_a_width(cell: EmbeddedWorkcell) -> None:
     assert float(cell.do("open_gripper", width=0.03).detail["width_mm"]) == pytest.approx(30.0, abs=0.5)
     with pytest.raises(InvalidArgumentError, match="opens to 80 mm"):

@@ -16,6 +16,7 @@ from robosandbox.apps.conformance.conformance import check_words
 from robosandbox.errors import ConnectionLostError, NotHoldingError, TrackingError
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.base import Skill
+from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.events import PhaseEntered
 from robosandbox.skills.manual import MANUAL
 from robosandbox.skills.primitives.hand_move import Mover
@@ -71,7 +72,20 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
     ("said", "code", "asked"),
     [
         ("raise your hand", RefusalCode.AMBIGUOUS, "how far"),
-        ("move over", RefusalCode.AMBIGUOUS, ""),
+        ("move over", RefusalCode.AMBIGUOUS, "where to"),
+        # What would not be as it was told, and words that say more than was understood.
+        ("go up 5 cm at constant height", RefusalCode.IMPOSSIBLE, "at one height"),
+        ("go left 5 cm, straight up", RefusalCode.IMPOSSIBLE, "straight up"),
+        ("lift the red cube 5 cm without turning the hand", RefusalCode.IMPOSSIBLE, "without a turn of the hand"),
+        (
+            "rotate joint 1 by 20 degrees and go up 5 cm, other joints stay still",
+            RefusalCode.IMPOSSIBLE,
+            "other joints",
+        ),
+        ("close the gripper and end up open", RefusalCode.IMPOSSIBLE, "open in the end"),
+        ("go up 5 cm, higher", RefusalCode.UNRECOGNIZED, "higher"),
+        ("open the gripper to 5 cm, less", RefusalCode.UNRECOGNIZED, ""),
+        ("push the red cube with the tool", RefusalCode.OBJECT_NOT_FOUND, "tool"),
         ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),
         ("pick up the red cube three times", RefusalCode.UNRECOGNIZED, "three times"),
         ("open the gripper 100 times", RefusalCode.UNSUPPORTED, ""),
@@ -474,3 +488,19 @@ def test_a_hand_between_the_fingers_of_which_something_fell_gets_away(cell: Embe
     assert cell.run("move left 10 cm").success
     after = cell.observe().find("red_cube")
     assert before and after and np.allclose(before.pose.xyz, after.pose.xyz, atol=0.001)
+
+
+@pytest.mark.parametrize(
+    ("said", "call"),
+    [
+        ("move 10 cm to the left", "move_by(dy=-0.1)"),
+        ("move 10 cm to the left in the base frame", "move_by(dy=0.1)"),
+        ("go 5 cm in y", "move_by(dy=0.05)"),
+        ("lean your hand 10 degrees to the left", "turn_hand(sideways=-0.174533)"),
+    ],
+)
+def test_a_viewer_s_left_is_the_robot_s_right(still: EmbeddedWorkcell, said: str, call: str) -> None:
+    planner = StubPlanner(load_skills(), moves=MANUAL, frame="viewer")
+    plan = planner.plan(said, still.observe())
+    assert isinstance(plan, Plan), plan
+    assert [str(step) for step in plan.steps] == [call]

@@ -32,6 +32,11 @@ def test_a_thing_is_squeezed_where_it_stands(cell: EmbeddedWorkcell) -> None:
     assert np.abs(place(cell, "red_cube") - before).max() < 0.003
 
 
+def test_a_thing_is_squeezed_lightly_where_no_force_is_told(cell: EmbeddedWorkcell) -> None:
+    done = cell.do("squeeze", object="green_cube")
+    assert 0.0 < float(done.detail["force_n"]) < 5.0
+
+
 def test_what_is_kept_is_held_and_not_lifted(cell: EmbeddedWorkcell) -> None:
     before = place(cell, "blue_cube")
     cell.do("squeeze", object="blue_cube", force=10.0, keep=True)
@@ -51,3 +56,4 @@ def test_fingers_that_close_on_nothing_are_shut(cell: EmbeddedWorkcell) -> None:
     done = cell.do("close_gripper", force=5.0)
     assert float(done.detail["width_mm"]) < 1.0
     assert done.detail["held"] == ""
+    assert done.found == "the fingers are shut, with nothing between them"

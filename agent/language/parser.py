@@ -10,7 +10,8 @@ from robosandbox.agent.language.intent import Ref
 from robosandbox.agent.language.ruleset import COSTS, Item, Rule, Ruleset, Way
 from robosandbox.agent.language.vocabulary import EVERYTHING, Hit, Token
 
-# Number of readings of one phrase over the same words that are followed, plainest first: 4 to 14 read the same sentences.
+# Number of readings of one phrase over the same words that are followed, plainest first: eight lose what
+# one of many skills with the same slots says without its verb, and cost as much.
 MOST_READINGS = 14
 # Number of times that what may be repeated is: more adjectives or items than anybody says.
 MOST_REPEATED = 8

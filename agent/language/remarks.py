@@ -14,9 +14,6 @@ from robosandbox.agent.language.front import ENGLISH
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.wordlist import word_set
 
-_PERSONS = word_set(
-    "i we he she my our his her their nobody somebody someone everybody everyone people mum mummy mom dad daddy grandma grandpa"
-)
 _THINGS = word_set("it they this that these those there here")
 _DESCRIBED = word_set("the a an these those some")
 # Verbs by which a clause is known that begins with a thing, before they could be the verb of an order.
@@ -34,7 +31,6 @@ _BINDING = word_set(
     do did done doing handle both each some any all every everything rest other others half ones
     """
 )
-_WISHING = word_set("want wants need needs wish wishes like love prefer would hope hoping")
 _FINDING_OUT = {(verb, "if") for verb in ("see", "hear", "know", "check", "find", "tell", "learn")}
 _YOURS = word_set("are were look looked seem seemed know see frighten scare startle understand")
 _LIKE = re.compile(
@@ -51,10 +47,9 @@ _WITHIN = re.compile(
     re.IGNORECASE,
 )
 _MARKS = re.compile(r"(?<!\d)([.,;:!?])+(?=\s|$)|(?<=\d)([.,;:!?])+(?=\s|$)|\s+[-–—]+\s+")
-_PARENTHESES = re.compile(r"\([^()]*\)")
 # What may be said in a word or two and tells nothing.
 _EMPTY = word_set(
-    "you_know you_see mind_you so_to_speak bless_you of_course i_think i_guess sorry excuse_me pardon pardon_me i_beg_your_pardon my_dear mind_you"
+    "you_know you_see mind_you so_to_speak bless_you of_course i_think i_guess sorry excuse_me pardon pardon_me i_beg_your_pardon my_dear"
 )
 
 
@@ -75,10 +70,11 @@ def without_remarks(prompt: str, ids: Collection[str]) -> tuple[str, tuple[str, 
     """
     kept: list[str] = []
     remarks: list[str] = []
+    parts = {part for name in ids for part in name.lower().split("_")}
+    # In an order that is about none of the things "it" is none of them either.
+    of_none = parts.isdisjoint(prompt.lower().split())
     for clause, mark in _clauses(prompt):
-        if _is_remark(
-            clause, ids, {part for name in ids for part in name.lower().split("_")}.isdisjoint(prompt.lower().split())
-        ):
+        if _is_remark(clause, parts, of_none=of_none):
             remarks.append(clause)
             if kept and mark in ".!?:;" and kept[-1][-1:] == ",":
                 kept[-1] = kept[-1][:-1] + ("." if mark in ":;" else mark)
@@ -104,8 +100,14 @@ def _clauses(prompt: str) -> list[tuple[str, str]]:
     return apart
 
 
-def _is_remark(clause: str, ids: Collection[str], of_none: bool) -> bool:
-    """Say whether a clause is a remark; of an order that is `of_none` of the things "it" is none of them either."""
+def _is_remark(clause: str, parts: Collection[str], *, of_none: bool) -> bool:
+    """Say whether a clause is a remark.
+
+    Args:
+        clause: What stands between two marks.
+        parts: Words of the ids of the things in the scene.
+        of_none: The order is about none of these.
+    """
     vocabulary = ruleset(ENGLISH).vocabulary
     text = _OPENERS.sub("", clause.lower().replace("’", "'"))
     words = re.findall(r"[a-z]+|\d+", text.replace("n't", " not").replace("'", " "))
@@ -129,17 +131,16 @@ def _is_remark(clause: str, ids: Collection[str], of_none: bool) -> bool:
     said = [word for word, before in zip(words, ("", *words), strict=False) if (before, word) not in _FINDING_OUT]
     if not binding.isdisjoint(said) or words[0] in ("if", "when", "whenever", "once"):
         return False
-    parts = {part for name in ids for part in name.lower().split("_")}
     colours = {form for forms in vocabulary.classes["COLOUR"].values() for form in forms}
-    if not (parts | colours).isdisjoint(words):
+    if not colours.union(parts).isdisjoint(words):
         # "mine is the blue one", "I hate the red cube"
         return False
     first, second = words[0], words[1] if len(words) > 1 else ""
-    if first in ("my", "our", "his", "her", "their") and not any(map(_is_finite, words[2:])):
+    if first in ("my", "our", "his", "her") and not any(map(_is_finite, words[2:])):
         # "my turn"
         return False
-    if first in _PERSONS:
-        return _asks_nothing(words)
+    if first in vocabulary.lists["persons"]:
+        return _asks_nothing(words, vocabulary.lists["wishing"])
     if first == "you":
         return second in _YOURS
     telling = next((k for k, word in enumerate(words[1:7], 1) if word in _TELLING), 0)
@@ -154,12 +155,12 @@ def _is_finite(word: str) -> bool:
     return word in _TELLING or word.endswith("ed") or (word.endswith("s") and not word.endswith("ss"))
 
 
-def _asks_nothing(words: Sequence[str]) -> bool:
+def _asks_nothing(words: Sequence[str], wishing: Collection[str]) -> bool:
     """Say whether what somebody does or is asks for nothing: "I need to wipe the table" does not, "I need a circle" does."""
     if "not" in words and words[-1] in ("so", "that", "this", "it", "to"):
         # "I do not think so", "we do not want that"
         return False
-    wish = next((k for k, word in enumerate(words) if word in _WISHING and k < 4), 0)
+    wish = next((k for k, word in enumerate(words) if word in wishing and k < 4), 0)
     if not wish:
         return "you" not in words or "not" not in words
     if words[wish] == "would" and words[wish + 1 : wish + 2] not in (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from robosandbox.agent.language.discourse import RefusedError
 from robosandbox.agent.language.inflection import inflections
@@ -149,15 +149,60 @@ def lines_of(skill: str, ways: Sequence[Words]) -> str:
     return "\n".join(line for k, words in enumerate(ways) for line in _way(skill, k, words))
 
 
+class _Phrases(NamedTuple):
+    """What rules of one way to ask for a skill are put together of.
+
+    Attributes:
+        own: Name of the way, of which those of its rules and classes are made.
+        act: How a rule begins that tells the skill and the way, with the verb's field.
+        body: What of the robot may be named; "" for nothing.
+        filled: One phrase that fills an argument or several.
+        slots: The same behind a verb, or what it costs to say none; "" for a way without.
+    """
+
+    own: str
+    act: str
+    body: str
+    filled: str
+    slots: str
+
+
 def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     own = f"{skill}_{k}"
+    verbs = tuple(_verbs(own, words))
+    yield from (line for lines, _ in verbs for line in lines)
+    for j, slot in enumerate(words.slots):
+        yield from _slot(f"{own}_{j}", slot, words.nouns)
+    if words.slots:
+        yield f"said_with_{own}"
+        yield from (f"  = slots+:said_{own}_{j}" for j in range(len(words.slots)))
+        yield "  = paced_at"
+    filled = f"said_with_{own}{f' (slot_joint? said_with_{own})?' * min(_MOST_SLOTS - 1, len(words.slots))}"
+    # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
+    cost = ("!" if words.pace else "!!") if words.required else ""
+    unsaid = "" if words.needed else f" | {cost}"
+    phrases = _Phrases(
+        own=own,
+        act=f"  = verb=worded skill={skill} way={k}",
+        body=f" own_{words.body}" if words.body else "",
+        filled=filled,
+        slots=f' (("," | ":")? {filled} stays_there*{unsaid})' if words.slots else "",
+    )
+    yield "acts"
+    yield from (line for _, verb in verbs for line in _said(phrases, words, *verb))
+    yield from _said_by_nouns(phrases, words)
+    yield from _said_without_verbs(phrases, words, f"  = skill={skill} way={k}")
+
+
+def _verbs(own: str, words: Words) -> Iterator[tuple[list[str], tuple[str, str, bool]]]:
+    """Yield the classes of verbs that are followed alike; the phrase for them, what comes behind the object, and whether "{}" is said."""
     behind: dict[tuple[str, bool], list[str]] = {}
     for verb in words.verbs:
         begins, mark, after = verb.partition("{}")
         behind.setdefault((after.strip(), bool(mark)), []).append(begins.strip())
-    told: list[tuple[str, str, bool]] = []
+    count = 0
     for (after, marked), verbs in behind.items():
-        # "move the hand", "move your arm", "bring the hand", ...: a verb and what follows it are classes of their own.
+        # "move up", "go up", "move down", ...: a verb and what follows it are classes of their own.
         followed: dict[str, dict[str, None]] = {}
         for verb in verbs:
             first, _, rest = verb.partition(" ")
@@ -166,73 +211,66 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
         for first, behind_it in followed.items():
             alike.setdefault(tuple(behind_it), []).append(first)
         for follows, firsts in alike.items():
-            name = f"V_{own}_{len(told)}".upper()
-            yield name
+            name = f"V_{own}_{count}".upper()
+            count += 1
+            lines = [name]
             for first in firsts:
                 inflected = zip(inflections(first), _FORMS, strict=False)
-                yield f"  {first} = {', '.join(f'{form}({kind})' for form, kind in inflected)}"
+                lines.append(f"  {first} = {', '.join(f'{form}({kind})' for form, kind in inflected)}")
             rests = [rest for rest in follows if rest]
-            if rests:
-                yield f"WITH_{name}"
-                yield f"  {', '.join(rests)}"
+            lines += [f"WITH_{name}", f"  {', '.join(rests)}"] if rests else []
             optional = "?" if "" in follows else ""
-            told.append((f"&{name}{f' WITH_{name}{optional}' if rests else ''}", after, marked))
-    for j, slot in enumerate(words.slots):
-        yield from _slot(f"{own}_{j}", slot, words.nouns)
-    if words.slots:
-        yield f"said_with_{own}"
-        yield from (f"  = slots+:said_{own}_{j}" for j in range(len(words.slots)))
-        yield "  = paced_at"
-    yield "acts"
-    with_it = f"said_with_{own}"
-    most = min(_MOST_SLOTS, len(words.slots) + 1) if words.slots else 0
-    # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
-    bare = ("!" if words.pace else "!!") if words.required else ""
-    bare = f" | {bare}" if not words.needed else ""
-    slots = f' (("," | ":")? {with_it}{f" (slot_joint? {with_it})?" * (most - 1)} stays_there*{bare})' if most else ""
-    act = f"  = verb=worded skill={skill} way={k}"
-    body = f" own_{words.body}" if words.body else ""
-    filled = f"{with_it}{f' (slot_joint? {with_it})?' * (most - 1)}"
-    needed = f' ","? {filled} stays_there?' if words.slots else ""
-    for verb, after, marked in told:
-        rest = "".join(f' "{word}"' for word in after.split())
-        if words.object:
-            yield f"{act} {verb} objects{rest}{slots}"
-        elif not body or marked:
-            yield f"{act} {verb}{body}{rest}{slots}"
-        elif words.body == "fingers":
-            # "open" alone may be said of anything.
-            yield f"{act} {verb}{body}{slots}"
-            yield from [f"{act} {verb}{needed} !"] * bool(needed)
-        else:
-            yield f"{act} {verb}{body}?{slots}"
-    if words.nouns and words.object:
-        # "give it a shake", "give it three good shakes"
-        quoted = " | ".join(f'"{noun}"' for noun in words.nouns)
-        yield f"{act} VGIVE.base objects MAKING_A SMALL_ACT* ({quoted}){slots}"
-        if any(slot.argument == "times" for slot in words.slots):
-            yield f"{act} VGIVE.base objects slots+:counted_{own}{slots}"
-            yield f"counted_{own} : slot"
-            several = " | ".join(f'"{noun}s"' for noun in words.nouns)
-            yield f"  = times:count SMALL_ACT* ({several})"
-            yield "acts"
-    elif words.nouns:
-        quoted = " | ".join(f'"{noun}"' for noun in words.nouns)
-        yield f'{act} MAKING SMALL_ACT* ({quoted}) ("with"{body or " own_hand"})? "of"?{slots}'
-        if words.slots:
-            # "do a quarter turn", "make a 5 cm move to the left"
-            yield f"{act} MAKING_BARE{needed}"
-            yield f"{act} MAKING{needed}"
+            yield lines, (f"&{name}{f' WITH_{name}{optional}' if rests else ''}", after, marked)
+
+
+def _said(phrases: _Phrases, words: Words, verb: str, after: str, marked: bool) -> Iterator[str]:
+    """Yield the rules of a class of verbs."""
+    act, body, slots = phrases.act, phrases.body, phrases.slots
+    rest = "".join(f' "{word}"' for word in after.split())
+    if words.object:
+        yield f"{act} {verb} objects{rest}{slots}"
+    elif not body or marked:
+        yield f"{act} {verb}{body}{rest}{slots}"
+    elif words.body == "fingers":
+        # "open" alone may be said of anything.
+        yield f"{act} {verb}{body}{slots}"
+        yield from [f'{act} {verb} ","? {phrases.filled} stays_there? !'] * bool(slots)
+    else:
+        yield f"{act} {verb}{body}?{slots}"
+
+
+def _said_by_nouns(phrases: _Phrases, words: Words) -> Iterator[str]:
+    """Yield the rules by which an act is told by a noun: "do a small turn", "give it a shake", "give it three good shakes"."""
+    if not words.nouns:
+        return
+    act, slots, own = phrases.act, phrases.slots, phrases.own
+    quoted = " | ".join(f'"{noun}"' for noun in words.nouns)
+    if not words.object:
+        yield f'{act} MAKING MAKING_A SMALL_ACT* ({quoted}) ("with"{phrases.body or " own_hand"})? "of"?{slots}'
+        # "do a quarter turn", "make a 5 cm move to the left"
+        yield from [f'{act} MAKING MAKING_A? ","? {phrases.filled} stays_there?'] * bool(slots)
+        return
+    yield f"{act} VGIVE.base objects MAKING_A SMALL_ACT* ({quoted}){slots}"
+    if any(slot.argument == "times" for slot in words.slots):
+        yield f"{act} VGIVE.base objects slots+:counted_{own}{slots}"
+        yield f"counted_{own} : slot"
+        several = " | ".join(f'"{noun}s"' for noun in words.nouns)
+        yield f"  = times:count SMALL_ACT* ({several})"
+        yield "acts"
+
+
+def _said_without_verbs(phrases: _Phrases, words: Words, act: str) -> Iterator[str]:
+    """Yield the rules of what is said without a verb: in notes, and behind a step whose verb may be one of these."""
+    body = phrases.body
     if words.alone and words.slots:
         yield "bare_worded : Command"
         # "5 cm" alone is no width of the gripper.
         named = f'{body} ":"?' if words.body == "fingers" else f'({body} ":"?)?' if body else ""
-        yield f"{act} {named} {filled}"
-        yield "acts"
+        yield f"{phrases.act} {named} {phrases.filled}"
     if words.slots:
-        # "..., then 3 cm to the left": the verb of the step before may be one of these.
+        # "..., then 3 cm to the left"
         yield "gap_worded : Command"
-        yield f"  = skill={skill} way={k} {filled}"
+        yield f"{act} {phrases.filled}"
     if words.object:
         # "point at the red cube, then at the blue one"
         before = {
@@ -240,7 +278,7 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
         }
         yield "gap_worded : Command"
         yield from (
-            f'  = skill={skill} way={k} "{word}" objects{slots}{"?" * bool(slots)}'
+            f'{act} "{word}" objects{phrases.slots}{"?" * bool(phrases.slots)}'
             for word in sorted(before & _PREPOSITIONS)
         )
 

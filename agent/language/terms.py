@@ -61,20 +61,20 @@ _WORDS = {
 _CLOSES = frozenset({"tap", "push", "push_to", "press_down", "press", "close_gripper"})
 # Calls that move no joint but the fingers'.
 _STILL = frozenset({"wait", "open_gripper", "close_gripper", "save_pose", "set_tempo"})
-# Calls that keep the hand turned as it is, all of them in a straight line.
+# Calls that go, or take a thing, straight.
 _LINES = frozenset({"move_by", "move_to_height", "lift"})
+_UNGRIPPED = UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper", "close_gripper"}
 _SKILLS_OF = {
     "in_place": _STILL | {"turn_hand"},
     "fingers_closed": UNTOUCHED | _CLOSES | {"shake"},
     "untouched": UNTOUCHED | {"open_gripper", "close_gripper", "shake"},
-    "ungripped": UNTOUCHED | {"push", "push_to", "tap", "press_down", "press", "open_gripper", "close_gripper"},
+    "ungripped": _UNGRIPPED,
     "level": _STILL | {"turn_hand", "move_by", "trace"},
-    "turned": _STILL | _LINES | {"trace"},
+    "turned": _STILL | {"move_by", "move_to_height", "trace"},
     "fingers": UNTOUCHED | {"shake"},
     "joints": frozenset({"move_joint"}),
     "spot": _STILL | {"turn_hand", "move_to_height", "move_by", "lift"},
-    "unlifted": UNTOUCHED
-    | {"squeeze", "push", "push_to", "tap", "press_down", "press", "open_gripper", "close_gripper"},
+    "unlifted": _UNGRIPPED | {"squeeze"},
     "still": _STILL,
     "straight": _STILL | _LINES,
     "straight_up": _STILL | _LINES,
@@ -109,11 +109,7 @@ def _keeps(call: SkillCall, term: str) -> bool:
 
 
 def _standing(draft: Draft, skills: Sequence[str]) -> Draft:
-    """Return a draft in which things are gripped where they stand in place of picked up.
-
-    Raises:
-        RefusedError: It does more with them than that.
-    """
+    """Return a draft in which things are gripped where they stand in place of picked up."""
     steps: list[Step] = []
     for step in draft.steps:
         call, last = step.call, steps[-1].call if steps else None

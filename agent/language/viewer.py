@@ -18,6 +18,8 @@ Frame = Literal["robot", "viewer"]
 _ACROSS = {"left": "right", "right": "left", "front": "back", "back": "front", "forward": "back"}
 # "back" is the side behind a thing, and the direction towards the robot.
 _DIRECTIONS = {**_ACROSS, "back": "forward"}
+# Arguments of skills of the hand that are positive to the left.
+_TO_THE_LEFT = frozenset({"dy", "sideways"})
 
 
 def turned_scene(scene: ObservedScene) -> ObservedScene:
@@ -76,6 +78,8 @@ def _turned_call(call: SkillCall, scene: ObservedScene) -> SkillCall:
     for name, table in (("side", _ACROSS), ("direction", _DIRECTIONS)):
         if name in arguments:
             arguments[name] = table.get(str(arguments[name]), arguments[name])
+    for name in _TO_THE_LEFT & arguments.keys():
+        arguments[name] = -cast(float, arguments[name])
     if "x" in arguments and "y" in arguments:
         x, y, _ = _point((cast(float, arguments["x"]), cast(float, arguments["y"]), 0.0), scene)
         arguments |= {"x": round(x, 4), "y": round(y, 4)}

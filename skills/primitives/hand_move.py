@@ -52,6 +52,8 @@ HAND_GOES = (*_GOES, *(f"{verb} {{}}" for verb in _BRINGS))
 # m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
 # twice that at twice the speed.
 _FEELING = 0.005
+# N; what a hand that comes slowly feels before it presses hard.
+LIGHT = 2.0
 # Metres above what is believed to be below the hand from where on it feels its way, and how far about it that may be; chosen as ten
 # times what pixels err by (2.2 mm p95), and the breadth of a finger.
 _SHORT_OF_IT, _ABOUT = 0.03, 0.02

@@ -101,19 +101,26 @@ def _lead_along(arm: Manipulator, part: DetectedObject, way: PartWay) -> float:
         _let_go(arm, part)
         raise no_grip(arm, part, "missed", closed)
     try:
-        return follow_way(arm, part, way, MOST_FORCE)
-    finally:
+        force = follow_way(arm, part, way, MOST_FORCE)
+    except CollisionError:
         _let_go(arm, part)
+        raise
+    _let_go(arm, part)
+    return force
 
 
 def _push_along(arm: Manipulator, part: DetectedObject, way: PartWay, most: float) -> float:
     """Push a part along a way and come off it; return the most force along it, N, of which `most` is where it is stuck."""
     _go(arm, way, way.aperture)
     try:
-        return follow_way(arm, part, way, most)
-    finally:
+        force = follow_way(arm, part, way, most)
+    except CollisionError:
         _step_back(arm, part, way)
         _withdraw(arm, part)
+        raise
+    _step_back(arm, part, way)
+    _withdraw(arm, part)
+    return force
 
 
 def _lead_then_push(
@@ -292,7 +299,7 @@ def follow_way(arm: Manipulator, part: DetectedObject, way: PartWay, most: float
     """Move the hand along a way while the part follows; return the most that it pressed with along it, N.
 
     Raises:
-        CollisionError: The hand presses on what the part is on, and was never felt on the part.
+        CollisionError: The hand presses on what the part is on, and was never felt on anything else.
     """
     force, own, late, owner = 0.0, 0.0, 0.0, part.id.rpartition(".")[0]
     arm.ctx.enter(Phase.SLIDE)
@@ -307,8 +314,10 @@ def follow_way(arm: Manipulator, part: DetectedObject, way: PartWay, most: float
             pressed = arm.force_on(part.id)
             own = max(own, float(np.linalg.norm(pressed)))
             if owner:
-                # Where a part meets its stop the hand may press on what it is on as well.
-                pressed = pressed + arm.force_on(owner)
+                # Where a part meets its stop the hand may press on what it is on as well, and a latch is a part of its own.
+                beside = arm.force_on(owner)
+                own = max(own, float(np.linalg.norm(arm.force_on(None) - beside - pressed)))
+                pressed = pressed + beside
             along = float(pressed @ direction)
             across = float(np.linalg.norm(pressed - along * direction))
             # Across the way the hand only keeps the part on it.
