@@ -81,6 +81,8 @@ _BEFORE = 0.003
 _FAR, _NEAR = 0.04, 0.02
 # Cosine between two directions from which on they are not at a right angle.
 _LEVEL = 0.05
+# Cosine to its approach up to which a hand pushes with its side: what its tips press down does not slide along it.
+_BY_SIDE = 0.7
 # Headings of a hand that presses, about its direction.
 _YAWS = 8
 
@@ -513,7 +515,8 @@ def plan_push(
 
     for goal, (allowed, tips_first), number, (share, slides) in product(goals, free, range(len(pushes)), ways):
         pushing = number, allowed, tips_first, share, slides
-        if not is_left(goal, pushing):
+        face = pushes[number][1]
+        if not is_left(goal, pushing) or (slides and abs(face.way @ face.tcp.rotation[:, 2]) > _BY_SIDE):
             continue
         try:
             return planned(goal, pushing)
