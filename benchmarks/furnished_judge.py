@@ -213,8 +213,8 @@ def so(sim: MuJoCoBackend, room: Furnished, goal: Goal, data: mujoco.MjData) -> 
             and levels < RESTS
         )
     names = [goal.target]
-    if goal.target == "shelf" and (goal.relation == "inside" or " " in goal.said.partition("(")[0]):
-        # Who says "on the shelf" in words means any of its boards.
+    if goal.target == "shelf":
+        # What stands on any of its boards is on the shelf.
         names = [name for name in room.spaces if name.startswith("in shelf")] + ["shelf"] * (goal.relation == "on")
     for name in names:
         space = room.spaces[name]
