@@ -144,7 +144,10 @@ _TOUCHES = (
     "you are in contact",
     *(
         f"{who} {does}{what}"
-        for who, does in (("it", "touches"), ("you", "touch"), ("you", "feel"), ("you", "hit"), ("you", "meet"))
+        for who, does in (
+            *(("it", "touches"), ("you", "touch"), ("you", "feel"), ("you", "hit"), ("you", "meet")),
+            *(("they", "touch"), ("they", "meet"), ("it", "meets"), ("you", "make contact with"), ("it", "hits")),
+        )
         for what in (
             "",
             " it",
@@ -155,6 +158,7 @@ _TOUCHES = (
             " the tabletop",
             " the surface",
             " resistance",
+            " contact with the table",
         )
     ),
 )

@@ -124,6 +124,7 @@ class MoveOver(HandMove):
                 *_TOP,
             ),
             required=("object",),
+            alone=True,
         ),
         Words(
             verbs=(

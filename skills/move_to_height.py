@@ -49,7 +49,7 @@ class MoveToHeight(HandMove):
                 *HAND_GOES,
                 *(f"{goes} {way}" for goes in HAND_GOES for way in ("down", "up")),
                 *(f"{verb} {{}}" for verb in ("lower", "raise", "lift", "hold", "keep")),
-                *("descend", "rise", "climb", "sink", "stop", "hover", "stay", "wait"),
+                *("descend", "rise", "climb", "sink", "stop", "hover", "stay", "wait", "finish", "end", "end up", "park"),
             ),
             body="hand",
             slots=(_OF_THE_HAND, _AT_A_HEIGHT, _SECONDS),

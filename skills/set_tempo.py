@@ -28,7 +28,7 @@ _SPEEDS = (
             "the usual speed",
         )
     ),
-    *((speed, "brisk") for speed in ("half speed", "half pace")),
+    *((f"half {your}{speed}", "brisk") for your in ("", "the ", "your ") for speed in ("speed", "pace", "tempo")),
     *((speed, "careful") for speed in ("quarter speed", "low speed", "slow speed")),
 )
 # "to 50 %"

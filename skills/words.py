@@ -117,6 +117,11 @@ _SENSES = (
     ("back the other way", -1.0),
     ("in the other direction", -1.0),
     ("back", -1.0),
+    *(
+        (f"{all_}{way}", 1.0)
+        for all_ in ("", "all ", "always ")
+        for way in ("in the same direction", "in one direction", "in the one direction", "the same way", "in the same sense")
+    ),
 )
 # "from above" goes without saying, and is passed over.
 SENSES = tuple(

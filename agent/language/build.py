@@ -18,6 +18,7 @@ from robosandbox.agent.language.apart import (
     sorted_as_told,
     without_what_is_denied,
 )
+from robosandbox.agent.language.binding import with_nouns
 from robosandbox.agent.language.deciding import Deciding
 from robosandbox.agent.language.discourse import AlreadySoError, Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft, Rest, Step
@@ -423,6 +424,14 @@ class _Builder(Deciding):
     def _worded(self, command: Command) -> None:
         self._check_skill(command.skill)
         words = command.words or words_of(command.skill, with_object=bool(command.objects))
+        things = {slot.argument for slot in words.slots if slot.kind == "object"}
+        for argument, value in command.slots:
+            if argument in things and isinstance(value, tuple) and not isinstance(value, Ref):
+                # "hover over the red, the green and the blue cube"
+                others = tuple(slot for slot in command.slots if slot[0] != argument)
+                for ref in with_nouns(value):
+                    self._worded(replace(command, slots=((argument, ref), *others)))
+                return
         is_of_parts = words.object == "part"
         hand_alone = self.steps and self.steps[-1].call.skill in UNTOUCHED and not self.world.held
         if command.skill == "wait" and hand_alone and [ref.determiner for ref in command.objects] == ["it"]:

@@ -15,14 +15,22 @@ TIMES |= {f"{word} times": number for number, word in enumerate(_COUNTED, 1) if 
 TIMES |= {f"{phrase} each": count for phrase, count in TIMES.items()}
 # How often something may be done over.
 _MOST = 20
+# "five rounds", "three repetitions of that"
+_ROUNDS = r"(?: full| complete| more)? (?:rounds?|cycles?|repetitions?|repeats?|reps?|loops?|goes)"
 _OFTEN = "|".join(
     sorted(
-        (*(words for words, times in TIMES.items() if times > 1), r"\d+ times?", r"\d+ ?x(?= ?:)"),
+        (
+            *(words for words, times in TIMES.items() if times > 1),
+            r"\d+ times?",
+            r"\d+ ?x(?= ?:)",
+            *(rf"{word}{_ROUNDS}" for word in _COUNTED[1:]),
+            rf"\d+{_ROUNDS}",
+        ),
         key=len,
         reverse=True,
     )
 )
-_TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?\b", re.IGNORECASE)
+_TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?(?: of (?:this|that|it|these|the following)\b| of(?= (?!the\b|your\b|a\b)))?\b", re.IGNORECASE)
 _EVERY = re.compile(r"\b(?:once )?every (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
 _BETWEEN = re.compile(
     r"[ ,]*\bwith (?:an? )?(?P<pause>\S+[ -](?:seconds?|minutes?|s))[ -](?:stop|pause|break|wait|rest)s?"
@@ -30,7 +38,11 @@ _BETWEEN = re.compile(
     re.IGNORECASE,
 )
 # What only says that something is said over.
-_LEADS = re.compile(r"^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b", re.IGNORECASE)
+_LEADS = re.compile(
+    r"^(?:please )?(?:repeat|do|run|execute|perform|make)(?: (?:this|that|it|the following)(?: (?:loop|cycle|sequence|routine|motion))?)?(?=$|[ ]*[:,]| (?:this|that|it)$)"
+    r"|^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b",
+    re.IGNORECASE,
+)
 # What says behind an order that it is done over.
 _TAIL = re.compile(
     r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that|(?:that|this|the)(?: whole)? (?:round|tour|trip|sequence|cycle|lot))(?P<more> again)?$|[ ,.;]*(?:and )?(?:then )?repeat$",
@@ -42,6 +54,14 @@ _TAGS = re.compile(
     re.IGNORECASE,
 )
 _MARKS = " ,:;.!"
+
+
+def _number(often: str) -> int:
+    """Return how often "twice", "3 times" or "five rounds" says."""
+    if often in TIMES:
+        return TIMES[often]
+    first = often.split()[0]
+    return _COUNTED.index(first) + 1 if first in _COUNTED else int(re.findall(r"\d+", often)[0])
 
 
 def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft | Refusal]) -> Draft | Refusal | None:
@@ -59,7 +79,7 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
     if often is None:
         return None
     order, pause = prompt[: often.start()] + prompt[often.end() :], Draft(())
-    times = TIMES.get(often["often"].lower()) or int(re.findall(r"\d+", often["often"])[0])
+    times = _number(often["often"].lower())
     every = _EVERY.search(order) or _BETWEEN.search(order)
     if every is not None:
         order = order[: every.start()] + order[every.end() :]

@@ -31,6 +31,8 @@ _MEASURES = {
     "share": "share",
     "number": "count",
 }
+# Kinds that any word may fill.
+_FREE = frozenset({"name", "pose"})
 _PREPOSITIONS = frozenset({"at", "on", "onto", "over", "to", "towards", "above"})
 _FORMS = ("base", "third", "ing", "past", "past")
 _MOST_SLOTS = 4  # Number of phrases that may follow one verb: more than anybody says.
@@ -158,6 +160,7 @@ class _Phrases(NamedTuple):
         body: What of the robot may be named; "" for nothing.
         filled: One phrase that fills an argument or several.
         slots: The same behind a verb, or what it costs to say none; "" for a way without.
+        gap: One phrase or several that may stand alone behind another step: any word might be a name; "" for none.
     """
 
     own: str
@@ -165,6 +168,7 @@ class _Phrases(NamedTuple):
     body: str
     filled: str
     slots: str
+    gap: str
 
 
 def _way(skill: str, k: int, words: Words) -> Iterator[str]:
@@ -173,11 +177,19 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     yield from (line for lines, _ in verbs for line in lines)
     for j, slot in enumerate(words.slots):
         yield from _slot(f"{own}_{j}", slot, words.nouns)
+    free = [j for j, slot in enumerate(words.slots) if slot.kind in _FREE and "" in slot.prepositions]
+    if words.slots and len(free) < len(words.slots):
+        yield f"gap_with_{own}"
+        yield from (f"  = slots+:said_{own}_{j}" for j in range(len(words.slots)) if j not in free)
     if words.slots:
         yield f"said_with_{own}"
         yield from (f"  = slots+:said_{own}_{j}" for j in range(len(words.slots)))
         yield "  = paced_at"
-    filled = f"said_with_{own}{f' (slot_joint? said_with_{own})?' * min(_MOST_SLOTS - 1, len(words.slots))}"
+
+    def several(rule: str, count: int) -> str:
+        return f"{rule}{f' (slot_joint? {rule})?' * min(_MOST_SLOTS - 1, count)}"
+
+    filled = several(f"said_with_{own}", len(words.slots))
     # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
     cost = ("!" if words.pace else "!!") if words.required else ""
     unsaid = "" if words.needed else f" | {cost}"
@@ -187,6 +199,7 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
         body=f" own_{words.body}" if words.body else "",
         filled=filled,
         slots=f' (("," | ":")? {filled} stays_there*{unsaid})' if words.slots else "",
+        gap=several(f"gap_with_{own}", len(words.slots) - len(free)) if len(free) < len(words.slots) else "",
     )
     yield "acts"
     yield from (line for _, verb in verbs for line in _said(phrases, words, *verb))
@@ -267,10 +280,10 @@ def _said_without_verbs(phrases: _Phrases, words: Words, act: str) -> Iterator[s
         # "5 cm" alone is no width of the gripper.
         named = f'{body} ":"?' if words.body == "fingers" else f'({body} ":"?)?' if body else ""
         yield f"{phrases.act} {named} {phrases.filled}"
-    if words.slots:
+    if phrases.gap:
         # "..., then 3 cm to the left"
         yield "gap_worded : Command"
-        yield f"{act} {phrases.filled}"
+        yield f"{act} {phrases.gap}"
     if words.object:
         # "point at the red cube, then at the blue one"
         before = {
@@ -302,7 +315,9 @@ def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
         told += [f"{measure} {_of(f'EN_{own}')}"] if slot.endings else []
         quoted = " | ".join(f'"{noun}"' for noun in nouns)
         told += [f"{measure} ({quoted}) {_of(f'EN_{own}')}"] if slot.endings and nouns and slot.kind == "length" else []
-        told += [f"{_of(f'PH_{own}')} {_of(f'EN_{own}')}"] if plain and slot.endings else []
+        # "a bit narrower", where "a bit" is no way of its own.
+        unsigned = all(isinstance(value, float) and value > 0.0 for _, value in plain)
+        told += [f"{_of(f'PH_{own}')} {_of(f'EN_{own}')}"] if plain and slot.endings and unsigned else []
         told += [f"{_of(f'BE_{own}')} {_of(f'PH_{own}')}"] if plain and begins else []
         sign = next((value for phrase, value in slot.beginnings if not phrase), 1.0)
         if sign != 1.0:
@@ -329,6 +344,9 @@ def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
     for preposition in slot.prepositions if filler else ():
         words = "".join(f'"{word}" ' for word in preposition.split())
         yield f"  = {'RIGHTLY? ' if words else ''}{words}{field}:{filler}"
+        if slot.kind == "object":
+            # "over the red, the green and the blue cube"
+            yield f"  = {words}{field}:one_by_one"
 
 
 def _of(name: str) -> str:
