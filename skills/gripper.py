@@ -67,7 +67,10 @@ _WHOLLY = (
     *("to the maximum", "to its maximum", "to the widest", "entirely"),
 )
 _HALF = tuple((f"{about}{half}", 0.5) for about in ("", "about ", "only ") for half in ("halfway", "half way", "half"))
-_SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY))
+_SHARES = (
+    *(("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY)),
+    *((f"{wholly}open", 1.0) for wholly in ("", "wide ", "fully ", "all the way ", "completely ")),
+)
 
 
 def _more(argument: str, sign: float) -> Slot:
@@ -76,10 +79,16 @@ def _more(argument: str, sign: float) -> Slot:
         argument=argument,
         kind="length",
         prepositions=("", "by", "about", "just"),
-        beginnings=(("by", sign), ("by another", sign), ("another", sign)),
+        beginnings=(
+            *(("by", sign), ("by another", sign), ("another", sign)),
+            *((f"{way}{by}", -1.0) for way in ("in", "inwards", "together") for by in ("", " by")),
+            *((f"{way}{by}", 1.0) for way in ("out", "outwards") for by in ("", " by")),
+        ),
         endings=(
             *((narrower, -1.0) for narrower in ("narrower", "tighter", "closer", "closer together")),
-            *((less, -sign) for less in ("less", "less than now", "less than they are now", "less than it is now")),
+            *((less, -sign) for less in ("less", "less than now", "less than they are", "less than it is")),
+        *((way, -1.0) for way in ("in", "inward", "inwards", "together")),
+        *((way, 1.0) for way in ("out", "outward", "outwards")),
             *(
                 (more, sign)
                 for more in (
@@ -231,6 +240,7 @@ class OpenGripper(Skill):
         Words(
             verbs=(*_OPENING, *_SET),
             body="fingers",
+            alone=True,
             slots=(_more("by", 1.0),),
             required=("by",),
         ),
@@ -362,14 +372,17 @@ class CloseGripper(Skill):
             verbs=(
                 *_CLOSING,
                 *(f"{verb} {{}} {wholly}" for verb in ("close", "shut") for wholly in _WHOLLY),
-                *("close the rest", "close the rest of the way", "shut the rest of the way", "close the remaining gap"),
+                *("close {} the rest of the way", "shut {} the rest of the way"),
                 *("squeeze", "grip", "clench", "make a fist", "close tight", "close {} tight"),
             ),
             body="fingers",
             slots=(FORCE,),
         ),
         Words(
-            verbs=("grip force", "gripping force", "squeeze", "grip", "make a fist", "clench your fist"),
+            verbs=(
+                *("grip force", "gripping force", "squeeze", "grip", "make a fist", "clench your fist"),
+                *(f"{close} {rest}" for close in ("close", "shut") for rest in ("the rest", "the rest of the way", "the remaining gap", *_WHOLLY)),
+            ),
             slots=(FORCE,),
         ),
         Words(

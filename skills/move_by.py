@@ -103,7 +103,7 @@ def _sideways(argument: str, words: Mapping[str, float]) -> Slot:
         kind="length",
         prepositions=("", "by"),
         beginnings=tuple((f"{word}{by}", sign) for word, sign in way for by in ("", " by")),
-        endings=way,
+        endings=(*way, *((f"further {word}", sign) for word, sign in way)),
         phrases=tuple(
             (said, sign * A_LITTLE)
             for word, sign in way

@@ -35,6 +35,8 @@ _AT_A_HEIGHT = Slot(
     kind="length",
     prepositions=("to a height of", "at a height of", "to height", "to a level of"),
 )
+# "lift it to 20 cm": of what is lifted it is plain over what.
+_TO = Slot(argument="height", kind="length", prepositions=("to", "up to", "down to", "to about"))
 _SECONDS = Slot(argument="seconds", kind="duration", prepositions=("for", "for about"))
 _OF_THE_HAND = Slot(argument="height", kind="length", prepositions=("", *_ENDS), endings=_OVER, bare=False)
 
@@ -58,9 +60,15 @@ class MoveToHeight(HandMove):
         Words(
             verbs=("lower", "lift", "raise", "hold", "bring", "lower {} down"),
             object="held",
-            slots=(_HEIGHT, _AT_A_HEIGHT, _SECONDS),
+            slots=(_HEIGHT, _AT_A_HEIGHT, _TO, _SECONDS),
             required=("height",),
             hand="holding",
+        ),
+        Words(
+            verbs=tuple(f"{verb} {{}}" for verb in ("lower", "raise", "lift")),
+            body="hand",
+            slots=(_TO, _SECONDS),
+            required=("height",),
         ),
         # "hold it 6 cm above the table", but "lift it 6 cm off the table" is by so much.
         Words(

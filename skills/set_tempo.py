@@ -71,7 +71,9 @@ def _alone(tempo: str) -> tuple[str, ...]:
     """Return how people name a pace without a verb, or with one that says that it is not the present one."""
     # An article is no verb, nor is an adjective alone.
     named = [
-        said for said, meant in _SPEEDS if meant == tempo and len(said.split()) == 2 and not said.startswith("the ")
+        said
+        for said, meant in _SPEEDS
+        if meant == tempo and (len(said.split()) == 2 or said.startswith("half ")) and not said.startswith("the ")
     ]
     return tuple(f"{before} {said}".strip() for said in named for before in ("", "back to", "resume", "use"))
 

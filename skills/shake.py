@@ -18,7 +18,7 @@ from robosandbox.world.facts import fact
 _TIMES = Slot(
     argument="times",
     kind="number",
-    endings=(("times", 1.0),),
+    endings=tuple((said, 1.0) for said in ("times", "swings", "waves", "wiggles", "goes", "strokes")),
     bare=False,
     phrases=(
         ("once", 1.0),
@@ -59,6 +59,9 @@ _AXIS = Slot(
         ),
         *((said, "vertical") for said in ("up and down", "vertically")),
     ),
+)
+_FROM_SIDE_TO_SIDE = Slot(
+    argument="axis", kind="phrase", phrases=tuple(each for each in _AXIS.phrases if each[1] == "sideways")
 )
 _SIDEWAYS = (
     "left and right",
@@ -136,7 +139,7 @@ class Shake(HandMove):
             ),
             body="wrist",
             nouns=("wave", "wiggle", "wobble", "shake", "waggle"),
-            slots=(_TIMES, _WIDTH),
+            slots=(_TIMES, _WIDTH, _FROM_SIDE_TO_SIDE),
         ),
         Words(
             verbs=(

@@ -11,7 +11,7 @@ from pydantic import Field
 from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import A_LITTLE_TURN, SENSES, TURNS, Slot, Words
-from robosandbox.types import Pose, SkillResult, matrix_about_axis
+from robosandbox.types import Array, Pose, SkillResult, matrix_about_axis
 
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 _LEANING = tuple(
@@ -39,6 +39,8 @@ _SIDEWAYS = tuple(
 ) + (("sideways", 1.0), ("over sideways", 1.0), ("sideways by", 1.0))
 # What is plainly seen to lean, rad.
 _PLAINLY = math.radians(45.0)
+# Length of a level part of a unit vector from which on it tells a direction.
+_LEAST = 0.1
 _STRAIGHT = (
     *(f"{point} {{}} straight down" for point in ("point", "turn", "aim", "hold", "keep", "face", "make")),
     *(
@@ -63,6 +65,28 @@ _STRAIGHT = (
         "straighten it back up",
     ),
     *(f"point straight down {with_it}" for with_it in ("with your hand", "with the hand", "")),
+)
+_DOWN = (
+    *(f"{pointing}{down}" for pointing in ("", "pointing ") for down in ("straight down", "down", "vertically down")),
+    *("vertical", "upright", "perpendicular to the table", "straight down at the table"),
+)
+_LEVELLED = ("", " level", " level with the table", " parallel to the table", " horizontally")
+_FORWARD = tuple(
+    f"point{the}{fingers}{forward}{level}"
+    for the in (" the", " your", "")
+    for fingers in (" fingers", " fingertips")
+    for forward in (" forward", " forwards", " straight ahead", " ahead", " straight forward", " to the horizon", " at the horizon")
+    for level in ("", *(f",{each}" for each in _LEVELLED if each), *_LEVELLED[1:])
+    if "," not in level
+)
+_TO_THE_HORIZON = tuple(
+    f"{sideways}{so}{the} {fingers} {point} {forward}"
+    for sideways in ("", "sideways ", "level ", "forward ")
+    for so in ("so ", "so that ", "until ")
+    for the in ("the", "your")
+    for fingers in ("fingers", "fingertips", "tips")
+    for point in ("point", "are pointing", "look")
+    for forward in ("forward", "forwards", "straight ahead", "to the horizon", "at the horizon", "straight forward")
 )
 _SOME = (("a little", A_LITTLE_TURN), ("a bit", A_LITTLE_TURN), ("slightly", A_LITTLE_TURN))
 
@@ -135,6 +159,25 @@ class TurnHand(HandMove):
             required=("sideways",),
         ),
         Words(verbs=_STRAIGHT, body="wrist", means=(("upright", True),)),
+        # "I want the hand pointing straight down", "hand vertical"
+        Words(
+            verbs=tuple(f"{have} {{}}" for have in ("have", "keep", "get", "bring")),
+            body="wrist",
+            alone=True,
+            slots=(Slot(argument="upright", kind="phrase", phrases=tuple((said, 1.0) for said in _DOWN)),),
+            required=("upright",),
+        ),
+        # "point your fingers forward, level with the table"
+        Words(verbs=_FORWARD, means=(("upright", True), ("tilt", math.pi / 2.0))),
+        Words(
+            verbs=tuple(f"{turn} {{}}" for turn in ("turn", "tilt", "tip", "rotate", "point", "bring")),
+            body="wrist",
+            slots=(
+                Slot(argument="tilt", kind="phrase", phrases=tuple((said, math.pi / 2.0) for said in _TO_THE_HORIZON)),
+            ),
+            required=("tilt",),
+            means=(("upright", True),),
+        ),
     )
 
     def run(
@@ -153,7 +196,7 @@ class TurnHand(HandMove):
             tilt: About the axis along which the fingers close, after the turn, rad; the fingertips go away from the base where positive.
             sideways: About the horizontal line from the base to the hand, after both, rad; the fingertips go to the left where positive,
                 as seen from the base.
-            upright: Whether it is to point straight down, however it is tilted now.
+            upright: Whether it is to point straight down, however it is tilted now, before it is turned and tilted.
 
         Raises:
             UnreachableError: The hand cannot stand so.
@@ -163,9 +206,10 @@ class TurnHand(HandMove):
         """
         arm = Mover(ctx)
         here = arm.state.tcp_pose
-        if upright:
+        if upright and not (angle or tilt or sideways):
             return SkillResult(skill=self.name, detail=arm.bring(here.xyz))
-        turned = matrix_about_axis(np.array([0.0, 0.0, 1.0]), angle) @ here.rotation
+        rotation = _straight_down(here.rotation) if upright else here.rotation
+        turned = matrix_about_axis(np.array([0.0, 0.0, 1.0]), angle) @ rotation
         away = np.array([*(here.position[:2] - np.array(arm.start.base_xy)), 0.0])
         axis = turned[:, 1]
         # The tips go along the axis crossed with where the hand points.
@@ -176,3 +220,12 @@ class TurnHand(HandMove):
             leaning = matrix_about_axis(level, sideways) @ leaning
         goal = Pose.from_matrix(here.position, leaning)
         return SkillResult(skill=self.name, detail=arm.arrive(arm.way_to(arm.standing_at(goal)), goal))
+
+
+def _straight_down(rotation: Array) -> Array:
+    """Return a hand's rotation (3, 3) without its tilt: straight down, the fingers closing as nearly along the same line as they can."""
+    down, closing = np.array([0.0, 0.0, -1.0]), rotation[:, 1] * (1.0, 1.0, 0.0)
+    if np.linalg.norm(closing) < _LEAST:
+        closing = np.cross(down, rotation[:, 0])
+    closing = closing / np.linalg.norm(closing)
+    return np.column_stack([np.cross(closing, down), closing, down])

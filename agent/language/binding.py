@@ -66,6 +66,9 @@ def _after(last: Command, step: Command, made: Sequence[Command]) -> Command | N
         if any(name in things for name, _ in last.slots):
             slots = tuple((name, objects[0] if name in things else value) for name, value in last.slots)
             return last._replace(slots=slots)
+    if last.words is not None and not last.words.object and objects:
+        # "open halfway, then the rest"
+        return None
     if step.bare and len(made) > 1 and last.objects and last.objects[0].determiner == "it" and made[-2].verb != "pick":
         # "push the box to the left and put it in the bin, do the same with the can": both?
         return None

@@ -399,7 +399,7 @@ def _for_skill(values: dict[str, Any], words: Words) -> Any:
         raise Misfit
     told = {argument for argument, _ in values.get("slots", ())}
     enough = told.issuperset(words.needed) and (not words.required or not told.isdisjoint(words.required))
-    if "verb" not in values and not enough:
+    if (values.pop("alone", False) or "verb" not in values) and not enough:
         raise Misfit
     made = Command(**{"verb": "", **values, "words": words})
     placed = any(ref.relations or ref.ranks for ref in made.objects)

@@ -38,6 +38,13 @@ def fused(commands: Sequence[Command]) -> list[Command]:
         elif before and before.verb == "tidy" and several and not before.place and _of_them(command):
             # "tidy away the blocks. They go in the crate."
             made[-1] = replace(before, verb="put", place=command.place)
+        elif before and _of_them(command) and before.verb == "put" and _is_over(before):
+            # "carry it over to the blue one and set it down on top": of the blue one.
+            assert isinstance(before.place, Relation)
+            place = command.place
+            if isinstance(place, Relation) and all(ref.determiner == "it" for ref in place.refs):
+                place = place._replace(refs=before.place.refs)
+            made[-1] = replace(before, place=place)
         elif before and _lifts_both(before, command):
             # "red on blue and both on the slab": a tower on the slab, not two cubes side by side.
             place = command.place
@@ -60,6 +67,11 @@ def _of_them(command: Command) -> bool:
     """Say whether it only tells where what was spoken of goes."""
     them = len(command.objects) == 1 and command.objects[0].determiner == "it"
     return command.verb == "put" and them and command.place is not None
+
+
+def _is_over(command: Command) -> bool:
+    """Say whether a command tells only which thing it goes to."""
+    return isinstance(command.place, Relation) and command.place.kind == "to" and len(command.place.refs) == 1
 
 
 def _taken_out(command: Command) -> bool:

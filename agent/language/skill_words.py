@@ -279,7 +279,13 @@ def _said_without_verbs(phrases: _Phrases, words: Words, act: str) -> Iterator[s
         yield "bare_worded : Command"
         # "5 cm" alone is no width of the gripper.
         named = f'{body} ":"?' if words.body == "fingers" else f'({body} ":"?)?' if body else ""
-        yield f"{phrases.act} {named} {phrases.filled}"
+        yield f"{phrases.act} alone=yes {named} {phrases.filled}"
+        if body:
+            # "I want the hand 5 cm higher", "the fingers should be 3 cm apart"
+            yield "wish : Command"
+            be = '("to" ("be" | "go" | "move") | "at")?'
+            yield f"{phrases.act} alone=yes desire{body} {be} {phrases.filled}"
+            yield f'{phrases.act} alone=yes{body} ("should" | "must" | "has" "to" | "have" "to") "be" {phrases.filled}'
     if phrases.gap:
         # "..., then 3 cm to the left"
         yield "gap_worded : Command"
