@@ -64,7 +64,7 @@ _HARD = ("as hard as you can", "hard", "tight")
 _WHOLLY = (
     *("all the way", "fully", "completely", "as far as you can", "as far as they go", "as far as it goes"),
     *("as far as possible", "as wide as you can", "as wide as they go", "as wide as it goes", "as wide as possible"),
-    *("to the maximum", "to its maximum", "to the widest", "entirely"),
+    *("to the maximum", "to its maximum", "to the widest", "entirely", "over the full stroke", "over its full stroke"),
 )
 _HALF = tuple((f"{about}{half}", 0.5) for about in ("", "about ", "only ") for half in ("halfway", "half way", "half"))
 _SHARES = (
@@ -87,8 +87,8 @@ def _more(argument: str, sign: float) -> Slot:
         endings=(
             *((narrower, -1.0) for narrower in ("narrower", "tighter", "closer", "closer together")),
             *((less, -sign) for less in ("less", "less than now", "less than they are", "less than it is")),
-        *((way, -1.0) for way in ("in", "inward", "inwards", "together")),
-        *((way, 1.0) for way in ("out", "outward", "outwards")),
+            *((way, -1.0) for way in ("in", "inward", "inwards", "together")),
+            *((way, 1.0) for way in ("out", "outward", "outwards")),
             *(
                 (more, sign)
                 for more in (
@@ -138,7 +138,7 @@ _GAPS = tuple(
         " of the jaws",
     )
 )
-_SET = ("set {}", "adjust {}", "have {}", "put {}")
+_SET = ("set {}", "adjust {}", "have {}", "put {}", "bring {}", "move {}", "draw {}")
 _CLOSING = ("close", "shut", "narrow", "close up", "bring {} together")
 
 _GERMAN_OPEN = """
@@ -381,7 +381,11 @@ class CloseGripper(Skill):
         Words(
             verbs=(
                 *("grip force", "gripping force", "squeeze", "grip", "make a fist", "clench your fist"),
-                *(f"{close} {rest}" for close in ("close", "shut") for rest in ("the rest", "the rest of the way", "the remaining gap", *_WHOLLY)),
+                *(
+                    f"{close} {rest}"
+                    for close in ("close", "shut")
+                    for rest in ("the rest", "the rest of the way", "the remaining gap", *_WHOLLY)
+                ),
             ),
             slots=(FORCE,),
         ),

@@ -26,7 +26,19 @@ _VERBS = (
         "jog",
         "twist",
     ),
-    *("change", "shift", "swivel", "spin", "actuate", "advance"),
+    *(
+        "change",
+        "shift",
+        "swivel",
+        "spin",
+        "actuate",
+        "advance",
+        "run",
+        "wiggle",
+        "wiggle only",
+        "bend only",
+        "swing only",
+    ),
 )
 _BY = Slot(
     argument="by",
@@ -42,7 +54,7 @@ _BY = Slot(
 )
 _HOW_FAR = (
     _BY,
-    Slot(argument="to", kind="angle", prepositions=("to",)),
+    Slot(argument="to", kind="angle", prepositions=("to", "back to")),
 )
 # Joints by their place along the arm; those that are counted from its end are negative.
 _BY_PLACE = tuple(
@@ -76,7 +88,7 @@ class MoveJoint(HandMove):
         Words(verbs=_VERBS, slots=(_NUMBER, *_HOW_FAR), required=("by", "to"), needed=("joint",), alone=True),
         Words(
             verbs=_SET,
-            slots=(_NUMBER, Slot(argument="to", kind="angle", prepositions=("to", "at"))),
+            slots=(_NUMBER, Slot(argument="to", kind="angle", prepositions=("to", "at", "back to"))),
             needed=("joint", "to"),
         ),
         # "swing the base joint 30 degrees to the left"
@@ -88,7 +100,7 @@ class MoveJoint(HandMove):
             verbs=_SET,
             slots=(
                 Slot(argument="joint", kind="phrase", phrases=_BY_PLACE),
-                Slot(argument="to", kind="angle", prepositions=("to", "at")),
+                Slot(argument="to", kind="angle", prepositions=("to", "at", "back to")),
             ),
             required=("joint",),
         ),

@@ -16,7 +16,24 @@ from robosandbox.types import Array, Pose, SkillResult, matrix_about_axis
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 _LEANING = tuple(
     (f"{said}{by}", sign)
-    for said, sign in (("forward", 1.0), ("forwards", 1.0), ("back", -1.0), ("backward", -1.0), ("backwards", -1.0))
+    for said, sign in (
+        *(
+            (f"{away} {you}", 1.0)
+            for away in ("away from", "forward away from")
+            for you in ("you", "your base", "the base")
+        ),
+        *(
+            (f"{towards} {you}", -1.0)
+            for towards in ("towards", "back towards")
+            for you in ("you", "your base", "the base")
+        ),
+        *((f"{towards} the far side{of}", 1.0) for towards in ("towards", "to") for of in ("", " of the table")),
+        ("forward", 1.0),
+        ("forwards", 1.0),
+        ("back", -1.0),
+        ("backward", -1.0),
+        ("backwards", -1.0),
+    )
     for by in ("", " by", " from vertical", " from the vertical", " away from vertical")
 )
 _TURNS = (
@@ -36,7 +53,10 @@ _SIDEWAYS = tuple(
     for side, sign in (("left", 1.0), ("right", -1.0), ("side", 1.0))
     for by in ("", " by", " from vertical")
     if to or side != "side"
-) + (("sideways", 1.0), ("over sideways", 1.0), ("sideways by", 1.0))
+) + (
+    *(("sideways", 1.0), ("over sideways", 1.0), ("sideways by", 1.0)),
+    *((f"{over}to one side{by}", 1.0) for over in ("", "over ") for by in ("", " by")),
+)
 # What is plainly seen to lean, rad.
 _PLAINLY = math.radians(45.0)
 # Length of a level part of a unit vector from which on it tells a direction.
@@ -55,6 +75,10 @@ _STRAIGHT = (
         for upright in ("vertical", "upright", "level", "straight", "back upright")
     ),
     *(
+        *(
+            f"bring it {back}"
+            for back in ("back level", "back upright", "upright again", "back straight", "level again")
+        ),
         "straighten it",
         "straighten it again",
         "straighten up again",
@@ -75,7 +99,15 @@ _FORWARD = tuple(
     f"point{the}{fingers}{forward}{level}"
     for the in (" the", " your", "")
     for fingers in (" fingers", " fingertips")
-    for forward in (" forward", " forwards", " straight ahead", " ahead", " straight forward", " to the horizon", " at the horizon")
+    for forward in (
+        " forward",
+        " forwards",
+        " straight ahead",
+        " ahead",
+        " straight forward",
+        " to the horizon",
+        " at the horizon",
+    )
     for level in ("", *(f",{each}" for each in _LEVELLED if each), *_LEVELLED[1:])
     if "," not in level
 )

@@ -126,6 +126,12 @@ class Wait(HandMove):
                     "sit still",
                     "remain",
                     "hold there",
+                    *(
+                        f"{stay} {how}"
+                        for stay in ("stay", "remain", "keep", "stand")
+                        for how in ("stationary", "completely still", "frozen")
+                    ),
+                    *("stay exactly as you are", "stay exactly where you are", "stay quiet"),
                 ),
                 *(
                     "do not move",

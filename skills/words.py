@@ -120,7 +120,13 @@ _SENSES = (
     *(
         (f"{all_}{way}", 1.0)
         for all_ in ("", "all ", "always ")
-        for way in ("in the same direction", "in one direction", "in the one direction", "the same way", "in the same sense")
+        for way in (
+            "in the same direction",
+            "in one direction",
+            "in the one direction",
+            "the same way",
+            "in the same sense",
+        )
     ),
 )
 # "from above" goes without saying, and is passed over.

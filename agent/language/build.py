@@ -428,9 +428,9 @@ class _Builder(Deciding):
         for argument, value in command.slots:
             if argument in things and isinstance(value, tuple) and not isinstance(value, Ref):
                 # "hover over the red, the green and the blue cube"
-                others = tuple(slot for slot in command.slots if slot[0] != argument)
+                kept = tuple(slot for slot in command.slots if slot[0] != argument)
                 for ref in with_nouns(value):
-                    self._worded(replace(command, slots=((argument, ref), *others)))
+                    self._worded(replace(command, slots=((argument, ref), *kept)))
                 return
         is_of_parts = words.object == "part"
         hand_alone = self.steps and self.steps[-1].call.skill in UNTOUCHED and not self.world.held

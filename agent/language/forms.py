@@ -1205,7 +1205,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "list": _list,
     "Commas": _commas, "slot": lambda values, text: tuple((name.replace("__", " "), value) for name, value in values.items()),
     "triple": lambda values, text: tuple(map(float, values["of"])),
-    "product": _product, "Aside": lambda values, text: text, "Pair": lambda values, text: with_nouns(tuple(values["of"])), "Name": lambda values, text: "_".join(str(part) for part in values["of"]), "Rate": lambda values, text: f"{_product(values, text):g} m/s", "Paced": lambda values, text: f"{100.0 * _product(values, text):.0f} %", "Lasting": lambda values, text: f"{_product(values, text):g} s", "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
+    "product": _product, "sum": lambda values, text: sum(values["of"]), "Aside": lambda values, text: text, "Pair": lambda values, text: with_nouns(tuple(values["of"])), "Name": lambda values, text: "_".join(str(part) for part in values["of"]), "Rate": lambda values, text: f"{_product(values, text):g} m/s", "Paced": lambda values, text: f"{100.0 * _product(values, text):.0f} %", "Lasting": lambda values, text: f"{_product(values, text):g} s", "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
     "Fix": _fix, "Corrected": _corrected, "Specified": _specified,

@@ -21,7 +21,7 @@ from robosandbox.agent.language.front import (
 )
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.offers import with_offer
-from robosandbox.agent.language.remarks import without_remarks
+from robosandbox.agent.language.remarks import tells_nothing, without_remarks
 from robosandbox.agent.language.repeated import several_times
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.skill_words import ways_of
@@ -103,7 +103,8 @@ def interpret(
     if remarks:
         heard = interpret(plain, scene, names, discourse, chosen)
         # What is said beside an order to bring things somewhere may tell which of them is meant.
-        if isinstance(heard, Draft) and any(ways_of(call.skill) for call in heard.calls):
+        own = isinstance(heard, Draft) and any(ways_of(call.skill) for call in heard.calls)
+        if isinstance(heard, Draft) and (own or all(map(tells_nothing, remarks))):
             told = f"I take no account of {listed([f'“{remark}”' for remark in remarks])}."
             return replace(heard, note=f"{heard.note} {told}".strip())
     return over or with_offer(made, prompt, ids, lambda sentence: isinstance(read_anew(sentence), Draft))

@@ -34,8 +34,12 @@ _BINDING = word_set(
 _FINDING_OUT = {(verb, "if") for verb in ("see", "hear", "know", "check", "find", "tell", "learn")}
 _YOURS = word_set("are were look looked seem seemed know see frighten scare startle understand")
 _LIKE = re.compile(
-    r"^(?:just |a bit |sort of |kind of )?(?:like (?!it\b|this\b|that\b)|as if\b|as though\b)", re.IGNORECASE
+    r"^(?:just |a bit |sort of |kind of |nearly |rather )?(?:like (?!(?:it|this|that|these|those|before|last|the|now|so|one|two)\b)"
+    r"|as if\b|as though\b|the way (?:we|i|they|people|he|she)\b)",
+    re.IGNORECASE,
 )
+# What is handled with care, and what makes a likeness an order of its own.
+_FRAGILE = word_set("egg eggs eggshell glass glassy fragile delicate baby bomb porcelain bubble china crystal newborn")
 _OPENERS = re.compile(
     r"^(?:(?:and|but|so|well|oh|ah|because|since|cause|as(?! if| though)|while|whilst|for|though|although|you know|you see|mind you|see|anyway|hi|hello)[, ]+)+",
     re.IGNORECASE,
@@ -43,7 +47,9 @@ _OPENERS = re.compile(
 # Before the subject of a clause within one: "wait while I fish it out", "go up so I can see".
 _WITHIN = re.compile(
     r"\s+(?=(?:while|whilst|because|since|cause|so that|so|as|in case|though|although)\s+(?:i|we|he|she|my|our|his|her|nobody|everyone|somebody)\b)"
-    r"|\s+(?=(?:while|whilst|because|cause|in case)\s+(?:it|they|there|the|this|that)\b)|\s+(?=(?:like when|as if|as though)\b)",
+    r"|\s+(?=(?:while|whilst|because|cause|in case)\s+(?:it|they|there|the|this|that)\b)|\s+(?=(?:like when|as if|as though)\b)"
+    r"|\s+(?=like (?:you|we|i|he|she|they|people|when|a|an|some|\w{3,}ing)\b)|\s+(?=the way (?:we|i|they|people|he|she) )"
+    r"|\s+(?=so (?:that )?(?:the|those|these|people|visitors|everyone|everybody|they|my|our) [^,.;:!?]*\b(?:can|could|may|might) (?:see|hear|watch|read|follow|look|know|tell|learn|understand)\b)",
     re.IGNORECASE,
 )
 _MARKS = re.compile(r"(?<!\d)([.,;:!?])+(?=\s|$)|(?<=\d)([.,;:!?])+(?=\s|$)|\s+[-–—]+\s+")
@@ -58,7 +64,21 @@ _IN_THE_END = re.compile(
     r"^(?:and |but )?so(?: that)? (?!i\b|we\b|he\b|she\b|my\b|our\b|nobody\b|everyone\b|everybody\b)", re.IGNORECASE
 )
 _MEANWHILE = re.compile(r"^(?:while|whilst|as) ", re.IGNORECASE)
+# What an order is for, where that is to be seen or heard of it.
+_TO_BE_SEEN = re.compile(
+    r"^so (?:that )?[^,.;:!?]*\b(?:can|could|may|might) (?:see|hear|watch|read|follow|look|know|tell|learn|understand)\b",
+    re.IGNORECASE,
+)
+_UNITS = word_set(
+    """
+    cm mm m centimetre centimetres centimeter centimeters millimetre millimetres inch inches foot feet metre metres degree degrees
+    newton newtons second seconds minute minutes percent
+    """
+)
 _SHORT = 3  # Words up to which nothing is told: "as if", "my turn".
+
+
+_GOES_ON = re.compile(r"\s+(?=(?:and|but|then)\b)", re.IGNORECASE)
 
 
 def without_remarks(prompt: str, ids: Collection[str]) -> tuple[str, tuple[str, ...]]:
@@ -85,6 +105,11 @@ def without_remarks(prompt: str, ids: Collection[str]) -> tuple[str, tuple[str, 
     return (plain, tuple(remarks)) if remarks and plain else (prompt, ())
 
 
+def tells_nothing(remark: str) -> bool:
+    """Say whether a remark is a likeness, or what an order is to be seen for: neither tells which things are meant, or where they go."""
+    return bool(_LIKE.match(remark) or _TO_BE_SEEN.match(remark))
+
+
 def _clauses(prompt: str) -> list[tuple[str, str]]:
     """Return the clauses of a prompt, each with the mark behind it."""
     told: list[tuple[str, str]] = []
@@ -95,7 +120,9 @@ def _clauses(prompt: str) -> list[tuple[str, str]]:
     told.append((prompt[start:].strip(), ""))
     apart: list[tuple[str, str]] = []
     for clause, mark in told:
-        parts = [part for part in _WITHIN.split(clause) if part]
+        # What goes on behind a likeness is no part of it: "like a screwdriver and then let go".
+        within = (part for part in _WITHIN.split(clause) if part)
+        parts = [part for each in within for part in (_GOES_ON.split(each) if _LIKE.match(each) else (each,)) if part]
         apart += [(part, "") for part in parts[:-1]] + ([(parts[-1], mark)] if parts else [])
     return apart
 
@@ -124,7 +151,11 @@ def _is_remark(clause: str, parts: Collection[str], *, of_none: bool) -> bool:
         # "she told me"
         return False
     if _LIKE.match(text):
-        return len(words) > _SHORT and (binding - {"when"}).isdisjoint(words)
+        # Nothing said of a likeness is asked for; but an egg is handled with care, and "like a centimetre" is a length.
+        told = _FRAGILE.union(_UNITS, ("times", "did", "done"), parts)
+        return len(words) >= _SHORT and told.isdisjoint(words)
+    if _TO_BE_SEEN.match(text):
+        return True
     if _IN_THE_END.match(clause) or (not of_none and _MEANWHILE.match(clause) and not {"it", "them"}.isdisjoint(words)):
         return False
     # "I want to see if it works" has no condition.

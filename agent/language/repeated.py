@@ -30,11 +30,14 @@ _OFTEN = "|".join(
         reverse=True,
     )
 )
-_TIMES = re.compile(rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?(?: of (?:this|that|it|these|the following)\b| of(?= (?!the\b|your\b|a\b)))?\b", re.IGNORECASE)
+_TIMES = re.compile(
+    rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?(?: of (?:this|that|it|these|the following)\b| of(?= (?!the\b|your\b|a\b)))?\b",
+    re.IGNORECASE,
+)
 _EVERY = re.compile(r"\b(?:once )?every (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
 _BETWEEN = re.compile(
     r"[ ,]*\bwith (?:an? )?(?P<pause>\S+[ -](?:seconds?|minutes?|s))[ -](?:stop|pause|break|wait|rest)s?"
-    r"(?: in)? (?:after|between|in between)(?: each| every)?(?: one| time| move| of them)?\b",
+    r"(?: in)? (?:after|between|in between)(?: each| every)?(?: one| time| move| of them| the two| them| cycles?| rounds?| repetitions?| reps)?\b",
     re.IGNORECASE,
 )
 # What only says that something is said over.

@@ -242,6 +242,9 @@ def _said(phrases: _Phrases, words: Words, verb: str, after: str, marked: bool) 
     rest = "".join(f' "{word}"' for word in after.split())
     if words.object:
         yield f"{act} {verb} objects{rest}{slots}"
+        if words.hand != "empty" and words.required and slots:
+            # "pick green, lift 15 cm"
+            yield f"{act} {verb} objects+:unsaid{rest} {phrases.filled} !!"
     elif not body or marked:
         yield f"{act} {verb}{body}{rest}{slots}"
     elif words.body == "fingers":
