@@ -9,18 +9,19 @@ from dataclasses import replace
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.language.answers import Answer, answered
 from robosandbox.agent.language.dialogue import Dialogue
-from robosandbox.agent.language.discourse import Discourse
+from robosandbox.agent.language.discourse import Discourse, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.front import ENGLISH, language_of, learn_words
 from robosandbox.agent.language.interpret import interpret, resumed
-from robosandbox.agent.language.remarks import without_remarks
+from robosandbox.agent.language.remarks import is_stated, without_remarks
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.viewer import Frame, turned_attempts, turned_calls, turned_scene
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
-from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode
 from robosandbox.world.operators import Operator
 
+_SENTENCES = re.compile(r"(?<=[?.!])\s+")
 # What is said of the robot's own axes, whoever looks on.
 _IN_BASE = re.compile(
     r"\b(?:base|robot)(?:'s)? (?:frame|coordinates)\b|\b(?:relative to|wrt) (?:the )?base\b|(?<![\w.])[-+]?[xy](?= axis| direction|\b(?!['.\w]))",
@@ -104,12 +105,8 @@ class StubPlanner:
             if reply.about:
                 discourse.mention(reply.about)
             return Plan(steps=(), answer=reply.text)
-        if asked and not isinstance(reply, Answer) and prompt.rstrip().endswith("?"):
-            # "Sorry, I looked away. Are you holding anything?"
-            plain, _ = without_remarks(prompt, [item.id for item in scene.objects])
-            again = answered(plain, scene, discourse, self._skills, self._told) if plain != prompt else None
-            if isinstance(again, Answer):
-                return Plan(steps=(), answer=again.text)
+        if asked and "?" in prompt and (told := self._answered_beside(prompt, scene, discourse)):
+            return Plan(steps=(), answer=told)
         if isinstance(reply, Refusal):
             return reply
         if history:
@@ -125,6 +122,28 @@ class StubPlanner:
             return draft
         self._last = (prompt, draft)
         return _plan_of(draft)
+
+    def _answered_beside(self, prompt: str, scene: ObservedScene, discourse: Discourse) -> str:
+        """Return the answer to a question beside which something is remarked; "" where there is none, or an order beside it.
+
+        As in "Sorry, I looked away. Are you holding anything?" and "How far open is the gripper? I need to know."
+        """
+        plain, _ = without_remarks(prompt, [item.id for item in scene.objects])
+        found, beside = list[Answer](), list[str]()
+        for sentence in _SENTENCES.split(plain.strip()):
+            reply = answered(sentence, scene, discourse, self._skills, self._told) if "?" in sentence else None
+            if isinstance(reply, Answer):
+                found.append(reply)
+            else:
+                beside.append(sentence)
+        if len(found) != 1 or not all(is_stated(each) and self._is_no_order(each, scene) for each in beside):
+            return ""
+        passed = f" I take no account of {listed([f'“{each}”' for each in beside])}." if beside else ""
+        return f"{found[0].text}{passed}"
+
+    def _is_no_order(self, sentence: str, scene: ObservedScene) -> bool:
+        heard = interpret(sentence, scene, self._skills)
+        return isinstance(heard, Refusal) and heard.code in (RefusalCode.UNSUPPORTED, RefusalCode.UNRECOGNIZED)
 
     def go_on(self, scene: ObservedScene) -> Plan | Refusal:
         """Return what is done now that the last plan's steps are, by what is seen now."""

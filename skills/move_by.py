@@ -91,6 +91,8 @@ _DOWNWARDS = (
     *("down", "straight down", "downward", "downwards", "down slowly"),
     *("down on the table", "down onto the table", "down to the table", "down towards the table"),
 )
+# Metres by which a hand goes away that is told no way; as one that hovers.
+_CLEAR = 0.1
 # Metres; farther than any arm on a table reaches down.
 _FAR = 2.0
 
@@ -315,6 +317,19 @@ class MoveBy(HandMove):
             slots=(_UNTIL_TOUCH,),
             required=("until_force",),
             means=(("dz", -_FAR),),
+        ),
+        # "take your hand away": up, clear of what stands there.
+        Words(
+            verbs=(
+                *(
+                    f"{take} {{}} {away}"
+                    for take in ("take", "draw", "pull", "get", "move")
+                    for away in ("away", "out of the way", "clear")
+                ),
+                *("get out of the way", "move out of the way"),
+            ),
+            body="hand",
+            means=(("dz", _CLEAR),),
         ),
         # From what it points at.
         Words(verbs=("back off", "back away", "pull back"), slots=(_far("dz", 1.0),), required=("dz",)),

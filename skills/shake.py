@@ -145,6 +145,7 @@ class Shake(HandMove):
             verbs=(
                 "nod",
                 "nod your head",
+                *("nod {}", "nod {} up and down", "nod up and down"),
                 *(f"{nod} {to} {whom}" for nod in ("nod", "bow") for to in ("to", "at") for whom in ("me", *_WAVED_AT)),
                 *("nod yes", "bow", "bow down", "take a bow", "curtsy"),
                 "bob",

@@ -117,6 +117,32 @@ _ACROSS = tuple(
 )
 
 
+# What people compare a size with, metres across; usual sizes of each. And what is small or big in the air before an arm, unless
+# a size is told.
+_LIKENED = (
+    *(
+        (f"{about}{as_big} {thing}", size)
+        for thing, size in (
+            *(
+                ("a coin", 0.025),
+                ("a saucer", 0.15),
+                ("a plate", 0.25),
+                ("a dinner plate", 0.27),
+                ("a side plate", 0.18),
+            ),
+            *(("a football", 0.22), ("an apple", 0.08), ("an orange", 0.08), ("a tennis ball", 0.067), ("a cd", 0.12)),
+            *(("a mug", 0.08), ("a cup", 0.08), ("a hand", 0.18), ("a fist", 0.1)),
+        )
+        for about in ("", "about ", "roughly ")
+        for as_big in ("as big as", "as wide as", "as large as", "the size of")
+    ),
+)
+_VAGUELY = (
+    *((f"that is {small}", 0.06) for small in ("small", "little", "tiny")),
+    *((f"that is {big}", 0.2) for big in ("big", "large", "huge", "wide")),
+)
+
+
 class Trace(HandMove):
     """Move the hand along a figure."""
 
@@ -132,7 +158,9 @@ class Trace(HandMove):
                 prepositions=("of", "with a diameter of", "with sides of", "with", "about", "roughly", ""),
                 beginnings=_SIZED,
                 endings=(*_ACROSS, ("radius", 2.0), ("in radius", 2.0)),
+                phrases=_VAGUELY,
             ),
+            Slot(argument="size", kind="phrase", phrases=_LIKENED),
             Slot(
                 argument="plane",
                 kind="phrase",

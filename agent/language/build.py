@@ -129,6 +129,8 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
 _BEFORE_IT = (0.1, 0.0)
 # Metres above all that stands there at which the hand is over a part of the table, as `move_over` has it over a thing.
 _ABOVE = 0.1
+# What the hand does by itself, after which it goes back to where it was.
+_BY_ITSELF = UNTOUCHED | {"open_gripper", "close_gripper", "shake", "turn_hand", "tap", "press_down"}
 # The pose in which the arm stands when an order begins.
 _START = "start"
 _PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
@@ -532,7 +534,7 @@ class _Builder(Deciding):
         if (
             command.direction in ("back", "return")
             and self.steps
-            and all(step.call.skill in UNTOUCHED for step in self.steps)
+            and all(step.call.skill in _BY_ITSELF for step in self.steps)
         ):
             # "move left 10 cm, then come back": to where it was.
             self._go_to_pose(_START)

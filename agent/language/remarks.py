@@ -64,6 +64,7 @@ _IN_THE_END = re.compile(
     r"^(?:and |but )?so(?: that)? (?!i\b|we\b|he\b|she\b|my\b|our\b|nobody\b|everyone\b|everybody\b)", re.IGNORECASE
 )
 _MEANWHILE = re.compile(r"^(?:while|whilst|as) ", re.IGNORECASE)
+_COMPARED = word_set("a an some it they there this its")
 # What an order is for, where that is to be seen or heard of it.
 _TO_BE_SEEN = re.compile(
     r"^so (?:that )?[^,.;:!?]*\b(?:can|could|may|might) (?:see|hear|watch|read|follow|look|know|tell|learn|understand)\b",
@@ -103,6 +104,13 @@ def without_remarks(prompt: str, ids: Collection[str]) -> tuple[str, tuple[str, 
     plain = " ".join(kept).strip(" ,;:")
     plain = re.sub(r"^(?:so|and|but|then)\b[, ]*", "", plain, flags=re.IGNORECASE) if remarks else plain
     return (plain, tuple(remarks)) if remarks and plain else (prompt, ())
+
+
+def is_stated(sentence: str) -> bool:
+    """Say whether a sentence begins as those do that tell something, and no order does."""
+    words = re.findall(r"[a-z]+", _OPENERS.sub("", sentence.lower()))
+    persons = ruleset(ENGLISH).vocabulary.lists["persons"]
+    return bool(words) and (words[0] in persons or words[0] in _THINGS or words[0] in ("my", "our", "the"))
 
 
 def tells_nothing(remark: str) -> bool:
@@ -152,9 +160,10 @@ def _is_remark(clause: str, parts: Collection[str], *, of_none: bool) -> bool:
         return False
     if _LIKE.match(text):
         # Nothing said of a likeness is asked for; but an egg is handled with care, and "like a centimetre" is a length.
-        told = _FRAGILE.union(_UNITS, ("times", "did", "done"), parts)
+        of_a_thing = not _COMPARED.isdisjoint(words[1:4])
+        told = frozenset(_FRAGILE if of_a_thing else ()).union(_UNITS, ("times", "did", "done"), parts)
         return len(words) >= _SHORT and told.isdisjoint(words)
-    if _TO_BE_SEEN.match(text):
+    if _TO_BE_SEEN.match(clause):
         return True
     if _IN_THE_END.match(clause) or (not of_none and _MEANWHILE.match(clause) and not {"it", "them"}.isdisjoint(words)):
         return False

@@ -31,18 +31,25 @@ _OFTEN = "|".join(
     )
 )
 _TIMES = re.compile(
-    rf"\b(?P<often>{_OFTEN})(?: in a row| over| in all| in total| altogether)?(?: of (?:this|that|it|these|the following)\b| of(?= (?!the\b|your\b|a\b)))?\b",
+    rf"\b(?P<often>{_OFTEN})(?: in a row| over(?! the\b| it\b)| in all| in total| altogether)?(?: of (?:this|that|it|these|the following)\b| of(?= (?!the\b|your\b|a\b)))?\b",
     re.IGNORECASE,
 )
 _EVERY = re.compile(r"\b(?:once )?every (?P<pause>(?:\S+ )?(?:seconds?|minutes?|s))\b", re.IGNORECASE)
-_BETWEEN = re.compile(
-    r"[ ,]*\bwith (?:an? )?(?P<pause>\S+[ -](?:seconds?|minutes?|s))[ -](?:stop|pause|break|wait|rest)s?"
-    r"(?: in)? (?:after|between|in between)(?: each| every)?(?: one| time| move| of them| the two| them| cycles?| rounds?| repetitions?| reps)?\b",
+# "..., resting two seconds at each"
+_AT_EACH = re.compile(
+    r"[ ,]*\b(?:and )?(?:(?:resting|rest|pausing|pause|waiting|wait|stopping|stop|staying|stay|holding|hold|lingering)(?: there)?(?: for)?|for|with a (?:pause|stop|break|rest) of)"
+    r" (?P<pause>(?:about |roughly )?\S+ (?:seconds?|minutes?|s)) (?:(?:at|over|above|on|before|by) )?each\b(?: one| of them| cube| thing| time| place| stop)?",
+    re.IGNORECASE,
+)
+_PAUSED = re.compile(
+    r"[ ,]*\bwith (?:an? )?(?:(?:stop|pause|break|wait|rest)s? of (?P<of>(?:\S+ )?(?:seconds?|minutes?|s))|(?P<pause>\S+[ -](?:seconds?|minutes?|s))[ -](?:stop|pause|break|wait|rest)s?)"
+    r"(?: (?:in )?(?:after|between|in between)(?: each| every)?(?: one| time| move| of them| the two| them| cycles?| rounds?| repetitions?| reps)?"
+    r"| at the (?:bottom|top|end)(?: (?:each|every) time| of each(?: one)?)?)\b",
     re.IGNORECASE,
 )
 # What only says that something is said over.
 _LEADS = re.compile(
-    r"^(?:please )?(?:repeat|do|run|execute|perform|make)(?: (?:this|that|it|the following)(?: (?:loop|cycle|sequence|routine|motion))?)?(?=$|[ ]*[:,]| (?:this|that|it)$)"
+    r"^(?:please )?(?:repeat|do|run|execute|perform|make|give me|i(?:'d| would) like|i want|let(?:'s| us) have|let(?:'s| us) do)(?: (?:this|that|it|the following)(?: (?:loop|cycle|sequence|routine|motion))?)?(?=$|[ ]*[:,]| (?:this|that|it)$)"
     r"|^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b",
     re.IGNORECASE,
 )
@@ -57,6 +64,22 @@ _TAGS = re.compile(
     re.IGNORECASE,
 )
 _MARKS = " ,:;.!"
+
+
+def _paused_at_each(prompt: str, read: Callable[[str], Draft | Refusal]) -> Draft | None:
+    """Return the plan of an order that says how long is waited at each of several things; None where it is another one."""
+    told = _AT_EACH.search(prompt)
+    if told is None:
+        return None
+    order, waits = read(prompt[: told.start()] + prompt[told.end() :]), read(f"wait {told['pause']}")
+    if not isinstance(order, Draft) or not isinstance(waits, Draft) or order.rest is not None:
+        return None
+    skills = [call.skill for call in order.calls]
+    often = {skill for skill in skills if skills.count(skill) > 1}
+    if len(often) != 1:
+        return None
+    steps = (each for step in order.steps for each in ((step, *waits.steps) if step.call.skill in often else (step,)))
+    return replace(order, steps=tuple(steps))
 
 
 def _number(often: str) -> int:
@@ -80,13 +103,15 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
     """
     often = _TIMES.search(prompt)
     if often is None:
-        return None
+        return _paused_at_each(prompt, read)
     order, pause = prompt[: often.start()] + prompt[often.end() :], Draft(())
     times = _number(often["often"].lower())
-    every = _EVERY.search(order) or _BETWEEN.search(order)
+    every = _EVERY.search(order) or _PAUSED.search(order)
     if every is not None:
         order = order[: every.start()] + order[every.end() :]
-        waits = read(f"wait {every['pause'].replace('-', ' ')}")
+        told = every.groupdict()
+        length = told["pause"] or told.get("of") or ""
+        waits = read(f"wait {length.replace('-', ' ')}")
         if isinstance(waits, Refusal):
             return None
         pause = waits
@@ -105,7 +130,8 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
     if not whole or (named and len(once.calls) == 1):
         return None
     if times > _MOST:
-        told = f"I do things at most {_MOST} times over; say it again then."
-        return Refusal(code=RefusalCode.UNSUPPORTED, message=told)
-    note = f"{once.note} So long from the end of one to the next: “{every[0]}”." if every else once.note
+        return Refusal(
+            code=RefusalCode.UNSUPPORTED, message=f"I do things at most {_MOST} times over; say it again then."
+        )
+    note = f"{once.note} So long from the end of one to the next: “{every[0].strip(_MARKS)}”." if every else once.note
     return replace(once, steps=(*once.steps, *(pause.steps + once.steps) * (times - 1)), note=note.strip())

@@ -45,6 +45,7 @@ _GOES = (
     ),
 )
 _BRINGS = (
+    "run",
     *("bring", "take", "put", "place", "push", "pull", "nudge", "displace", "offset", "lead", "guide", "send", "set"),
     *("ease", "carry", "reposition", "get"),
 )
