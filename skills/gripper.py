@@ -67,9 +67,12 @@ _WHOLLY = (
     *("to the maximum", "to its maximum", "to the widest", "entirely", "over the full stroke", "over its full stroke"),
 )
 _HALF = tuple((f"{about}{half}", 0.5) for about in ("", "about ", "only ") for half in ("halfway", "half way", "half"))
-_SHARES = (
-    *(("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY)),
-    *((f"{wholly}open", 1.0) for wholly in ("", "wide ", "fully ", "all the way ", "completely ")),
+_SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY))
+# "I want the gripper open", "fingers wide open"
+_OPEN = Slot(
+    argument="share",
+    kind="phrase",
+    phrases=tuple((f"{wholly}open", 1.0) for wholly in ("", "wide ", "fully ", "all the way ", "completely ")),
 )
 
 
@@ -138,7 +141,8 @@ _GAPS = tuple(
         " of the jaws",
     )
 )
-_SET = ("set {}", "adjust {}", "have {}", "put {}", "bring {}", "move {}", "draw {}")
+_SET = ("set {}", "adjust {}", "have {}", "put {}")
+_MOVE = ("bring {}", "move {}", "draw {}")
 _CLOSING = ("close", "shut", "narrow", "close up", "bring {} together")
 
 _GERMAN_OPEN = """
@@ -230,6 +234,13 @@ class OpenGripper(Skill):
         ),
         Words(verbs=("half close", "half open"), body="fingers", means=(("share", 0.5),)),
         Words(
+            verbs=tuple(f"{have} {{}}" for have in ("have", "keep", "leave", "get")),
+            body="fingers",
+            alone=True,
+            slots=(_OPEN,),
+            required=("share",),
+        ),
+        Words(
             verbs=_CLOSING,
             body="fingers",
             slots=(Slot(argument="share", kind="share", prepositions=("to", "down to"), phrases=_HALF),),
@@ -238,7 +249,7 @@ class OpenGripper(Skill):
         # "close the fingers by 1 cm"
         Words(verbs=_CLOSING, body="fingers", slots=(_more("by", -1.0),), required=("by",)),
         Words(
-            verbs=(*_OPENING, *_SET),
+            verbs=(*_OPENING, *_SET, *_MOVE),
             body="fingers",
             alone=True,
             slots=(_more("by", 1.0),),

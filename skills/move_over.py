@@ -124,7 +124,14 @@ class MoveOver(HandMove):
                 *_TOP,
             ),
             required=("object",),
+        ),
+        # "home, above the red cube, home"
+        Words(
+            verbs=("hover",),
+            body="hand",
             alone=True,
+            slots=_over("over", "above", "directly over", "directly above", "right above", "just above"),
+            required=("object",),
         ),
         Words(
             verbs=(

@@ -225,7 +225,8 @@ class TurnHand(HandMove):
 
         Args:
             angle: About the vertical, rad; counterclockwise seen from above is positive.
-            tilt: About the axis along which the fingers close, after the turn, rad; the fingertips go away from the base where positive.
+            tilt: About the level line across that from the base to the hand, after the turn, rad; the fingertips go away from the base
+                where positive.
             sideways: About the horizontal line from the base to the hand, after both, rad; the fingertips go to the left where positive,
                 as seen from the base.
             upright: Whether it is to point straight down, however it is tilted now, before it is turned and tilted.
@@ -243,13 +244,9 @@ class TurnHand(HandMove):
         rotation = _straight_down(here.rotation) if upright else here.rotation
         turned = matrix_about_axis(np.array([0.0, 0.0, 1.0]), angle) @ rotation
         away = np.array([*(here.position[:2] - np.array(arm.start.base_xy)), 0.0])
-        axis = turned[:, 1]
-        # The tips go along the axis crossed with where the hand points.
-        sense = 1.0 if np.cross(axis, turned[:, 2]) @ away >= 0.0 else -1.0
-        leaning = matrix_about_axis(axis, sense * tilt) @ turned
-        if sideways:
-            level = away / np.linalg.norm(away) if away.any() else np.array([1.0, 0.0, 0.0])
-            leaning = matrix_about_axis(level, sideways) @ leaning
+        level = away / np.linalg.norm(away) if away.any() else np.array([1.0, 0.0, 0.0])
+        left = np.cross([0.0, 0.0, 1.0], level)
+        leaning = matrix_about_axis(level, sideways) @ matrix_about_axis(left, -tilt) @ turned
         goal = Pose.from_matrix(here.position, leaning)
         return SkillResult(skill=self.name, detail=arm.arrive(arm.way_to(arm.standing_at(goal)), goal))
 

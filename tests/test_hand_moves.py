@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
+from support.written_arms import written
 
 import robosandbox
 from robosandbox import Workcell
@@ -248,3 +250,24 @@ def test_open_fingers_close_on_a_thing_with_the_force_that_is_asked_for(force: f
         session.do("move_by", dz=down)
         squeezed = session.do("close_gripper", force=force).detail
         assert squeezed["held"] == "red_cube" and squeezed["force_n"] == pytest.approx(force, rel=0.1)
+
+
+@pytest.mark.parametrize("name, elbow", [("panda", 3), ("so101", 2), ("ur5e", 2)])
+def test_an_elbow_that_is_bent_brings_the_hand_nearer_to_the_shoulder(tmp_path: Path, name: str, elbow: int) -> None:
+    model, sidecar = (None, None) if name == "panda" else written(name, tmp_path)
+    with robosandbox.open_session(robot=model, sidecar=sidecar) as cell:
+        before = cell.driver.arms["arm"].state()
+        cell.do("move_joint", joint="elbow", bend=0.15)
+        turned = cell.driver.arms["arm"].state().q - before.q
+        assert abs(turned[elbow]) == pytest.approx(0.15, abs=0.01)
+        assert np.abs(np.delete(turned, elbow)).max() < 0.01
+        cell.do("move_joint", joint="elbow", bend=-0.15)
+        assert np.abs(cell.driver.arms["arm"].state().q - before.q).max() < 0.01
+
+
+def test_the_hand_points_forward_from_any_tilt(cell: EmbeddedWorkcell) -> None:
+    cell.do("turn_hand", tilt=0.3)
+    cell.do("turn_hand", upright=True, tilt=pi / 2.0)
+    _, rotation = tcp(cell)
+    assert abs(float(rotation[2, 2])) < 0.02
+    assert float(rotation[0, 2]) > 0.9

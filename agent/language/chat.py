@@ -100,6 +100,9 @@ def _add_until(
     if clause is None or clause.always:
         return
     told = [token.text for token in tokens[i : clause.end]]
+    if told and told[0] in lists.get("ways", ()):
+        # "up a little, down a little"
+        return
     if told and told[0] in lists["inverted"]:
         # "should it rain, ...": a condition.
         return

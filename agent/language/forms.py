@@ -46,7 +46,7 @@ from robosandbox.agent.language.logic import (
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.measures import Length, Measure
 from robosandbox.agent.language.ruleset import COSTS
-from robosandbox.agent.language.skill_words import is_vague, ways_of
+from robosandbox.agent.language.skill_words import Vague, ways_of
 from robosandbox.skills.words import Words
 
 _SIDES = ("left", "right", "front", "back")
@@ -393,10 +393,15 @@ def _for_skill(values: dict[str, Any], words: Words) -> Any:
     if len(things) > len(set(things)):
         # "go above the red one, above the blue one": two steps.
         raise Misfit
-    lengths = [each for each in values.get("slots", ()) if isinstance(each[1], float) and not is_vague(words, *each)]
-    if len(lengths) > len({argument for argument, _ in lengths}):
-        # "down 4 cm, up 4 cm"
-        raise Misfit
+    for is_vague in (False, True):
+        said = {
+            each
+            for each in values.get("slots", ())
+            if isinstance(each[1], float) and isinstance(each[1], Vague) is is_vague
+        }
+        if len(said) > len({argument for argument, _ in said}):
+            # "down 4 cm, up 4 cm", "up a little, down a little"
+            raise Misfit
     told = {argument for argument, _ in values.get("slots", ())}
     enough = told.issuperset(words.needed) and (not words.required or not told.isdisjoint(words.required))
     if (values.pop("alone", False) or "verb" not in values) and not enough:
@@ -1205,7 +1210,7 @@ FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "list": _list,
     "Commas": _commas, "slot": lambda values, text: tuple((name.replace("__", " "), value) for name, value in values.items()),
     "triple": lambda values, text: tuple(map(float, values["of"])),
-    "product": _product, "sum": lambda values, text: sum(values["of"]), "Aside": lambda values, text: text, "Pair": lambda values, text: with_nouns(tuple(values["of"])), "Name": lambda values, text: "_".join(str(part) for part in values["of"]), "Rate": lambda values, text: f"{_product(values, text):g} m/s", "Paced": lambda values, text: f"{100.0 * _product(values, text):.0f} %", "Lasting": lambda values, text: f"{_product(values, text):g} s", "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
+    "product": _product, "vague": lambda values, text: Vague(_product(values, text)), "sum": lambda values, text: sum(values["of"]), "Aside": lambda values, text: text, "Pair": lambda values, text: with_nouns(tuple(values["of"])), "Name": lambda values, text: "_".join(str(part) for part in values["of"]), "Rate": lambda values, text: f"{_product(values, text):g} m/s", "Paced": lambda values, text: f"{100.0 * _product(values, text):.0f} %", "Lasting": lambda values, text: f"{_product(values, text):g} s", "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,
     "Steps": _steps, "Reversed": _reversed, "Topic": _topic, "Claimed": _claimed, "Respective": _respective, "Turned": _turned, "Sorted": _sorted, "Denied": _denied,
     "Contrary": _contrary,
     "Fix": _fix, "Corrected": _corrected, "Specified": _specified,

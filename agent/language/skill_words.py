@@ -38,6 +38,10 @@ _FORMS = ("base", "third", "ing", "past", "past")
 _MOST_SLOTS = 4  # Number of phrases that may follow one verb: more than anybody says.
 
 
+class Vague(float):
+    """A number that a phrase stands for, as "a little" does: where a number is told as well, that counts."""
+
+
 Filled = tuple[tuple[str, Any], ...]
 
 
@@ -117,7 +121,7 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         if argument in vague and argument in arguments:
             # "a moment, say ten seconds"
             arguments.pop(argument)
-        if argument in arguments and is_vague(words, argument, value):
+        if argument in arguments and isinstance(value, Vague):
             continue
         if argument in arguments and arguments[argument] != (_rounded(value) if isinstance(value, float) else value):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {argument.replace('_', ' ')}; which?")
@@ -128,14 +132,8 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
             arguments.update(zip(argument.split(), values, strict=True))
         else:
             arguments[argument] = _rounded(value)
-            vague = vague | {argument} if is_vague(words, argument, value) else vague - {argument}
+            vague = vague | {argument} if isinstance(value, Vague) else vague - {argument}
     return arguments
-
-
-def is_vague(words: Words, argument: str, value: object) -> bool:
-    """Say whether a value of an argument stands for a phrase where a number may be said, as "a little" does."""
-    slots = (slot for slot in words.slots if slot.argument == argument and slot.kind in _MEASURES)
-    return any(value == stands_for for slot in slots for _, stands_for in slot.phrases)
 
 
 def _asked(slot: Slot) -> str:
@@ -326,22 +324,25 @@ def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
         told += [f"{measure} ({quoted}) {_of(f'EN_{own}')}"] if slot.endings and nouns and slot.kind == "length" else []
         # "a bit narrower", where "a bit" is no way of its own.
         unsigned = all(isinstance(value, float) and value > 0.0 for _, value in plain)
-        told += [f"{_of(f'PH_{own}')} {_of(f'EN_{own}')}"] if plain and slot.endings and unsigned else []
-        told += [f"{_of(f'BE_{own}')} {_of(f'PH_{own}')}"] if plain and begins else []
+        vague = [_of(f"PH_{own}")]
+        vague += [f"{_of(f'PH_{own}')} {_of(f'EN_{own}')}"] if slot.endings and unsigned else []
+        vague += [f"{_of(f'BE_{own}')} {_of(f'PH_{own}')}"] if begins else []
         sign = next((value for phrase, value in slot.beginnings if not phrase), 1.0)
         if sign != 1.0:
             told[0] = f"of+={sign} {measure}"
         yield f"value_{own} : product"
         yield from (f"  = {way}" for way in told)
+        if plain:
+            yield f"vague_{own} : vague"
+            yield from (f"  = {way}" for way in vague)
     field = slot.argument.replace(" ", "__")
     yield f"said_{own} : slot"
-    if plain and numeric:
-        # "a moment, say ten seconds"; "from a small height, about an inch"
+    if plain and numeric and not begins:
+        # "a moment, say ten seconds"; "from a small height, about an inch"; but "up a little, down a little" are two
         yield f'  = PH_{own} "," {field}:value_{own}'.replace(f"PH_{own}", f"PH_{own}".upper())
     if plain:
         # "by half a turn"
-        by = '("by" | "through")? ' if numeric else ""
-        yield f"  = {by}{field}:{f'PH_{own}'.upper()}"
+        yield f'  = ("by" | "through")? {field}:vague_{own}' if numeric else f"  = {field}:{f'PH_{own}'.upper()}"
     filler = {
         "object": "alone",
         "pair": "two_things",
