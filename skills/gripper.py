@@ -65,6 +65,7 @@ _WHOLLY = (
     *("all the way", "fully", "completely", "as far as you can", "as far as they go", "as far as it goes"),
     *("as far as possible", "as wide as you can", "as wide as they go", "as wide as it goes", "as wide as possible"),
     *("to the maximum", "to its maximum", "to the widest", "entirely", "over the full stroke", "over its full stroke"),
+    *("until they meet", "until they touch", "until it is shut", "until they are shut", "until it is closed"),
 )
 _HALF = tuple((f"{about}{half}", 0.5) for about in ("", "about ", "only ") for half in ("halfway", "half way", "half"))
 _SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY))

@@ -53,6 +53,8 @@ class MoveToHeight(HandMove):
                 *(f"{verb} {{}}" for verb in ("lower", "raise", "lift", "hold", "keep")),
                 *(
                     "descend",
+                    "lower",
+                    "raise",
                     "rise",
                     "climb",
                     "sink",

@@ -31,6 +31,7 @@ _TIMES = Slot(
     ),
 )
 _WAVED_AT = (
+    "me",
     "us",
     "them",
     "him",
@@ -146,7 +147,7 @@ class Shake(HandMove):
                 "nod",
                 "nod your head",
                 *("nod {}", "nod {} up and down", "nod up and down"),
-                *(f"{nod} {to} {whom}" for nod in ("nod", "bow") for to in ("to", "at") for whom in ("me", *_WAVED_AT)),
+                *(f"{nod} {to} {whom}" for nod in ("nod", "bow") for to in ("to", "at") for whom in _WAVED_AT),
                 *("nod yes", "bow", "bow down", "take a bow", "curtsy"),
                 "bob",
                 "bob up and down",

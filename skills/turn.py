@@ -122,7 +122,13 @@ class Turn(Skill):
                 argument="angle",
                 kind="angle",
                 prepositions=("by", "through", ""),
-                phrases=(*TURNS, ("halfway", math.pi), ("around", math.pi), ("round", math.pi)),
+                phrases=(
+                    *TURNS,
+                    ("a quarter", math.pi / 2.0),
+                    ("halfway", math.pi),
+                    ("around", math.pi),
+                    ("round", math.pi),
+                ),
                 endings=SENSES,
             ),
             Slot(

@@ -128,8 +128,8 @@ class Wait(HandMove):
                     "hold there",
                     *(
                         f"{stay} {how}"
-                        for stay in ("stay", "remain", "keep", "stand")
-                        for how in ("stationary", "completely still", "frozen")
+                        for stay in ("stay", "remain", "keep", "stand", "rest", "wait")
+                        for how in ("stationary", "completely still", "frozen", "without moving")
                     ),
                     *("stay exactly as you are", "stay exactly where you are", "stay quiet"),
                 ),

@@ -56,7 +56,7 @@ _AND_ASKED = re.compile(
 )
 # What is asked of the robot itself: "it", behind such a question, is its hand.
 _OWN = frozenset({"hand", "grip", "pointing", "joints", "last", "poses", "speed", "widest", "which", "joint_count"})
-_IT = re.compile(r"\bit\b(?! (?:work|succeed|go|fail)\b)", re.IGNORECASE)
+_IT = re.compile(r"\b(?:it|they|them)\b(?! (?:work|succeed|go|fail)\b)", re.IGNORECASE)
 _LESS = frozenset({"small", "short", "narrow", "near"})
 # How near the gripper is to open or closed, of the way between them, to be called so; and the speed of a joint that stands, rad/s.
 _ALMOST, _STANDS = 0.05, 0.01
