@@ -326,7 +326,13 @@ class MoveBy(HandMove):
                     for take in ("take", "draw", "pull", "get", "move")
                     for away in ("away", "out of the way", "clear")
                 ),
-                *("get out of the way", "move out of the way"),
+                *(
+                    "get out of the way",
+                    "move out of the way",
+                    "get back up out of the way",
+                    "back up out of the way",
+                    "get clear",
+                ),
             ),
             body="hand",
             means=(("dz", _CLEAR),),

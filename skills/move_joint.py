@@ -139,12 +139,12 @@ class MoveJoint(HandMove):
             needed=("joint",),
         ),
         Words(
-            verbs=("increase joint", "raise joint"),
+            verbs=("increase joint", "raise joint", "increment joint"),
             slots=(Slot(argument="joint", kind="number"), _BY),
             required=("by",),
         ),
         Words(
-            verbs=("decrease joint", "reduce joint", "lower joint"),
+            verbs=("decrease joint", "reduce joint", "lower joint", "decrement joint"),
             slots=(
                 Slot(argument="joint", kind="number"),
                 Slot(argument="by", kind="angle", beginnings=(("by", -1.0),), bare=False),

@@ -52,6 +52,9 @@ _LEVEL = (
     "horizontally",
     "level with the table",
     "parallel to the table",
+    "and keep it flat",
+    "and keep it level",
+    "keep it flat",
 )
 _UPRIGHT = (
     "in a vertical plane",

@@ -142,6 +142,9 @@ def _said_on(last: Command, step: Command, words: Words) -> Command | None:
 
     As in "hover over the red cube, then over the blue one"; "move up 5 cm, then to (0.3, 0.1, 0.2)".
     """
+    if last.words is not None and last.words.means and not last.slots:
+        # "remember where you are now as bench": that is one step.
+        return None
     if last.words == words:
         told = {argument for argument, _ in step.slots}
         kept = (slot for slot in last.slots if isinstance(slot[1], Ref) and slot[0] not in told)

@@ -49,7 +49,7 @@ _WITHIN = re.compile(
     r"\s+(?=(?:while|whilst|because|since|cause|so that|so|as|in case|though|although)\s+(?:i|we|he|she|my|our|his|her|nobody|everyone|somebody)\b)"
     r"|\s+(?=(?:while|whilst|because|cause|in case)\s+(?:it|they|there|the|this|that)\b)|\s+(?=(?:like when|as if|as though)\b)"
     r"|\s+(?=like (?:you|we|i|he|she|they|people|when|a|an|some|\w{3,}ing)\b)|\s+(?=the way (?:we|i|they|people|he|she) )"
-    r"|\s+(?=so (?:that )?(?:the|those|these|people|visitors|everyone|everybody|they|my|our) [^,.;:!?]*\b(?:can|could|may|might) (?:see|hear|watch|read|follow|look|know|tell|learn|understand)\b)",
+    r"|\s+(?=so (?:that )?(?:the|those|these|people|visitors|everyone|everybody|they|my|our) [^,.;:!?]*\b(?:can|could|may|might) (?:see|hear|watch|read|follow|look|know|tell|learn|understand|count|join)\b)",
     re.IGNORECASE,
 )
 _MARKS = re.compile(r"(?<!\d)([.,;:!?])+(?=\s|$)|(?<=\d)([.,;:!?])+(?=\s|$)|\s+[-–—]+\s+")
@@ -67,7 +67,7 @@ _MEANWHILE = re.compile(r"^(?:while|whilst|as) ", re.IGNORECASE)
 _COMPARED = word_set("a an some it they there this its")
 # What an order is for, where that is to be seen or heard of it.
 _TO_BE_SEEN = re.compile(
-    r"^so (?:that )?[^,.;:!?]*\b(?:can|could|may|might) (?:see|hear|watch|read|follow|look|know|tell|learn|understand)\b",
+    r"^so (?:that )?[^,.;:!?]*\b(?:can|could|may|might) (?:see|hear|watch|read|follow|look|know|tell|learn|understand|count|join)\b",
     re.IGNORECASE,
 )
 _UNITS = word_set(

@@ -23,6 +23,7 @@ _OFTEN = "|".join(
             *(words for words, times in TIMES.items() if times > 1),
             r"\d+ times?",
             r"\d+ ?x(?= ?:)",
+            r"x ?\d+(?= ?[.!]?$)",
             *(rf"{word}{_ROUNDS}" for word in _COUNTED[1:]),
             rf"\d+{_ROUNDS}",
         ),
