@@ -391,14 +391,7 @@ class CloseGripper(Skill):
             slots=(FORCE,),
         ),
         Words(
-            verbs=(
-                *("grip force", "gripping force", "squeeze", "grip", "make a fist", "clench your fist"),
-                *(
-                    f"{close} {rest}"
-                    for close in ("close", "shut")
-                    for rest in ("the rest", "the rest of the way", "the remaining gap", *_WHOLLY)
-                ),
-            ),
+            verbs=("grip force", "gripping force", "squeeze", "grip", "make a fist", "clench your fist"),
             slots=(FORCE,),
         ),
         Words(

@@ -83,6 +83,8 @@ _UP = {
     "upwards": 1.0,
     "higher": 1.0,
     "down": -1.0,
+    "towards the table": -1.0,
+    "toward the table": -1.0,
     "downward": -1.0,
     "downwards": -1.0,
     "lower": -1.0,

@@ -243,11 +243,12 @@ def _elbow(arm: Mover) -> int:
 
 def _bending(arm: Mover, joint: int) -> float:
     """Return the sense, 1 or -1, in which a joint brings the hand nearer to the one that leans the arm first."""
+    leaning = _leaning(arm)
+    if not leaning:
+        raise InvalidArgumentError(f"bend: no joint of {arm.spec.name} leans its arm", phase=Phase.CHECK)
     kinematics = arm.planning.kinematics()
     point, _ = kinematics.forward(arm.q)
-    tcp = point.copy()
-    columns = kinematics.jacobian(tcp)
-    axis, lever = columns[3:, _leaning(arm)[0] - 1], columns[:3, _leaning(arm)[0] - 1]
+    columns = kinematics.jacobian(point.copy())
     # From the shoulder's axis to the hand, at a right angle to the axis.
-    away = np.cross(lever, axis)
+    away = np.cross(columns[:3, leaning[0] - 1], columns[3:, leaning[0] - 1])
     return -1.0 if float(columns[:3, joint - 1] @ away) > 0.0 else 1.0

@@ -151,7 +151,7 @@ class Trace(HandMove):
 
     name = "trace"
     words = Words(
-        verbs=("draw", "trace", "make", "do", "sketch", *HAND_GOES),
+        verbs=("draw", "trace", "make", "do", "sketch", "draw me", "trace me", "sketch me", *HAND_GOES),
         body="hand",
         slots=(
             Slot(argument="shape", kind="phrase", phrases=_SHAPES),

@@ -94,22 +94,10 @@ _DOWN = (
     *(f"{pointing}{down}" for pointing in ("", "pointing ") for down in ("straight down", "down", "vertically down")),
     *("vertical", "upright", "perpendicular to the table", "straight down at the table"),
 )
-_LEVELLED = ("", " level", " level with the table", " parallel to the table", " horizontally")
 _FORWARD = tuple(
-    f"point{the}{fingers}{forward}{level}"
-    for the in (" the", " your", "")
-    for fingers in (" fingers", " fingertips")
-    for forward in (
-        " forward",
-        " forwards",
-        " straight ahead",
-        " ahead",
-        " straight forward",
-        " to the horizon",
-        " at the horizon",
-    )
-    for level in ("", *(f",{each}" for each in _LEVELLED if each), *_LEVELLED[1:])
-    if "," not in level
+    f"point {{}} {forward}{level}"
+    for forward in ("forward", "forwards", "straight ahead", "ahead", "to the horizon", "at the horizon")
+    for level in ("", " level with the table", " parallel to the table", " horizontally")
 )
 _TO_THE_HORIZON = tuple(
     f"{sideways}{so}{the} {fingers} {point} {forward}"
@@ -199,8 +187,7 @@ class TurnHand(HandMove):
             slots=(Slot(argument="upright", kind="phrase", phrases=tuple((said, 1.0) for said in _DOWN)),),
             required=("upright",),
         ),
-        # "point your fingers forward, level with the table"
-        Words(verbs=_FORWARD, means=(("upright", True), ("tilt", math.pi / 2.0))),
+        Words(verbs=_FORWARD, body="wrist", means=(("upright", True), ("tilt", math.pi / 2.0))),
         Words(
             verbs=tuple(f"{turn} {{}}" for turn in ("turn", "tilt", "tip", "rotate", "point", "bring")),
             body="wrist",

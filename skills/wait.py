@@ -214,7 +214,7 @@ class Wait(HandMove):
                 "keep holding",
                 "hold on to",
                 *(f"{verb} {{}} {how}" for verb in ("hold", "keep") for how in _HELD_UP),
-                *(f"{show} {{}}{me}" for show in ("show",) for me in (" to me", " to us", " to the class", "")),
+                *(f"show {{}}{me}" for me in (" to me", " to us", " to the class", "")),
                 *("show me", "show us"),
             ),
             object="held",

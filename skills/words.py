@@ -117,17 +117,9 @@ _SENSES = (
     ("back the other way", -1.0),
     ("in the other direction", -1.0),
     ("back", -1.0),
-    *(
-        (f"{all_}{way}", 1.0)
-        for all_ in ("", "all ", "always ")
-        for way in (
-            "in the same direction",
-            "in one direction",
-            "in the one direction",
-            "the same way",
-            "in the same sense",
-        )
-    ),
+    # Which of the two is left open; "in the same direction" alone may be that of the turn before.
+    *((way, 1.0) for way in ("in one direction", "in the one direction", "all in one direction")),
+    *((f"{all_} {way}", 1.0) for all_ in ("all", "always") for way in ("in the same direction", "the same way")),
 )
 # "from above" goes without saying, and is passed over.
 SENSES = tuple(

@@ -22,6 +22,7 @@ from robosandbox.errors import (
     UnreachableError,
     UnsupportedError,
 )
+from robosandbox.sim.intervention import Intervention
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.world.relations import contents
@@ -252,12 +253,20 @@ def test_open_fingers_close_on_a_thing_with_the_force_that_is_asked_for(force: f
         assert squeezed["held"] == "red_cube" and squeezed["force_n"] == pytest.approx(force, rel=0.1)
 
 
+def from_shoulder(cell: EmbeddedWorkcell) -> float:
+    world = cell.mujoco.world
+    joint = int(world.model.dof_jntid[world.robot.dof_indices[1]])
+    with Intervention(cell.mujoco).state() as data:
+        return float(np.linalg.norm(data.xanchor[joint] - tcp(cell)[0]))
+
+
 @pytest.mark.parametrize("name, elbow", [("panda", 3), ("so101", 2), ("ur5e", 2)])
 def test_an_elbow_that_is_bent_brings_the_hand_nearer_to_the_shoulder(tmp_path: Path, name: str, elbow: int) -> None:
     model, sidecar = (None, None) if name == "panda" else written(name, tmp_path)
     with robosandbox.open_session(robot=model, sidecar=sidecar) as cell:
-        before = cell.driver.arms["arm"].state()
+        before, far = cell.driver.arms["arm"].state(), from_shoulder(cell)
         cell.do("move_joint", joint="elbow", bend=0.15)
+        assert from_shoulder(cell) < far - 0.005
         turned = cell.driver.arms["arm"].state().q - before.q
         assert abs(turned[elbow]) == pytest.approx(0.15, abs=0.01)
         assert np.abs(np.delete(turned, elbow)).max() < 0.01

@@ -87,6 +87,14 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
         ("open the gripper to 5 cm, less", RefusalCode.UNRECOGNIZED, ""),
         ("push the red cube with the tool", RefusalCode.OBJECT_NOT_FOUND, "tool"),
         ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),
+        # What is left out, or likened, may bind: none of these is half done.
+        ("open halfway, then the rest", RefusalCode.UNRECOGNIZED, ""),
+        ("shuffle the cubes", RefusalCode.UNRECOGNIZED, ""),
+        ("move up 5 cm, look down", RefusalCode.UNRECOGNIZED, "look"),
+        ("put the red cube on the blue one like before", RefusalCode.UNRECOGNIZED, "like before"),
+        ("pick up the red cube like you did with the green one", RefusalCode.UNRECOGNIZED, ""),
+        ("turn the hand 30 degrees clockwise, then 20 degrees in the same direction", RefusalCode.UNRECOGNIZED, ""),
+        ("where is the red cube? I want the blue one on it", RefusalCode.UNSUPPORTED, ""),
         ("pick up the red cube three times", RefusalCode.UNRECOGNIZED, "three times"),
         ("open the gripper 100 times", RefusalCode.UNSUPPORTED, ""),
         ("put the red cube on the blue cube and turn the hand by 9 degrees three times", RefusalCode.UNRECOGNIZED, ""),
@@ -504,3 +512,13 @@ def test_a_viewer_s_left_is_the_robot_s_right(still: EmbeddedWorkcell, said: str
     plan = planner.plan(said, still.observe())
     assert isinstance(plan, Plan), plan
     assert [str(step) for step in plan.steps] == [call]
+
+
+def test_a_question_is_answered_beside_what_is_remarked(still: EmbeddedWorkcell) -> None:
+    plan = StubPlanner(load_skills(), moves=MANUAL).plan(
+        "How far open is the gripper? I need to know if a 50 mm box would fit.", still.observe()
+    )
+    assert isinstance(plan, Plan) and not plan.steps
+    assert plan.answer.startswith("There are 80 mm") and "I need to know if a 50 mm box would fit" in plan.answer
+    for order in ("Where is your hand? Move it up 5 cm.", "Where is the red cube? I want the blue one on it."):
+        assert isinstance(StubPlanner(load_skills(), moves=MANUAL).plan(order, still.observe()), Refusal)

@@ -150,7 +150,7 @@ def lines_of(skill: str, ways: Sequence[Words]) -> str:
 
 
 class _Phrases(NamedTuple):
-    """What rules of one way to ask for a skill are put together of.
+    """Parts that the rules of one way to ask for a skill are put together of.
 
     Attributes:
         own: Name of the way, of which those of its rules and classes are made.
@@ -320,6 +320,18 @@ def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
         told += [f'{_of(f"BE_{own}")} a_bit? ","? {measure}'] if begins else []
         told += [f'a_bit? {_of(f"BE_{own}")} "," {measure}'] if begins else []
         told += [f"{measure} {_of(f'EN_{own}')}"] if slot.endings else []
+        # "back 10 cm towards you": the way is told twice.
+        for sign, both in ((1.0, "P"), (-1.0, "N")) if begins and slot.endings else ():
+            ways = [[each for each in of if each[1] == sign and "," not in each[0]] for of in (begins, slot.endings)]
+            if all(ways):
+                yield from (
+                    line for name, of in zip("BE", ways, strict=True) for line in _class(f"{both}{name}_{own}", of)
+                )
+                told.append(
+                    f"{_of(f'{both}B_{own}')} {measure} {both}E_{own}".replace(
+                        f"{both}E_{own}", f"{both}E_{own}".upper()
+                    )
+                )
         quoted = " | ".join(f'"{noun}"' for noun in nouns)
         told += [f"{measure} ({quoted}) {_of(f'EN_{own}')}"] if slot.endings and nouns and slot.kind == "length" else []
         # "a bit narrower", where "a bit" is no way of its own.
@@ -357,6 +369,7 @@ def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
         if slot.kind == "object":
             # "over the red, the green and the blue cube"
             yield f"  = {words}{field}:one_by_one"
+            yield from [f"  = {field}:from_one_to_another"] * (preposition == "over")
 
 
 def _of(name: str) -> str:
