@@ -29,7 +29,7 @@ from robosandbox.values import frozen
 # way when it turns so far.
 _METRES_PER_RADIAN = 0.3
 # Metres and radians within which a pose is reached; chosen as a tenth of the accuracy that benchmarks/ik.py asks for.
-_POSITION_TOLERANCE, _STRICT = 1e-4, 1e-3
+POSITION_TOLERANCE, _STRICT = 1e-4, 1e-3
 # Radians within which an arm that has too few joints for every orientation has reached one; chosen: with it the arms of five
 # joints in docs/arms.md pick.
 _LOOSE = 0.12
@@ -108,7 +108,7 @@ class Kinematics:
         *,
         qpos: Array | None = None,
         limits: tuple[Array, Array] | None = None,
-        position_tolerance: float = _POSITION_TOLERANCE,
+        position_tolerance: float = POSITION_TOLERANCE,
         orientation_tolerance: float | None = None,
         compiled: bool = True,
     ) -> None:
@@ -150,7 +150,7 @@ class Kinematics:
         model: mujoco.MjModel,
         robot: Robot,
         *,
-        position_tolerance: float = _POSITION_TOLERANCE,
+        position_tolerance: float = POSITION_TOLERANCE,
         orientation_tolerance: float | None = None,
         compiled: bool = True,
     ) -> Self:

@@ -16,6 +16,7 @@ import numpy as np
 from robosandbox.driver.clamps import TOLERANCES
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import MAX_FORCE_N, Array, Trajectory
 from robosandbox.values import frozen
@@ -53,8 +54,8 @@ _SECONDS_PER_METRE = 300.0
 _OFF_SPEED, _OFF, _FREE_TICKS = 0.03, 0.003, 12
 # Seconds that coming off may take; chosen as thirty times what it takes without a load.
 _OFF_SECONDS = 3.0
-# Damping of the inverse of a Jacobian, dimensionless beside rows of metres and radians; chosen for arms near a singularity.
-_DAMPING = 1e-4
+# Metres within which the hand is sent to a place beside its way; chosen so that a stiff servo feels no step of it.
+_FINE = 1e-6
 
 
 @frozen
@@ -97,54 +98,52 @@ def press_along(
     return Pressed(force=push.force, arrived=arrived)
 
 
-def damped_inverse(jacobian: Array) -> Array:
-    """Return the joints' motion for each of the TCP's, shape (n, 6), from a Jacobian (6, n), bounded near a singularity."""
-    inverse: Array = jacobian.T @ np.linalg.inv(jacobian @ jacobian.T + _DAMPING * np.eye(6))
-    return inverse
-
-
 @frozen
 class StraightPath:
-    """A straight way as places along it, metres, with the configuration and the upward motion of the joints at each.
+    """A straight way as places along it, metres, with the configuration at each.
 
     Attributes:
         start: Where the TCP begins, shape (3,).
         axis: Its direction, shape (3,).
         along: Distances from there, metres, shape (k,).
         q: The configurations, shape (k, n).
-        up: The joints' motion for a metre upwards, shape (k, n).
+        kinematics: Of the arm.
     """
 
     start: Array
     axis: Array
     along: Array
     q: Array
-    up: Array
+    kinematics: Kinematics
 
     @classmethod
     def of(cls, arm: Manipulator, way: Trajectory) -> StraightPath:
         """Return the way of a trajectory of the TCP along a line."""
-        kinematics = arm.planning.kinematics()
-        points, up = [], []
-        for row in way.q:
-            point, _ = kinematics.forward(row)
-            points.append(point.copy())
-            up.append(damped_inverse(kinematics.jacobian(point))[:, 2])
-        places = np.array(points)
+        kinematics = arm.planning.kinematics(position_tolerance=_FINE)
+        places = np.array([kinematics.forward(row)[0] for row in way.q])
         axis = (places[-1] - places[0]) / np.linalg.norm(places[-1] - places[0])
         along = np.maximum.accumulate((places - places[0]) @ axis)
-        return cls(start=places[0], axis=axis, along=along, q=way.q, up=np.array(up))
+        return cls(start=places[0], axis=axis, along=along, q=way.q, kinematics=kinematics)
 
     @property
     def length(self) -> float:
         """Length, metres."""
         return float(self.along[-1])
 
-    def at(self, place: float, lift: float) -> Array:
-        """Return the configuration (n,) at a place along the way, raised by `lift` metres."""
-        columns = [np.interp(place, self.along, column) for column in (*self.q.T, *self.up.T)]
-        n = self.q.shape[1]
-        return np.array(columns[:n]) + lift * np.array(columns[n:])
+    def at(self, place: float, lift: float, bent: Array | float = 0.0) -> Array:
+        """Return the configuration (n,) at a place along the way, raised by `lift` metres.
+
+        Args:
+            place: Metres from its start.
+            lift: Metres upwards; the orientation is kept as far as the arm can.
+            bent: How far the joints were off those of the way at about that lift, shape (n,): of an arm that has several
+                configurations there, the next to that is taken.
+        """
+        on_way = np.array([np.interp(place, self.along, column) for column in self.q.T])
+        if lift == 0.0:
+            return on_way
+        position, rotation = self.kinematics.forward(on_way)
+        return self.kinematics.descend(position + [0.0, 0.0, lift], rotation, on_way + bent).q
 
     def place(self, point: Array) -> float:
         """Return how far along the way a point (3,) of the world is, metres."""
@@ -267,22 +266,19 @@ class _Push:
         ticks = round(window / self.arm.driver.control_timestep)
         last, goal = np.array(self._sent), np.array([self._place, self._lift])
         rows = np.array(self._rows[-ticks:] or [self.way.at(*last)])
-        step = self.way.at(*goal) - rows[-1]
+        bent = (rows[-1] - self.way.at(last[0], 0.0)) * (goal[1] / last[1] if last[1] > 0.0 else 0.0)
+        step = self.way.at(self._place, self._lift, bent) - rows[-1]
         room = np.where(step > 0.0, rows.min(axis=0) - rows[-1], rows[-1] - rows.max(axis=0)) + 0.5 * limits * window**2
         share = float(np.clip(np.min(room / np.maximum(np.abs(step), 1e-12)), 0.0, 1.0))
-        place, lift = goal if share == 1.0 else last + share * (goal - last)
-        # The tangent of a rise may lead past a joint's limit where the way itself does not.
-        row = np.clip(self.way.at(place, lift), self.arm.spec.lower, self.arm.spec.upper)
+        row = rows[-1] + share * step
         self.arm.trim(row)
+        place, lift = goal if share == 1.0 else last + share * (goal - last)
         self._sent = float(place), float(lift)
         self._rows = [*self._rows[-ticks:], row]
 
     def _reached(self) -> float:
-        """Return the place along the way at which the command has the hand where it is, metres.
-
-        A hand that has risen far is not above its place on the way: the joints rise along a tangent.
-        """
-        commanded, _ = self.arm.planning.kinematics().forward(self.way.at(*self._sent))
+        """Return the place along the way at which the command has the hand where it is, metres."""
+        commanded, _ = self.way.kinematics.forward(self._rows[-1])
         return self._sent[0] + self._here() - self.way.place(commanded)
 
     def _here(self) -> float:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.skills.primitives.hand_move import Mover
-from robosandbox.skills.primitives.pressing import damped_inverse
 from robosandbox.types import Array, Trajectory
 
 # m/s for each newton that is missing of a force: a stiff arm of 20 N/mm does not swing with what is told 40 ms late. And m/s at most:
 # a servo that is stopped at once presses with some newtons for each mm/s.
 _FOLLOWING, _FASTEST = 0.001, 0.005
+
+# Damping of the inverse of a Jacobian, dimensionless beside rows of metres and radians; chosen for arms near a singularity.
+_DAMPING = 1e-4
 
 
 class YieldingHand:
@@ -59,7 +61,8 @@ class YieldingHand:
             turn: About the vertical, rad/s.
         """
         point, _ = self._kinematics.forward(self.q)
-        inverse = damped_inverse(self._kinematics.jacobian(point))
+        jacobian = self._kinematics.jacobian(point)
+        inverse = jacobian.T @ np.linalg.inv(jacobian @ jacobian.T + _DAMPING * np.eye(6))
         step = inverse @ np.array([*velocity, 0.0, 0.0, turn]) * self.tick
         robot = self._arm.spec
         before, self.q = self.q, np.clip(self.q + step, robot.lower, robot.upper)

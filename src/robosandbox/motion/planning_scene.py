@@ -16,7 +16,7 @@ from robosandbox.motion.beliefs import DeclaredProperties, believed_scene
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.motion.twin import make_twin, stand
-from robosandbox.robots.kinematics import Kinematics
+from robosandbox.robots.kinematics import POSITION_TOLERANCE, Kinematics
 from robosandbox.robots.loader import robots_of
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.populated import populated
@@ -103,9 +103,9 @@ class PlanningScene:
 
     # Queries of motion planners.
 
-    def kinematics(self) -> Kinematics:
-        """Return new kinematics of the robot."""
-        return Kinematics.of(self._world.model, self.robot)
+    def kinematics(self, *, position_tolerance: float = POSITION_TOLERANCE) -> Kinematics:
+        """Return new kinematics of the robot, that put the TCP within so many metres of a position."""
+        return Kinematics.of(self._world.model, self.robot, position_tolerance=position_tolerance)
 
     def collisions(self, clearance: float, *, hand_only: bool = False) -> CollisionChecker:
         """Return a new checker of collisions that keeps `clearance` metres from obstacles, of the arm or of its hand alone."""
