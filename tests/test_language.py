@@ -170,6 +170,12 @@ def test_a_lying_thing_is_as_tall_as_it_lies() -> None:
     assert calls(planner().plan("pick up the tallest thing", scene(lying, standing))) == ["pick(object=jar)"]
 
 
+def test_of_guesses_at_a_strange_word_that_are_as_near_one_is_always_told() -> None:
+    refusal = planner().plan("touch the bare table", TABLE)
+    assert isinstance(refusal, Refusal)
+    assert "(are?)" in refusal.message, "and not “bar”: the order of a set is another in each run"
+
+
 def test_empty_scene_is_refused() -> None:
     for prompt in ("pick up the red cube", "pick it up", "put everything in the bin", "swap them", "stack all of them"):
         assert isinstance(planner().plan(prompt, scene()), Refusal)

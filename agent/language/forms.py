@@ -113,6 +113,41 @@ def _thing(values: dict[str, Any], text: str) -> Any:
         raise Misfit
     if nth is not None or key:
         values["ranks"] = (*values.get("ranks", ()), Rank(key, 0 if nth is None else int(nth)))
+    _count(values)
+    _leave_out(values)
+    # "the red cube which is red"
+    values["colours"] = tuple(dict.fromkeys(values.get("colours", ())))
+    if len(values["colours"]) > 1 and not values.pop("either", False):
+        raise Misfit
+    values.pop("either", None)
+    if (
+        text in ("a little", "one", "ones")
+        and values.get("determiner") in ("a", "bare")
+        and "number" not in values
+        and not values.pop("counted", False)
+    ):
+        raise Misfit
+    values.pop("counted", None)
+    _correct(values)
+    if len({ref.plural or ref.determiner == "all" for ref in values.get("options", ())}) > 1:
+        # "everything pink or coffee"
+        raise Misfit
+    made = Ref(**{"text": text or "it", **values})
+    if made.plural and made.number is None and any(rank.strict and rank.nth == 1 for rank in made.ranks):
+        return Costly((made, 0.6))
+    if not made.without:
+        return made
+    return replace(
+        made,
+        without=tuple(
+            replace(_of_kind(ref, made), text=f"but {ref.text}" if not text.startswith("all but") else ref.text)
+            for ref in made.without
+        ),
+    )
+
+
+def _count(values: dict[str, Any]) -> None:
+    """As in "three cubes": a whole number, one of which is a thing."""
     if values.get("number") is not None:
         if int(values["number"]) != values["number"] or values["number"] < 1:
             raise Misfit
@@ -120,6 +155,10 @@ def _thing(values: dict[str, Any], text: str) -> Any:
         if values["number"] == 1:
             values["plural"] = False
             values["determiner"] = "a" if values.get("determiner") == "bare" else values.get("determiner", "the")
+
+
+def _leave_out(values: dict[str, Any]) -> None:
+    """As in "the cubes but not the red one": what is left out of several, or named in place of what was."""
     one_bare = values.get("determiner") == "bare" and values.get("nouns") and not values.get("plural")
     if values.get("without") and (
         one_bare or not (values.get("plural") or values.get("determiner") in ("all", "a", "bare"))
@@ -138,19 +177,17 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     values["without"] = (*values.get("without", ()), *values.pop("less", ()))
     if any(map(_is_unknown, (*values["without"], *values.get("instead", ())))):
         raise Misfit
-    # "the red cube which is red"
-    values["colours"] = tuple(dict.fromkeys(values.get("colours", ())))
-    if len(values["colours"]) > 1 and not values.pop("either", False):
+    ranked = [rank for ref in (*values["without"], *values.get("instead", ())) for rank in ref.ranks]
+    ranked += values.get("ranks", ()) if values["without"] else ()
+    if any(rank.key in ("top", "bottom") for rank in ranked):
         raise Misfit
-    values.pop("either", None)
-    if (
-        text in ("a little", "one", "ones")
-        and values.get("determiner") in ("a", "bare")
-        and "number" not in values
-        and not values.pop("counted", False)
-    ):
+    whole = (ref for ref in values["without"] if ref.determiner == "all" and not ref.relations)
+    if any(not (ref.nouns or ref.colours or ref.names) for ref in whole):
         raise Misfit
-    values.pop("counted", None)
+
+
+def _correct(values: dict[str, Any]) -> None:
+    """As in "the ball, not the red one": what is meant is told by what is not."""
     if any(ref.unknown for ref in values.get("instead", ())) or any(ref.instead for ref in values.get("options", ())):
         raise Misfit
     said = (values.get("nouns", ()), values.get("names", ()))
@@ -162,28 +199,6 @@ def _thing(values: dict[str, Any], text: str) -> Any:
     if values.get("instead") and (values.get("determiner") in ("a", "all") or (values.get("plural") and own)):
         # "a bowl but not the blue one" leaves out that.
         raise Misfit
-    if len({ref.plural or ref.determiner == "all" for ref in values.get("options", ())}) > 1:
-        # "everything pink or coffee"
-        raise Misfit
-    ranked = [rank for ref in (*values["without"], *values.get("instead", ())) for rank in ref.ranks]
-    ranked += values.get("ranks", ()) if values["without"] else ()
-    if any(rank.key in ("top", "bottom") for rank in ranked):
-        raise Misfit
-    whole = (ref for ref in values["without"] if ref.determiner == "all" and not ref.relations)
-    if any(not (ref.nouns or ref.colours or ref.names) for ref in whole):
-        raise Misfit
-    made = Ref(**{"text": text or "it", **values})
-    if made.plural and made.number is None and any(rank.strict and rank.nth == 1 for rank in made.ranks):
-        return Costly((made, 0.6))
-    if not made.without:
-        return made
-    return replace(
-        made,
-        without=tuple(
-            replace(_of_kind(ref, made), text=f"but {ref.text}" if not text.startswith("all but") else ref.text)
-            for ref in made.without
-        ),
-    )
 
 
 def _list(values: dict[str, Any], text: str) -> Any:
@@ -258,6 +273,24 @@ def _command(values: dict[str, Any], text: str) -> Any:
     values["times"] = int(values.get("times", 1))
     if values.get("order") == ():
         values.pop("order")
+    _count_levels(values)
+    _tell_ends(values)
+    _choose_objects(values)
+    _go_further(values)
+    _spare(values)
+    if getattr(values.get("place"), "kind", "") == "discard" and any(
+        ref.determiner == "all" and not (ref.nouns or ref.relations) for ref in values.get("objects", ())
+    ):
+        raise Misfit
+    keys = {rank.key for ref in values.get("objects", ()) for rank in ref.ranks}
+    if values.get("order") in ("up", "down") and keys & {"top", "bottom", "middle"}:
+        # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
+        raise Misfit
+    return _checked(Command(**{"verb": UNSAID, **values}))
+
+
+def _count_levels(values: dict[str, Any]) -> None:
+    """As in "a tower three high": so many things have to be meant."""
     high = values.pop("high", None)
     if high is not None:
         number = sum(
@@ -265,6 +298,10 @@ def _command(values: dict[str, Any], text: str) -> Any:
         )
         if (number and number != high) or (not number and values.get("objects")):
             raise Misfit
+
+
+def _tell_ends(values: dict[str, Any]) -> None:
+    """As in "the biggest at the bottom": of which things that is one."""
     if values.get("verb") == "stack" and values.get("order") in ("up", "down"):
         ends = with_nouns(tuple(reversed(values.get("objects", ()))))[::-1]
         if len(ends) == 2 and all(len(ref.ranks) == 1 and ref.ranks[0].strict for ref in ends) and ends[0].nouns:
@@ -284,6 +321,10 @@ def _command(values: dict[str, Any], text: str) -> Any:
             )
             for level, ref in values["order"]
         )
+
+
+def _choose_objects(values: dict[str, Any]) -> None:
+    """As in "of the cups, the taller one": which of several things are meant."""
     part = values.pop("part", ())
     if part:
         # "put the cans in the box, but only the tall one", "put two of the cans in the box: the tall one and the red one"
@@ -328,25 +369,28 @@ def _command(values: dict[str, Any], text: str) -> Any:
         if len(whole) != 1 or not (whole[0].plural or whole[0].determiner == "all") or whole[0].ranks:
             raise Misfit
         values["objects"] = (replace(whole[0], ranks=(Rank(turn, 0),)),)
+
+
+def _go_further(values: dict[str, Any]) -> None:
+    """As in "to the left, by 5 cm": a length that is said behind its way."""
     further = values.pop("further", None)
-    if further is not None:
-        if values.get("distance") is not None:
-            raise Misfit
-        place = values.get("place")
-        if isinstance(place, Offset) and place.distance is None:
-            values["place"] = Offset(place.direction, further)
-        elif (
-            isinstance(place, Relation) and place.kind in ("left", "right", "front", "back") and place.distance is None
-        ):
-            values["place"] = place._replace(distance=further)
-        elif values.get("direction") or (isinstance(place, Relation) and place.kind in ("towards", "away")):
-            values["distance"] = further
-        else:
-            raise Misfit
-    if getattr(values.get("place"), "kind", "") == "discard" and any(
-        ref.determiner == "all" and not (ref.nouns or ref.relations) for ref in values.get("objects", ())
-    ):
+    if further is None:
+        return
+    if values.get("distance") is not None:
         raise Misfit
+    place = values.get("place")
+    if isinstance(place, Offset) and place.distance is None:
+        values["place"] = Offset(place.direction, further)
+    elif isinstance(place, Relation) and place.kind in ("left", "right", "front", "back") and place.distance is None:
+        values["place"] = place._replace(distance=further)
+    elif values.get("direction") or (isinstance(place, Relation) and place.kind in ("towards", "away")):
+        values["distance"] = further
+    else:
+        raise Misfit
+
+
+def _spare(values: dict[str, Any]) -> None:
+    """As in "put the cans in the bin, without the red one"."""
     without = values.pop("without", ())
     if any(ref.determiner == "it" or _is_unknown(ref) for ref in without):
         raise Misfit
@@ -363,11 +407,10 @@ def _command(values: dict[str, Any], text: str) -> Any:
                 whole[0], without=tuple(replace(_of_kind(ref, whole[0]), text=f"but {ref.text}") for ref in without)
             ),
         )
-    keys = {rank.key for ref in values.get("objects", ()) for rank in ref.ranks}
-    if values.get("order") in ("up", "down") and keys & {"top", "bottom", "middle"}:
-        # "a tower: the red cube at the bottom, the blue one in the middle": places in it and none of the table.
-        raise Misfit
-    made = Command(**{"verb": UNSAID, **values})
+
+
+def _checked(made: Command) -> Command:
+    """Return a command that one thing alone may mean."""
     to_it = getattr(made.place, "kind", "") == "to" and [ref.text for ref in refs_of(made.place)] == ["it"]
     if any(_may_be(gone, each) for ref in refs_of(made.place) for gone in ref.instead for each in made.objects):
         # "put the can and the ball in the bin, but not the ball"
@@ -468,73 +511,69 @@ def _is_open_after(step: Command, before: Command, text: str) -> bool:
     return bool(only or lifted or (on_it and (middle or piled)))
 
 
-def _sentence(values: dict[str, Any], text: str) -> Any:
-    steps = with_verbs(values.get("steps", ()))
-    if steps is None:
+def _check_step(step: Command, before: Command | None, text: str) -> None:
+    """Raise where it is open what a step means, first in its sentence or behind the one before it."""
+    place = step.place
+    if before is not None and step.control and step.bare:
         raise Misfit
-    if "begins" in values and steps and steps[0].bare and not {".", ";", ":"} & {*text.split()}:
-        # "do not tap the can, then the ball"
+    if step.distance is not None and not (step.direction or step.place or step.verb == "push"):
+        # "pick up the apple and another 2 cm"
         raise Misfit
-    for before, step in zip((None, *steps), steps, strict=False):
-        place = step.place
-        if before is not None and step.control and step.bare:
-            raise Misfit
-        if step.distance is not None and not (step.direction or step.place or step.verb == "push"):
-            # "pick up the apple and another 2 cm"
-            raise Misfit
-        if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
-            raise Misfit
-        if before is None and any(map(_is_any, step.objects)):
-            # "put one in the bin": of what?
-            raise Misfit
-        if before is not None and _is_open_after(step, before, text):
-            raise Misfit
-        piled = before is not None and before.verb == "stack" and before.place is None
-        if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
-            # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
-            raise Misfit
-        counted = (
-            ref for ref in (*step.objects, *refs_of(place)) if ref.one and [rank.key for rank in ref.ranks] == [""]
+    if before is not None and isinstance(before.control, ForEach | While) and any(map(_is_it, step.objects)):
+        raise Misfit
+    if before is None and any(map(_is_any, step.objects)):
+        # "put one in the bin": of what?
+        raise Misfit
+    if before is not None and _is_open_after(step, before, text):
+        raise Misfit
+    piled = before is not None and before.verb == "stack" and before.place is None
+    if piled and ((step.verb == "stack" and step.order) or (step.bare and isinstance(step.place, Region))):
+        # "stack the cubes, red at the bottom, then blue": of one tower, or of two?
+        raise Misfit
+    counted = (ref for ref in (*step.objects, *refs_of(place)) if ref.one and [rank.key for rank in ref.ranks] == [""])
+    if before is not None and len(before.objects) > 1 and any(counted):
+        # "tap the can and the ball and put the first one in the bin": the first that was named?
+        raise Misfit
+    named = bool(step.objects) and step.objects[0].determiner != "it"
+    if (
+        before is None
+        and named
+        and (
+            isinstance(place, Original)
+            or (isinstance(place, Relation) and any(ref.text == "there" for ref in place.refs))
         )
-        if before is not None and len(before.objects) > 1 and any(counted):
-            # "tap the can and the ball and put the first one in the bin": the first that was named?
-            raise Misfit
-        named = bool(step.objects) and step.objects[0].determiner != "it"
-        if (
-            before is None
-            and named
-            and (
-                isinstance(place, Original)
-                or (isinstance(place, Relation) and any(ref.text == "there" for ref in place.refs))
-            )
-        ):
-            # "put the cup back", "put the cube there": where?
-            raise Misfit
-        if before is None and isinstance(place, Offset) and place.direction == "back" and place.distance is None:
-            raise Misfit
-        if (
-            before is not None
-            and step.verb == "push"
-            and step.bare
-            and isinstance(before.place, Relation)
-            and before.place.kind in _SIDES
-        ):
-            # "put the red cube left of the bowl and the blue one to the right": of the bowl.
-            raise Misfit
-    if any(_is_any(ref) for ref in values.get("avoid", ())):
-        # "..., but leave one": which?
+    ):
+        # "put the cup back", "put the cube there": where?
         raise Misfit
-    spared = values.get("spared", ())
-    if spared:
-        # "put all the fruit in the bowl, don't touch the lemon"
-        whole = [
-            step
-            for step in steps
-            if len(step.objects) == 1 and (step.objects[0].plural or step.objects[0].determiner == "all")
-        ]
-        if len(whole) != len(steps) or any(ref.determiner == "it" or ref.determiner == "all" for ref in spared):
-            raise Misfit
-        steps = tuple(replace(step, objects=(_left_out(step.objects[0], spared),)) for step in steps)
+    if before is None and isinstance(place, Offset) and place.direction == "back" and place.distance is None:
+        raise Misfit
+    if (
+        before is not None
+        and step.verb == "push"
+        and step.bare
+        and isinstance(before.place, Relation)
+        and before.place.kind in _SIDES
+    ):
+        # "put the red cube left of the bowl and the blue one to the right": of the bowl.
+        raise Misfit
+
+
+def _sparing(steps: tuple[Command, ...], spared: Sequence[Ref]) -> tuple[Command, ...]:
+    """As in "put all the fruit in the bowl, don't touch the lemon": all but that."""
+    if not spared:
+        return steps
+    whole = [
+        step
+        for step in steps
+        if len(step.objects) == 1 and (step.objects[0].plural or step.objects[0].determiner == "all")
+    ]
+    if len(whole) != len(steps) or any(ref.determiner == "it" or ref.determiner == "all" for ref in spared):
+        raise Misfit
+    return tuple(replace(step, objects=(_left_out(step.objects[0], spared),)) for step in steps)
+
+
+def _where_aside(steps: Sequence[Command]) -> list[Command]:
+    """As in "get it out of the way, put it behind the mug": that is where it goes."""
     told: list[Command] = []
     for step in steps:
         if (
@@ -544,9 +583,24 @@ def _sentence(values: dict[str, Any], text: str) -> Any:
             and not isinstance(step.place, Original)
             and [ref.determiner for ref in step.objects] == ["it"]
         ):
-            # "get it out of the way, put it behind the mug": that is where it goes.
             step = replace(step, objects=told.pop().objects)
         told.append(step)
+    return told
+
+
+def _sentence(values: dict[str, Any], text: str) -> Any:
+    steps = with_verbs(values.get("steps", ()))
+    if steps is None:
+        raise Misfit
+    if "begins" in values and steps and steps[0].bare and not {".", ";", ":"} & {*text.split()}:
+        # "do not tap the can, then the ball"
+        raise Misfit
+    for before, step in zip((None, *steps), steps, strict=False):
+        _check_step(step, before, text)
+    if any(_is_any(ref) for ref in values.get("avoid", ())):
+        # "..., but leave one": which?
+        raise Misfit
+    told = _where_aside(_sparing(steps, values.get("spared", ())))
     # What a loop or a condition is followed by is more likely part of it.
     further = any(step.control for step in told[:-1])
     # "the ball lives in the crate, put it back": there, rather than back from there.

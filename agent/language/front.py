@@ -364,11 +364,9 @@ def _perhaps(word: str, book: Ruleset) -> str:
     from rapidfuzz.distance import Indel
 
     folded = book.vocabulary.folded(word)
-    near = (
-        process.extractOne(folded, book.vocabulary.words, scorer=Indel.normalized_similarity, score_cutoff=_NEAR)
-        if len(folded) > _SHORT
-        else None
-    )
+    # Of two that are as near the first by letters, and not the first of a set, whose order changes from run to run.
+    known = sorted(book.vocabulary.words) if len(folded) > _SHORT else ()
+    near = process.extractOne(folded, known, scorer=Indel.normalized_similarity, score_cutoff=_NEAR)
     return f" ({near[0]}?)" if near and near[0] != folded else ""
 
 

@@ -124,54 +124,8 @@ class Placing(Hands):
             case Relation(kind="between"):
                 (ax, ay), (bx, by) = world.at[targets[0]], world.at[targets[1]]
                 self._put_at(name, ((ax + bx) / 2, (ay + by) / 2), f"between {targets[0]} and {targets[1]}")
-            case Relation(kind=kind, distance=distance):
-                target = targets[0]
-                holder = match.is_receptacle(world.objects[target])
-                if world.objects[target].kind == "cupboard":
-                    # On a shelf is on its board, on a cabinet or on top of a shelf is over it.
-                    holder = place.order != "top" and any(
-                        "shelf" in noun for ref in place.refs for noun in (*ref.nouns, *ref.names)
-                    )
-                elif place.order != "top" and match.is_shallow(world.objects[target]):
-                    # "on the bowl" is in it, as on a plate is; on top of it would be on its rim.
-                    holder = True
-                # "over to the bin" is in it, "over to the mug" may be beside it.
-                over_to_a_mug = place.order == "over" and match.is_cup(world.objects[target])
-                if kind == "at":
-                    kind = "in" if match.holds_things(world.objects[target]) else "on"
-                if (
-                    kind == "in"
-                    or (kind == "to" and match.holds_things(world.objects[target]) and not over_to_a_mug)
-                    or (kind == "on" and holder)
-                ):
-                    self._put_in(name, target)
-                elif kind == "on" or (kind == "to" and self._carries(target, name)):
-                    self._put_on(name, target, stack=stack)
-                elif kind == "to":
-                    upon = "in" if over_to_a_mug else "on"
-                    raise RefusedError(
-                        RefusalCode.AMBIGUOUS, f"Should {name} go {upon} {target} or next to it?", (name, target)
-                    )
-                elif kind in SIDES and distance is not None:
-                    ex, ey = SIDE_AXES[kind]
-                    x, y = world.at[target]
-                    # From middle to middle; where they would stand in each other, the gap is meant.
-                    (tx, ty, _), (ox, oy, _) = world.extents(target), world.extents(name)
-                    least = abs(ex) * (tx + ox) + abs(ey) * (ty + oy)
-                    spot = (x + ex * distance, y + ey * distance)
-                    clear = distance >= least and self._alone(spot, 0.8 * world.radius(name) - 0.02, target)
-                    apart = distance if clear else distance + least
-                    self._put_at(name, (x + ex * apart, y + ey * apart), f"{distance:g} m {kind} of {target}")
-                elif kind in SIDES:
-                    self._put_beside(name, target, (kind,))
-                    self.last_side, self.side_told = (kind, target), True
-                elif kind == "beside":
-                    self._put_beside(name, target, SIDES)
-                    if not self.sliding:
-                        call = self.steps[-1].call.arguments
-                        self.last_side, self.side_told = (str(call["side"]), str(call["target"])), False
-                else:
-                    raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot put things {kind} others.", (target,))
+            case Relation():
+                self._put_related(name, place, targets[0], stack=stack)
             case At(x=x, y=y):
                 self._put_at(name, (x, y), f"({x:g}, {y:g})")
             case Offset(direction=direction, distance=distance):
@@ -180,23 +134,7 @@ class Placing(Hands):
                 step = distance or NUDGE
                 self._put_at(name, (x + dx * step, y + dy * step), f"{step:g} m {direction}")
             case Original(vacated=vacated):
-                # Where it was before this sentence, or else before the one that moved it.
-                origins = self.discourse.origins if name in self.moved else self.came_from
-                other = list(self.moved)
-                if vacated and name not in origins and len(other) == 1 and other[0] in self.discourse.origins:
-                    # "move the block out of the way and put the sponge where it was"
-                    origins = {name: self.discourse.origins[other[0]]}
-                if name not in origins:
-                    raise RefusedError(RefusalCode.AMBIGUOUS, f"Where is back? I have not moved {name} yet.", (name,))
-                xy, parent = origins[name]
-                if name in self.left_standing and world.held != name and xy == world.at[name]:
-                    return
-                if parent and parent[0] == "in":
-                    self._put_in(name, parent[1])
-                elif parent:
-                    self._put_on(name, parent[1])
-                else:
-                    self._put_at(name, xy, "its first place")
+                self._put_back(name, vacated=vacated)
             case Spot(refs=refs):
                 other_one = self.ground.one(refs[0], lambda _: True, (name,)).ids[0]
                 gone = other_one in self.moved and other_one in self.discourse.origins
@@ -210,6 +148,76 @@ class Placing(Hands):
                 # What stands on the table already goes to another spot.
                 stands = name not in world.parent and name != world.held
                 self._put_free(name, world.at[name], ignore=() if stands else (name,))
+
+    def _put_related(self, name: str, place: Relation, target: str, *, stack: bool) -> None:
+        """Put a thing into, onto or beside another."""
+        world, kind, distance = self.world, place.kind, place.distance
+        holder = match.is_receptacle(world.objects[target])
+        if world.objects[target].kind == "cupboard":
+            # On a shelf is on its board, on a cabinet or on top of a shelf is over it.
+            holder = place.order != "top" and any(
+                "shelf" in noun for ref in place.refs for noun in (*ref.nouns, *ref.names)
+            )
+        elif place.order != "top" and match.is_shallow(world.objects[target]):
+            # "on the bowl" is in it, as on a plate is; on top of it would be on its rim.
+            holder = True
+        # "over to the bin" is in it, "over to the mug" may be beside it.
+        over_to_a_mug = place.order == "over" and match.is_cup(world.objects[target])
+        if kind == "at":
+            kind = "in" if match.holds_things(world.objects[target]) else "on"
+        if (
+            kind == "in"
+            or (kind == "to" and match.holds_things(world.objects[target]) and not over_to_a_mug)
+            or (kind == "on" and holder)
+        ):
+            self._put_in(name, target)
+        elif kind == "on" or (kind == "to" and self._carries(target, name)):
+            self._put_on(name, target, stack=stack)
+        elif kind == "to":
+            upon = "in" if over_to_a_mug else "on"
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"Should {name} go {upon} {target} or next to it?", (name, target)
+            )
+        elif kind in SIDES and distance is not None:
+            ex, ey = SIDE_AXES[kind]
+            x, y = world.at[target]
+            # From middle to middle; where they would stand in each other, the gap is meant.
+            (tx, ty, _), (ox, oy, _) = world.extents(target), world.extents(name)
+            least = abs(ex) * (tx + ox) + abs(ey) * (ty + oy)
+            spot = (x + ex * distance, y + ey * distance)
+            clear = distance >= least and self._alone(spot, 0.8 * world.radius(name) - 0.02, target)
+            apart = distance if clear else distance + least
+            self._put_at(name, (x + ex * apart, y + ey * apart), f"{distance:g} m {kind} of {target}")
+        elif kind in SIDES:
+            self._put_beside(name, target, (kind,))
+            self.last_side, self.side_told = (kind, target), True
+        elif kind == "beside":
+            self._put_beside(name, target, SIDES)
+            if not self.sliding:
+                call = self.steps[-1].call.arguments
+                self.last_side, self.side_told = (str(call["side"]), str(call["target"])), False
+        else:
+            raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot put things {kind} others.", (target,))
+
+    def _put_back(self, name: str, *, vacated: bool) -> None:
+        """Put a thing where it was before this sentence, or else before the one that moved it."""
+        world = self.world
+        origins = self.discourse.origins if name in self.moved else self.came_from
+        other = list(self.moved)
+        if vacated and name not in origins and len(other) == 1 and other[0] in self.discourse.origins:
+            # "move the block out of the way and put the sponge where it was"
+            origins = {name: self.discourse.origins[other[0]]}
+        if name not in origins:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Where is back? I have not moved {name} yet.", (name,))
+        xy, parent = origins[name]
+        if name in self.left_standing and world.held != name and xy == world.at[name]:
+            return
+        if parent and parent[0] == "in":
+            self._put_in(name, parent[1])
+        elif parent:
+            self._put_on(name, parent[1])
+        else:
+            self._put_at(name, xy, "its first place")
 
     def _carries(self, target: str, name: str) -> bool:
         """Say whether a thing is flat and wide, so that "to the plate" means onto it."""
