@@ -292,6 +292,9 @@ class Safety:
         if self.mode == "moving":
             self._check_host()
             self._check_robot()
+        elif self._driver.fault and self.mode in ("ready", "stopped"):
+            # It happened between two commands.
+            self._check_robot()
         if self.fault != was:
             return self._error(f"{self.fault}; nothing moves before recover() is called")
         for watch in self._arms.values():
@@ -343,15 +346,13 @@ class Safety:
 
     def _check_robot(self) -> None:
         """Look whether the robot has a fault of its own, and when it was last heard of."""
+        # Asked first: a robot that has not been heard of for some time may see only now what is the matter.
+        age = 0.0 if self._link_timeout is None else self._driver.time - self._oldest_state
         if self._driver.fault:
             self.mode, self.fault, self._evidence = "fault", self._driver.fault, None
             self._forget_stops()
             _log.error("%s: %s", robot_name(self._driver), self.fault)
-            return
-        if self._link_timeout is None:
-            return
-        age = self._driver.time - min(watch.arm.state().time for watch in self._arms.values())
-        if age > self._link_timeout:
+        elif self._link_timeout is not None and age > self._link_timeout:
             self._failed(
                 "lost",
                 f"the robot was last heard of {age:.3f} s ago, and {self._link_timeout:.3f} s are allowed",
@@ -359,6 +360,10 @@ class Safety:
                 age,
                 self._link_timeout,
             )
+
+    @property
+    def _oldest_state(self) -> float:
+        return min(watch.arm.state().time for watch in self._arms.values())
 
     def _failed(self, mode: Literal["fault", "lost"], why: str, quantity: str, value: float, most: float) -> None:
         # The first cause is kept, and a stop that is not over is no longer waited for.

@@ -114,15 +114,20 @@ class WorldThread:
                 if self._stopping:
                     return
                 job = self._next_job()
-                if not self._reads and job is None and self.pace != "realtime":
+                if not self._reads and job is None and not self._ticks_idle:
                     self.changed.wait(_IDLE_SECONDS)
                     job = self._next_job()
             self._answer()
             if job is not None:
                 job()
                 self._rebase()
-            elif self.pace == "realtime":
+            elif self._ticks_idle:
                 self.run(self._idle)
+
+    @property
+    def _ticks_idle(self) -> bool:
+        """Whether control ticks go on between jobs: a machine that goes on by itself is looked after all the time."""
+        return self.pace == "realtime" or (self._driver is not None and self._driver.capabilities.clock == "wall")
 
     def _idle(self) -> None:
         assert self._driver is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import time
 from collections import deque
@@ -58,9 +59,11 @@ _log = logging.getLogger(__name__)
 _SPEED_SECONDS = 0.1
 # Seconds in which an arm that is switched on comes to lie in its servos.
 _SETTLE_SECONDS = 0.5
-# A joint is stuck that was sent on by this much, rad, within these seconds, and went a tenth of it: servos that are sent at a
-# speed trail by less than 0.1 s.
-_STUCK_RADIANS, _STUCK_SECONDS, _STUCK_SHARE = 0.1, 0.4, 0.1
+# A joint is kept from its way that is farther than `_GIVES`, rad, from everywhere it was sent in the last `_TRAILS` seconds, for
+# longer than `_KEPT` seconds: servos that are sent at a speed trail by less than 0.1 s.
+_GIVES, _TRAILS, _KEPT = 0.15, 0.2, 0.1
+# Seconds between two looks whether the torque is still on.
+_WATCH_SECONDS = 0.1
 # How far below the temperature at which it lets go by itself a servo is stopped, degrees Celsius: it tells whole degrees, and
 # takes on some more while somebody looks after it.
 _COOLER = 5
@@ -120,6 +123,10 @@ class SerialServos(WallClockDriver):
             names.append("gripper")
             limits.append((min(ends), max(ends)))
         servos = None if calibration is None else read_calibration(calibration)
+        # Beside the calibration: which joint was seen to slip since, over the end of the program.
+        self._doubt = None if calibration is None else calibration.with_name(f"{calibration.name}.doubt")
+        if calibration is not None and (doubted := _doubted(calibration, self._doubt)):
+            raise InputError(f"--driver {type(self).__name__.lower()}: {doubted}")
         self.joints = servo_joints(servos, names, limits, self.family.counts)
         self._ids = [joint.id for joint in self.joints]
         self.port, self.speed = port, speed
@@ -132,6 +139,11 @@ class SerialServos(WallClockDriver):
         self._limits_celsius: dict[int, int] = {}
         self._full_load: dict[int, int] = {}
         self._quickest: dict[int, float] = {}
+        self._watched_at = 0.0
+        self._slipped = ""
+        # Whether it has put the torque on; and of which servos it was off before.
+        self._holds = False
+        self._limp: list[int] = []
         hand = None if spec.gripper is None else _ServoHand(self, spec.gripper, self.joints[-1])
         self._hand = hand
         self.hands = {} if hand is None else {hand.name: hand}
@@ -144,15 +156,15 @@ class SerialServos(WallClockDriver):
             raise InputError(f"--driver {type(self).__name__.lower()}: {error}") from None
         try:
             self._check_servos()
-            self._hold()
             if cameras is not None:
                 eyes = open_eyes(cameras, self)
                 self.senses, self._cameras = eyes, eyes.cameras
+            self._hold()
         except (BusError, ValueError) as error:
-            self._bus.close()
+            self._leave_as_found()
             raise InputError(f"--driver {type(self).__name__.lower()}: {error}") from None
         except BaseException:
-            self._bus.close()
+            self._leave_as_found()
             raise
 
     @property
@@ -170,14 +182,28 @@ class SerialServos(WallClockDriver):
             _log.warning("the torque is still on: %s", error)
         self._bus.close()
 
+    def _leave_as_found(self) -> None:
+        """Take the torque off again where it was off, and let go of the port: nothing has moved."""
+        with contextlib.suppress(BusError):
+            if self._limp:
+                self._bus.write_all(self.family.torque, dict.fromkeys(self._limp, 0))
+        self._bus.close()
+
     def recover(self) -> None:
         """Open the port again, have every servo hold where it is, and end a fault.
 
         Raises:
             FaultError: It is not over.
         """
+        if self._slipped:
+            # Where it stands is no longer known, whatever somebody has looked after.
+            raise FaultError(
+                f"{self._slipped} has slipped, and where it stands is not known; it is not over: calibrate it again, and open the "
+                "driver anew",
+                phase=Phase.CHECK,
+            )
         self._bus.close()
-        self.fault = ""
+        self.fault, self._holds = "", False
         self._silent_since.clear()
         if self._hand is not None:
             self._hand.forget()
@@ -204,6 +230,10 @@ class SerialServos(WallClockDriver):
                 pass
         return self._past[joint.id]
 
+    def quickest(self, joint: ServoJoint) -> float:
+        """Return how fast a servo turns without a load, rad/s."""
+        return self._quickest[joint.id] * abs(joint.radians)
+
     def goal(self, joint: ServoJoint) -> float:
         """Return where a servo was sent last, as a joint value."""
         return joint.value(self._goals[joint.id])
@@ -219,8 +249,11 @@ class SerialServos(WallClockDriver):
             self._goals |= goals
 
     def look(self) -> None:
-        """Read every servo once."""
-        self.poll()
+        """Read every servo once, and see whether the arm goes where it is sent."""
+        if self._hand is not None and not self.fault:
+            self._hand.go_on()
+        if self.poll() and not self.fault:
+            self._arm.check_followed()
 
     def posture(self) -> dict[str, Posture]:
         """Return how the arm stands, as a frame of a camera tells it."""
@@ -233,6 +266,8 @@ class SerialServos(WallClockDriver):
         asked = self.time
         try:
             replies = self._bus.read_all(self._ids, self.family.state)
+            if self._holds:
+                self._watch_torque(asked)
         except BusError as error:
             self.fail(f"{error}; the servos hold where they were sent last")
             return False
@@ -246,11 +281,15 @@ class SerialServos(WallClockDriver):
                 self._check_reading(joint, reading, past[-1] if past else None, now)
                 self._check_errors(joint, reading, replies[joint.id])
                 past.append(reading)
-                while now - past[0].time > _STUCK_SECONDS:
+                while now - past[0].time > _SPEED_SECONDS and len(past) > 1:
                     past.popleft()
             elif (silent := now - self._silent_since.setdefault(joint.id, asked)) > self._link_timeout:
                 self.fail(f"{joint.said} has not answered for {silent:.2f} s: look after its cable and its power")
         return len(replies) == len(self.joints)
+
+    def load(self, joint: ServoJoint) -> float:
+        """Return what share of its full drive a servo last told that it gives, 0..1."""
+        return abs(self._past[joint.id][-1].load)
 
     def _check_reading(self, joint: ServoJoint, reading: Reading, before: Reading | None, now: float) -> None:
         hottest = self._limits_celsius[joint.id] - _COOLER
@@ -261,6 +300,10 @@ class SerialServos(WallClockDriver):
         if before is not None:
             gone, gap = abs(reading.counts - before.counts), now - before.time
             if gone > self._quickest[joint.id] * (gap + _HELD_BACK):
+                self._slipped = joint.said
+                if self._doubt is not None:
+                    with contextlib.suppress(OSError):
+                        self._doubt.write_text(joint.said)
                 self.fail(
                     f"{joint.said} read {before.counts}, and {gap:.3f} s later {reading.counts} counts: farther than it can go; "
                     "look whether its horn slips or its encoder fails, and calibrate it again"
@@ -276,18 +319,23 @@ class SerialServos(WallClockDriver):
                 f"{joint.said} {said}: {reading.celsius} C, {reading.volts:.1f} V, {100 * abs(reading.load):.0f} % load"
             )
 
-    def check_stuck(self, joint: ServoJoint, sent: float) -> None:
-        """See whether a joint that was sent on by `sent`, rad, in the time that is remembered has stayed where it was."""
-        past = self._past[joint.id]
-        if past[-1].time - past[0].time < _STUCK_SECONDS / 2.0:
-            # It has been silent meanwhile, and two readings close together show no motion.
+    def _watch_torque(self, now: float) -> None:
+        """See whether every servo still holds: one that was without power has let go, and says nothing of it."""
+        if now - self._watched_at < _WATCH_SECONDS:
             return
-        gone = abs(past[-1].counts - past[0].counts) * abs(joint.radians)
-        if abs(sent) > _STUCK_RADIANS and gone < _STUCK_SHARE * abs(sent):
-            self.fail(
-                f"{joint.said} was sent on by {abs(sent):.2f} rad in {_STUCK_SECONDS:g} s and went {gone:.2f}: something is in its "
-                f"way, or it is stuck ({100 * abs(past[-1].load):.0f} % load)"
-            )
+        self._watched_at = now
+        replies = self._bus.read_all(self._ids, self.family.torque)
+        for joint in self.joints:
+            if joint.id in replies and self.family.torque.decode(replies[joint.id].data) == 0:
+                if self._hand is not None:
+                    # What it held it has dropped, and it is sent nowhere.
+                    self._hand.forget()
+                    self._goals[self.joints[-1].id] = self._past[self.joints[-1].id][-1].counts
+                self.fail(
+                    f"{joint.said} has let go, though nothing told it to: it was without power, or somebody took its torque off; "
+                    "hold the arm, and look after its power"
+                )
+                return
 
     def _check_servos(self) -> None:
         """See whether the servos are those of the calibration; raises InputError or BusError."""
@@ -334,7 +382,10 @@ class SerialServos(WallClockDriver):
             gives_way = joint.name not in self._arm.spec.joints or (
                 abs((self._goals[joint.id] - counts) * joint.radians) <= LARGEST_SHIFT
             )
-            if not gives_way or self._bus.read(joint.id, self.family.torque) != 1:
+            is_limp = self._bus.read(joint.id, self.family.torque) != 1
+            if is_limp and not self._holds:
+                self._limp.append(joint.id)
+            if not gives_way or is_limp:
                 self._bus.write(joint.id, self.family.goal, counts)
                 self._bus.write(joint.id, self.family.torque, 1)
                 self._goals[joint.id] = counts
@@ -342,12 +393,23 @@ class SerialServos(WallClockDriver):
             # After the torque, with which some servos forget it.
             grip = round(self.family.full_torque * self._grip)
             self._bus.write(self.joints[-1].id, self.family.torque_limit, grip)
+        self._holds = True
         end = self.time + _SETTLE_SECONDS
         while self.time < end and not self.fault:
             time.sleep(self.control_timestep)
             self.poll()
         if not self.fault:
             self._arm.settle()
+
+
+def _doubted(calibration: Path, doubt: Path | None) -> str:
+    """Return what was seen to slip since a calibration was written, and what to do; "" where nothing was."""
+    if doubt is None or not doubt.exists() or doubt.stat().st_mtime_ns <= calibration.stat().st_mtime_ns:
+        return ""
+    return (
+        f"{doubt.read_text()} has slipped since {calibration} was written, and where it stands is not known: calibrate it again; or, "
+        f"where its encoder alone was wrong and you have seen that it stands as the model says, remove {doubt}"
+    )
 
 
 class Feetech(SerialServos):
@@ -376,6 +438,9 @@ class _ServoArm(BareArm):
         super().__init__(cell, spec)
         self._cell, self._joints, self._kinematics, self._hand = cell, joints, kinematics, hand
         self._integral = IntegralAction(spec.n, cell.control_timestep)
+        # Where it was sent of late, and when, the last one last; since when each joint is kept from there.
+        self._rows: deque[tuple[float, Array]] = deque()
+        self._kept_since: dict[str, float] = {}
 
     def state(self) -> ArmState:
         """Return what the encoders read; of one that is silent what it read last, and of that time."""
@@ -397,13 +462,9 @@ class _ServoArm(BareArm):
         tick = self._cell.control_timestep
         rows = per_tick(replace(trajectory, dt=trajectory.dt / self._cell.speed), tick)
         self._check_range(rows)
-        back = round(_STUCK_SECONDS / tick)
         try:
-            for index, row in enumerate(rows):
-                self._cell.send(self._joints, row + self._integral.shift)
-                if index >= back:
-                    for joint, sent in zip(self._joints, row - rows[index - back], strict=True):
-                        self._cell.check_stuck(joint, float(sent))
+            for row in rows:
+                self._send(row)
                 self._cell.tick(guards)
         except BaseException:
             self.stop()
@@ -417,17 +478,48 @@ class _ServoArm(BareArm):
         """
         self._check_range(goal[None])
         self._integral.take_up(goal - self.measured_q())
-        self._cell.send(self._joints, goal + self._integral.shift)
+        self._send(goal)
         self._cell.tick(guards)
 
     def stop(self) -> None:
         """Command the arm to stay where its encoders say it is, held against what its servos give way to."""
-        self._cell.send(self._joints, self.measured_q() + self._integral.shift)
+        q = self.measured_q()
+        self._begin_at(q)
+        self._cell.send(self._joints, q + self._integral.shift)
 
     def settle(self) -> None:
         """Take note of what the servos give way to while they hold."""
-        goals = np.array([self._cell.goal(joint) for joint in self._joints])
-        self._integral.begin_at(goals - self.measured_q())
+        goals, q = np.array([self._cell.goal(joint) for joint in self._joints]), self.measured_q()
+        self._integral.begin_at(goals - q)
+        self._begin_at(q)
+
+    def check_followed(self) -> None:
+        """See whether each joint is where it was sent, as far as servos trail and give way; it fails where one is kept from there."""
+        now, sent = self._cell.time, self._rows
+        while len(sent) > 1 and now - sent[1][0] > _TRAILS:
+            sent.popleft()
+        if not sent:
+            return
+        rows, q = np.array([row for _, row in sent]), self.measured_q()
+        off = np.maximum(rows.min(axis=0) - q, q - rows.max(axis=0))
+        for joint, value in zip(self._joints, off.tolist(), strict=True):
+            if value <= _GIVES:
+                self._kept_since.pop(joint.name, None)
+            elif now - self._kept_since.setdefault(joint.name, now) > _KEPT:
+                self._cell.fail(
+                    f"{joint.said} is {value:.2f} rad from where it was sent: something is in its way or pushes it, or it is stuck "
+                    f"({100 * self._cell.load(joint):.0f} % load)"
+                )
+
+    def _begin_at(self, q: Array) -> None:
+        """Take note that the arm is to be at `q` (n,) from now on, whatever it was sent before."""
+        self._rows.clear()
+        self._rows.append((self._cell.time, q))
+        self._kept_since.clear()
+
+    def _send(self, row: Array) -> None:
+        self._rows.append((self._cell.time, row))
+        self._cell.send(self._joints, row + self._integral.shift)
 
     def measured_q(self) -> Array:
         """Return what the encoders read, shape (n,)."""
@@ -464,6 +556,9 @@ class _ServoHand(BareHand):
         super().__init__(cell, spec)
         self._cell, self._joint = cell, joint
         self._closed: float | None = None
+        # Where it is to go, and where it was sent on the way there, as joint values.
+        self._target: float | None = None
+        self._reached = 0.0
 
     def state(self) -> GripperState:
         """Return what the encoder reads; what is held keeps it from where it was sent."""
@@ -491,12 +586,26 @@ class _ServoHand(BareHand):
             raise ValueError(f"closed is {closed}; a gripper takes 0 (open) to 1 (closed)")
         self._closed = closed
         geometry = self.spec.geometry
-        goal = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
-        self._cell.send([self._joint], np.array([goal]))
+        self._target = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
+        self._reached = self._joint.value(self._cell.past(self._joint)[-1].counts)
+        self.go_on()
+
+    def go_on(self) -> None:
+        """Send it on to where it is to go, as far as its share of the servo's speed takes it in a tick."""
+        if self._target is None:
+            return
+        if self._cell.speed < 1.0:
+            step = self._cell.speed * self._cell.quickest(self._joint) * self._cell.control_timestep
+            self._reached += min(max(self._target - self._reached, -step), step)
+        else:
+            self._reached = self._target
+        self._cell.send([self._joint], np.array([self._reached]))
+        if self._reached == self._target:
+            self._target = None
 
     def forget(self) -> None:
         """Go by the goal that the servo has: without power it has let go of what it was told to grip."""
-        self._closed = None
+        self._closed = self._target = None
 
     @property
     def _sent(self) -> float:
