@@ -27,12 +27,13 @@ from support.servo_fuzz import fuzz
 
 from robosandbox.apps.conformance import check_driver
 from robosandbox.driver import SafeDriver, load_driver
+from robosandbox.driver.surroundings import Meeting, SurroundingsGuard
 from robosandbox.drivers.feetech.__main__ import main as set_up
 from robosandbox.drivers.feetech.bus import Bus
 from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
 from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
 from robosandbox.drivers.feetech.servos import STS, Register
-from robosandbox.errors import FaultError, InputError
+from robosandbox.errors import FaultError, InputError, LimitError
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import SENSORS
@@ -338,6 +339,29 @@ def test_of_any_commands_none_reaches_a_servo_outside_its_limits(plant: Plant, s
     goals = plant.goals()
     assert refused > 100 and len(goals) > 100
     assert not [row for row in goals if not limits[row[1]].range_min <= row[2] <= limits[row[1]].range_max]
+
+
+@by_the_clock
+def test_an_arm_is_not_sent_into_the_table_or_itself(plant: Plant, so101: Path) -> None:
+    with opened(plant, so101, ",speed=0.5") as driver:
+        arm, q = driver.arms["arm"], driver.state().q
+        ramp = (0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 400)))[:, None]
+        # Shoulder forward and down; elbow and wrist folded back onto the upper arm.
+        for goal, what in (
+            ([0.0, 1.6, 0.4, 1.0, 0.0], "(floor|table)"),
+            ([0.0, -1.7, 1.6, 1.6, 0.0], "(gripper|shoulder)"),
+        ):
+            with pytest.raises(LimitError, match=rf"\S+ would be \d+ mm deep in .*{what}; nothing has moved"):
+                arm.follow(Trajectory(q=q + ramp * (np.array(goal) - q), dt=0.01))
+        assert not (plant.folder / "goals.csv").read_text()
+        # An arm that is in something may come out of it, and goes no deeper.
+        deep = iter((0.03, 0.03, 0.02, 0.021, 0.025))
+        guard = SurroundingsGuard(driver.behind.arms["arm"], lambda _: Meeting("gripper", "table", next(deep)))
+        guard.check(q[None])
+        assert guard() is None
+        assert guard() is None
+        assert str(guard()).startswith("gripper is 25 mm deep in table; the arm holds")
+        assert not any("surroundings" in line for line in driver.safety.unprotected)
 
 
 # Faults.

@@ -15,6 +15,7 @@ from robosandbox.types.robot import ARM, HAND
 if TYPE_CHECKING:
     from robosandbox.driver.capabilities import Declares
     from robosandbox.driver.protocols import Arm, Guard, Hand, Mode, Senses, Simulated
+    from robosandbox.driver.surroundings import Meets
     from robosandbox.types import ArmState, Array, GripperState, PictureWindow, RgbdFrame, Trajectory, Truth
     from robosandbox.types.robot import GripperSpec, RobotSpec
 
@@ -71,12 +72,15 @@ class BareArm(ABC):
         driver: Whose arm.
         spec: Specification.
         name: Its key in `driver.arms`.
+        meets: What it meets of itself and of what stands there fixed (`motion.fixed_surroundings.meetings`), which it is kept out of;
+            None where its driver does not know.
     """
 
     def __init__(self, driver: Declares, spec: RobotSpec, name: str = ARM) -> None:
         self.driver = driver
         self.spec: RobotSpec = spec
         self.name: str = name
+        self.meets: Meets | None = None
 
     @abstractmethod
     def state(self) -> ArmState:

@@ -29,17 +29,20 @@ class SafeArm(PassingArm):
         self._driver = driver
         self._safety = safety
         self._clamps = Clamps(inner.spec, driver.control_timestep)
+        self._surroundings = safety.surroundings(inner.name)
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory within the robot's limits.
 
         Raises:
-            LimitError: It passes a limit of position, speed or acceleration, or begins elsewhere, and nothing has moved; or
-                the arm came to a limit of place or force, and holds.
+            LimitError: It passes a limit of position, speed or acceleration, begins elsewhere, or leads into the arm itself or what
+                stands there, and nothing has moved; or the arm came to a limit of place or force, and holds.
             FaultError: A watchdog has stopped the arm, or nothing moves before `recover`.
         """
         self._safety.begin()
         self._clamps.check_trajectory(trajectory, self._driver.time, self._measured)
+        if self._surroundings is not None:
+            self._surroundings.check_trajectory(trajectory)
         self._command(lambda: self._inner.follow(trajectory, guards))
         self._clamps.followed(trajectory, self._driver.time)
 
@@ -47,6 +50,8 @@ class SafeArm(PassingArm):
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal`; errors as of `follow`."""
         self._safety.begin()
         self._clamps.check_step(goal, self._driver.time, self._measured)
+        if self._surroundings is not None:
+            self._surroundings.check(goal[None])
         self._command(lambda: self._inner.trim(goal, guards))
         self._clamps.stepped(goal, self._driver.time)
 

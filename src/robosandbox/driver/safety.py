@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
 
+from robosandbox.driver.bare import BareArm
 from robosandbox.driver.capabilities import require, robot_name
 from robosandbox.driver.clamps import TOLERANCES, braking_seconds
 from robosandbox.driver.force import ForceGuard
 from robosandbox.driver.protocols import Arm, Driver, Mode
 from robosandbox.driver.sliding import SlideGuard
+from robosandbox.driver.surroundings import SurroundingsGuard
 from robosandbox.driver.workspace import WorkspaceGuard
 from robosandbox.errors import FaultError, LimitError, Phase, SkillError
 from robosandbox.evidence import LimitEvidence
@@ -32,6 +34,7 @@ class _ArmWatch:
 
     Attributes:
         force: Likewise.
+        surroundings: Keeps it out of itself and of what stands there; None where its driver does not know that.
         stop_began: When it was told to stop, by the driver's time; None where it has stood since, or moves again.
     """
 
@@ -39,6 +42,9 @@ class _ArmWatch:
         self.arm = arm
         self.force = force
         self.stop_began: float | None = None
+        self.surroundings: SurroundingsGuard | None = None
+        if isinstance(arm, BareArm) and arm.meets is not None:
+            self.surroundings = SurroundingsGuard(arm, arm.meets)
         self._limits: list[Limits] = []
         self._workspaces: list[WorkspaceGuard] = []
 
@@ -62,7 +68,10 @@ class _ArmWatch:
 
     def over_limit(self) -> SkillError | None:
         """Return what is wrong with where the arm is or what it presses; None where nothing is."""
-        for guard in self._workspaces:
+        places: list[Callable[[], LimitError | None]] = [*self._workspaces]
+        if self.surroundings is not None:
+            places.append(self.surroundings)
+        for guard in places:
             # An arm that brakes outside is on its way to a stop already.
             if (error := guard()) is not None and self.stop_began is None:
                 return error
@@ -109,8 +118,9 @@ class Safety:
         for name, watch in self._arms.items():
             if watch.arm.spec.limits is not None:
                 self.limit(watch.arm.spec.limits, arm=name)
-        if not self._feels:
-            _log.warning(self.unprotected[0])
+        if self._on_wall or not self._feels:
+            for missing in self.unprotected:
+                _log.warning(missing)
 
     # What is told.
 
@@ -175,11 +185,20 @@ class Safety:
             told.append(
                 f"workspace: the joints of {name} do not tell where its links are, so that its tool alone is kept in"
             )
+        if self._on_wall and any(watch.surroundings is None for watch in self._arms.values()):
+            told.append(
+                f"surroundings: the driver of {name} does not know what stands there, so that only plans keep the arm out of that and "
+                "of itself"
+            )
         if self._on_wall and self._link_timeout is None:
             told.append(
                 f"link: the driver of {name} does not tell the age of its state, so that a lost link is not seen"
             )
         return tuple(told)
+
+    def surroundings(self, arm: str) -> SurroundingsGuard | None:
+        """Return what keeps an arm out of itself and of what stands there; None where its driver does not know that."""
+        return self._arms[arm].surroundings
 
     # The mode.
 
@@ -211,11 +230,11 @@ class Safety:
             self._check_robot()
         if self.fault:
             raise self._error(f"{self.fault}; nothing moves before recover() is called")
-        self._ticked_at = time.monotonic()
 
     def moving(self, arm: str) -> None:
         """Take note that an arm moves; a stop that it was in is over."""
         self.mode, self._arms[arm].stop_began = "moving", None
+        self._ticked_at = time.monotonic()
 
     def arrived(self) -> None:
         """Take note that the motion has ended."""

@@ -15,7 +15,7 @@ from robosandbox.types import Array, Workspace
 TOLERANCE = 0.01
 # How much farther out than it was let be a part of the arm has to come to be stopped again, metres; chosen as a fifth of that,
 # above what encoders' noise of 0.2 mrad makes of a TCP that stands (0.4 mm).
-_PROGRESS = 0.2 * TOLERANCE
+PROGRESS = 0.2 * TOLERANCE
 AXES = "xyz"
 _TCP = "the tool centre point"
 
@@ -89,7 +89,7 @@ class WorkspaceGuard:
         """Take note of how far a part is outside, and tell whether that is further than it was let be."""
         before = self._outside.get((part, axis), now)
         self._outside[part, axis] = min(now, before)
-        if now <= max(TOLERANCE, before + _PROGRESS):
+        if now <= max(TOLERANCE, before + PROGRESS):
             return False
         self._outside[part, axis] = now
         return True

@@ -33,6 +33,7 @@ from robosandbox.drivers.feetech.servos import STS, X_SERIES, Reading, ServoFami
 from robosandbox.errors import FaultError, InputError, LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.extras import missing_extra
+from robosandbox.motion.fixed_surroundings import meetings
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.types import (
@@ -148,6 +149,7 @@ class SerialServos(WallClockDriver):
         self._hand = hand
         self.hands = {} if hand is None else {hand.name: hand}
         self._arm = _ServoArm(self, spec, self.joints[: spec.n], planning.kinematics(), hand)
+        self._arm.meets = meetings(planning, None if hand is None else hand.last_joint)
         self.arms = {ARM: self._arm}
         self._cameras: Mapping[str, CameraSpec] = {}
         try:
@@ -229,6 +231,10 @@ class SerialServos(WallClockDriver):
             while not self.poll() and not self.fault:
                 pass
         return self._past[joint.id]
+
+    def last(self, joint: ServoJoint) -> float:
+        """Return where a servo was when it was last heard of, as a joint value."""
+        return joint.value(self._past[joint.id][-1].counts)
 
     def quickest(self, joint: ServoJoint) -> float:
         """Return how fast a servo turns without a load, rad/s."""
@@ -573,6 +579,10 @@ class _ServoHand(BareHand):
             commanded=self._sent if self._closed is None else self._closed,
         )
 
+    def last_joint(self) -> float:
+        """Return what its encoder read last, as a joint value."""
+        return self._cell.last(self._joint)
+
     def set_gripper(self, closed: float, force: float | None = None) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
 
@@ -587,7 +597,7 @@ class _ServoHand(BareHand):
         self._closed = closed
         geometry = self.spec.geometry
         self._target = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
-        self._reached = self._joint.value(self._cell.past(self._joint)[-1].counts)
+        self._reached = self.last_joint()
         self.go_on()
 
     def go_on(self) -> None:
