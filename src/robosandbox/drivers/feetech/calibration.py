@@ -15,6 +15,21 @@ from robosandbox.values import frozen
 
 Count = Annotated[int, Field(strict=True, ge=-32767, le=32767)]
 
+# How much less, and how much more than from limit to limit a joint may be calibrated for, rad. Half of the difference is how far
+# its zero may be off. Published calibrations of five SO-101 and SO-100 by LeRobot tell what whole ways are: 2 degrees less, where a
+# hand did not press on to the stop, to 20 more, where the model's limits lie within the stops; each with a quarter of 20 to spare.
+_LEAST_LESS, _MOST_MORE = math.radians(7.0), math.radians(25.0)
+# A joint of this range may be calibrated for a whole turn, rad: LeRobot gives one to each wrist_roll (320 degrees) unseen, while the
+# joint that turns farthest else has 220.
+_NEARLY_WHOLE = 1.5 * math.pi
+_AGAIN = "python -m robosandbox.drivers.feetech range --port PORT --out FILE"
+
+NO_CALIBRATION = (
+    "position: there is no calibration of this arm; each encoder's middle is taken for the middle of its joint, which is off by as "
+    f"much as the horn was put on; make one: `{_AGAIN}`"
+)
+"""What is not protected of an arm without a calibration."""
+
 
 class ServoCalibration(BaseModel):
     """Entry of one servo in a file of LeRobot's (`calibration/robots/so_follower/<id>.json`).
@@ -119,11 +134,13 @@ def servo_joints(
     names: Sequence[str],
     limits: Sequence[tuple[float, float]],
     counts: int,
+    *,
+    closed: float | None = None,
 ) -> list[ServoJoint]:
     """Return the joints of an arm with their servos.
 
-    The ends of a servo's range are the ends of the joint's limits, so that their middles are one. A range of a whole turn says
-    nothing of the ends: its middle, where LeRobot homes the servo, is the model's zero.
+    The middle of a servo's range is the middle of the joint's limits. A range of a whole turn says nothing of the ends: its middle,
+    where LeRobot homes the servo, is the model's zero. A gripper's jaws meet at one end, whatever the other is.
 
     Args:
         servos: As calibrated; without them ids count up from 1, from the base to the gripper, with the middle of the encoder in
@@ -131,6 +148,7 @@ def servo_joints(
         names: Joints from base to gripper, in the same order.
         limits: Of each joint, rad.
         counts: Of a turn.
+        closed: Value of the last joint, the gripper's, in which its jaws meet; without it its middles are one as well.
 
     Raises:
         InputError: The file has other joints, and not as many.
@@ -149,10 +167,44 @@ def servo_joints(
     joints = []
     for name, (lower, upper) in zip(names, limits, strict=True):
         servo = servos[name]
-        whole = servo.range_max - servo.range_min >= counts - 2
-        middle = 0.0 if whole else 0.5 * (lower + upper)
+        span = servo.range_max - servo.range_min
+        middle = 0.5 * (lower + upper)
+        if span >= counts - 2:
+            middle = 0.0
+        elif closed is not None and name == names[-1]:
+            middle = closed + math.copysign(span * math.pi / counts, middle - closed)
         joints.append(ServoJoint(name=name, calibration=servo, lower=lower, upper=upper, middle=middle, counts=counts))
     return joints
+
+
+def check_ranges(joints: Sequence[ServoJoint], *, gripper: bool) -> None:
+    """See whether every joint was calibrated for the way that it has in the model, so that its zero is the model's.
+
+    Args:
+        joints: Of an arm, from base to gripper.
+        gripper: Whether the last one is a gripper, whose jaws meet at one end: it may open wider than the model's by any angle.
+
+    Raises:
+        InputError: One was led through a part of its way, or counted over its encoder's end; it says which.
+    """
+    for joint in joints:
+        servo, turn = joint.calibration, 2.0 * math.pi
+        span, wanted = (servo.range_max - servo.range_min) * abs(joint.radians), joint.upper - joint.lower
+        is_whole = span >= turn - 2.0 * abs(joint.radians)
+        # Limits a whole turn apart are no stops.
+        if wanted >= turn - 2.0 * abs(joint.radians) or (is_whole and wanted >= _NEARLY_WHOLE):
+            continue
+        if span < wanted - _LEAST_LESS:
+            why = "it was not led to both of its ends"
+        elif span > wanted + _MOST_MORE and not (gripper and joint is joints[-1] and not is_whole):
+            why = "it is another arm's, or its count ran over the encoder's end"
+        else:
+            continue
+        raise InputError(
+            f"calibration: {joint.said} goes through {math.degrees(span):.0f} degrees, and {math.degrees(wanted):.0f} in the model: "
+            f"{why}, and its zero may be {math.degrees(abs(span - wanted) / 2.0):.0f} degrees off; put it into its middle, call "
+            f"`middle`, and calibrate it again: `{_AGAIN}`"
+        )
 
 
 def _middle(servo: ServoCalibration) -> float:
