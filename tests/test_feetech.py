@@ -201,6 +201,31 @@ def test_other_names_of_the_same_chain_are_taken_in_the_order_of_ids(tmp_path: P
         servo_joints(read_calibration(path), ["1"], [(0.0, 1.0)], 4096)
 
 
+SO_JOINTS = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"]
+LEKIWI = [*(f"arm_{name}" for name in SO_JOINTS), "base_left_wheel", "base_back_wheel", "base_right_wheel"]
+
+
+@pytest.mark.parametrize("names", [SO_JOINTS, ["Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll", "gripper"]])
+def test_of_lekiwi_s_servos_the_arm_s_are_taken(names: list[str], tmp_path: Path) -> None:
+    rows = {name: {"id": id, "range_min": 1000 + id, "range_max": 3000} for id, name in enumerate(LEKIWI, 1)}
+    path = tmp_path / "lekiwi.json"
+    path.write_text(json.dumps(dict(reversed(rows.items()))))
+    joints = servo_joints(read_calibration(path), names, [(-1.5, 1.5)] * 6, 4096)
+    assert [(joint.name, joint.id, joint.calibration.range_min) for joint in joints] == [
+        (name, id, 1000 + id) for id, name in enumerate(names, 1)
+    ]
+    with pytest.raises(InputError, match=r"base_left_wheel.* and the joints are a, b"):
+        servo_joints(read_calibration(path), ["a", "b"], [(-1.5, 1.5)] * 2, 4096)
+
+
+def test_an_old_file_of_lerobot_s_is_known_and_told_what_to_do(tmp_path: Path) -> None:
+    old = {"homing_offset": [-1879, 3078], "drive_mode": [0, 1], "start_pos": [1, 2], "end_pos": [3, 4]}
+    path = tmp_path / "main_follower.json"
+    path.write_text(json.dumps({**old, "calib_mode": ["DEGREE"] * 2, "motor_names": ["shoulder_pan", "shoulder_lift"]}))
+    with pytest.raises(InputError, match=r"is of an older LeRobot .* calibrate anew, by `lerobot-calibrate`"):
+        read_calibration(path)
+
+
 def calibrated(degrees: float, name: str = "elbow_flex", half_deg: float = 97.0, **more: float) -> list[ServoJoint]:
     """Return a joint of a model from limit to limit, calibrated for some degrees."""
     half = round(degrees * 4096 / 720)

@@ -107,7 +107,14 @@ def read_calibration(path: Path) -> dict[str, ServoCalibration]:
         InputError: There is no such file, it is no calibration, or two servos have one id.
     """
     try:
-        found = _FILE.validate_python(json.loads(path.read_text(encoding="utf-8")))
+        data = json.loads(path.read_text(encoding="utf-8"))
+        if isinstance(data, dict) and isinstance(data.get("motor_names"), list):
+            # Its numbers were applied by the computer; now the servos themselves keep offsets.
+            raise InputError(
+                f"calibration: {path}: is of an older LeRobot (lists of motor_names, homing_offset, drive_mode), whose numbers "
+                f"the servos do not keep; calibrate anew, by `lerobot-calibrate` or `{_AGAIN}`"
+            )
+        found = _FILE.validate_python(data)
     except OSError as error:
         raise InputError(f"calibration: {path}: {error.strerror}") from None
     except (ValidationError, ValueError) as error:
@@ -159,11 +166,7 @@ def servo_joints(
             for index, (name, (lower, upper)) in enumerate(zip(names, limits, strict=True))
             for reach in (min(round((upper - lower) / (4.0 * math.pi) * counts), counts // 2 - 1),)
         }
-    if not {*names} <= {*servos}:
-        if len(servos) != len(names):
-            raise InputError(f"calibration: has {', '.join(servos)}, and the joints are {', '.join(names)}")
-        # Other names for the same chain: ids count up from the base.
-        servos = dict(zip(names, sorted(servos.values(), key=lambda servo: servo.id), strict=True))
+    servos = _of_arm(servos, names)
     joints = []
     for name, (lower, upper) in zip(names, limits, strict=True):
         servo = servos[name]
@@ -175,6 +178,26 @@ def servo_joints(
             middle = closed + math.copysign(span * math.pi / counts, middle - closed)
         joints.append(ServoJoint(name=name, calibration=servo, lower=lower, upper=upper, middle=middle, counts=counts))
     return joints
+
+
+def _of_arm(servos: Mapping[str, ServoCalibration], names: Sequence[str]) -> Mapping[str, ServoCalibration]:
+    """Return the servos of an arm's joints by these names; a robot may have more, as LeKiwi its wheels, and names before theirs.
+
+    Raises:
+        InputError: They cannot be told.
+    """
+    found = {name: [each for each in servos if each == name or each.endswith(f"_{name}")] for name in names}
+    if all(len(each) == 1 for each in found.values()):
+        return {name: servos[each] for name, (each,) in found.items()}
+    if all(name in servos for name in names):
+        return servos
+    # Other names for the same chain, whose ids count up from the base: what is named like the gripper.
+    grippers = found[names[-1]]
+    start = grippers[0].removesuffix(names[-1]) if len(grippers) == 1 else ""
+    arms = [each for each in servos if each.startswith(start)]
+    if len(arms) != len(names):
+        raise InputError(f"calibration: has {', '.join(servos)}, and the joints are {', '.join(names)}")
+    return dict(zip(names, sorted((servos[each] for each in arms), key=lambda servo: servo.id), strict=True))
 
 
 def check_ranges(joints: Sequence[ServoJoint], *, gripper: bool) -> None:
