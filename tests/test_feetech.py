@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -28,9 +29,15 @@ from support.servo_fuzz import fuzz
 from robosandbox.apps.conformance import check_driver
 from robosandbox.driver import SafeDriver, load_driver
 from robosandbox.driver.surroundings import Meeting, SurroundingsGuard
-from robosandbox.drivers.feetech.__main__ import main as set_up
-from robosandbox.drivers.feetech.bus import Bus
-from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
+from robosandbox.drivers.feetech.__main__ import _Led, _ranges, main as set_up
+from robosandbox.drivers.feetech.bus import Bus, BusError
+from robosandbox.drivers.feetech.calibration import (
+    ServoCalibration,
+    ServoJoint,
+    check_ranges,
+    read_calibration,
+    servo_joints,
+)
 from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
 from robosandbox.drivers.feetech.servos import STS, Register
 from robosandbox.errors import FaultError, InputError, LimitError
@@ -197,6 +204,75 @@ def test_other_names_of_the_same_chain_are_taken_in_the_order_of_ids(tmp_path: P
         servo_joints(read_calibration(path), ["1"], [(0.0, 1.0)], 4096)
 
 
+SO_JOINTS = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"]
+LEKIWI = [*(f"arm_{name}" for name in SO_JOINTS), "base_left_wheel", "base_back_wheel", "base_right_wheel"]
+
+
+@pytest.mark.parametrize("names", [SO_JOINTS, ["Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll", "gripper"]])
+def test_of_lekiwi_s_servos_the_arm_s_are_taken(names: list[str], tmp_path: Path) -> None:
+    rows = {name: {"id": id, "range_min": 1000 + id, "range_max": 3000} for id, name in enumerate(LEKIWI, 1)}
+    path = tmp_path / "lekiwi.json"
+    path.write_text(json.dumps(dict(reversed(rows.items()))))
+    joints = servo_joints(read_calibration(path), names, [(-1.5, 1.5)] * 6, 4096)
+    assert [(joint.name, joint.id, joint.calibration.range_min) for joint in joints] == [
+        (name, id, 1000 + id) for id, name in enumerate(names, 1)
+    ]
+    with pytest.raises(InputError, match=r"base_left_wheel.* and the joints are a, b"):
+        servo_joints(read_calibration(path), ["a", "b"], [(-1.5, 1.5)] * 2, 4096)
+
+
+def test_an_old_file_of_lerobot_s_is_known_and_told_what_to_do(tmp_path: Path) -> None:
+    old = {"homing_offset": [-1879, 3078], "drive_mode": [0, 1], "start_pos": [1, 2], "end_pos": [3, 4]}
+    path = tmp_path / "main_follower.json"
+    path.write_text(json.dumps({**old, "calib_mode": ["DEGREE"] * 2, "motor_names": ["shoulder_pan", "shoulder_lift"]}))
+    with pytest.raises(InputError, match=r"is of an older LeRobot .* calibrate anew, by `lerobot-calibrate`"):
+        read_calibration(path)
+
+
+def calibrated(degrees: float, name: str = "elbow_flex", half_deg: float = 97.0, **more: float) -> list[ServoJoint]:
+    """Return a joint of a model from limit to limit, calibrated for some degrees."""
+    half = round(degrees * 4096 / 720)
+    servo = ServoCalibration(id=3, range_min=2048 - half, range_max=2047 + half)
+    limits = [(-np.radians(half_deg), np.radians(half_deg))]
+    return servo_joints({name: servo}, [name], limits, 4096, **more)
+
+
+# Of SO-101 and SO-100 whose files were published: from the shoulder to the wrist's roll.
+@pytest.mark.parametrize(
+    ("half_deg", "degrees"),
+    [(110, 240.0), (110, 236.5), (100, 210.1), (97, 191.6), (97, 198.2), (95, 208.0), (160, 338.3), (160, 360.0)],
+)
+def test_calibrations_of_arms_that_people_own_are_taken(half_deg: float, degrees: float) -> None:
+    check_ranges(calibrated(degrees, half_deg=half_deg), gripper=False)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "said"),
+    [
+        (
+            116.4,
+            "goes through 116 degrees, and 194 in the model: it was not led to both of its ends, and its zero may be 39 ",
+        ),
+        (181.0, "goes through 181 degrees, and 194 in the model: it was not led"),
+        (230.0, "goes through 230 degrees, and 194 in the model: it is another arm's, or its count ran over"),
+        (360.0, "goes through 360 degrees, and 194 in the model: it is another arm's, or its count ran over"),
+    ],
+)
+def test_a_joint_that_was_calibrated_for_another_way_than_it_has_is_refused(degrees: float, said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(f"elbow_flex (servo 3) {said}")) as refused:
+        check_ranges(calibrated(degrees), gripper=False)
+    assert "python -m robosandbox.drivers.feetech range" in str(refused.value)
+
+
+def test_a_gripper_that_opens_wider_than_the_model_s_closes_where_its_jaws_meet() -> None:
+    (wide,) = joints = calibrated(140.0, "gripper", 55.0, closed=-np.radians(55.0))
+    check_ranges(joints, gripper=True)
+    assert wide.value(wide.calibration.range_min) == pytest.approx(-np.radians(55.0), abs=0.002)
+    assert wide.count(-1.0) == wide.calibration.range_min and wide.value(wide.count(1.0)) < np.radians(55.1)
+    with pytest.raises(InputError, match=r"gripper .* goes through 66 degrees, and 110 in the model"):
+        check_ranges(calibrated(66.0, "gripper", 55.0, closed=-np.radians(55.0)), gripper=True)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -326,6 +402,97 @@ def test_set_up_refuses_in_a_line_what_would_go_wrong(
     assert set_up(["range", *port, "--seconds", "0.2", "--out", str(tmp_path / "arm.json")]) == 2
     assert "hardly moved; nothing is written" in capsys.readouterr().err
     assert not (tmp_path / "arm.json").exists()
+
+
+@by_the_clock
+def test_an_id_lies_where_scan_looks_and_a_servo_with_torque_takes_none(
+    koch: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(tmp_path, "--servos", "x", "--robot", str(koch), "--limp") as plant:
+        port = ("--servos", "dynamixel", "--port", f"{tmp_path}/bus")
+        for servo in (1, 2, 3, 4, 6):
+            plant.inject("silent", servo, 1)
+        assert set_up(["id", *port, "--to", "31"]) == 2
+        assert "give --to, 1 to 30" in capsys.readouterr().err
+        assert set_up(["id", *port, "--to", "40", "--last", "40"]) == 0
+        assert capsys.readouterr().out == "servo 5 has the id 40 now\n"
+        assert set_up(["scan", *port, "--last", "40"]) == 0
+        assert "servo 40: XL330-M288" in capsys.readouterr().out
+        # With its torque on a Dynamixel keeps the id that it has.
+        plant.inject("torque", 5, 1)
+        assert set_up(["id", *port, "--to", "7", "--last", "40"]) == 2
+        assert "the torque of servo 40 is on" in capsys.readouterr().err
+
+
+@by_the_clock
+def test_an_id_that_a_servo_does_not_take_is_no_success(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    port = ("--port", str(plant.folder / "bus"))
+    for servo in range(2, 7):
+        plant.inject("silent", servo, 1)
+    plant.inject("deaf", 1, 1)
+    assert set_up(["id", *port, "--to", "9"]) == 2
+    assert "no servo answers as 9; servo 1 did not take it" in capsys.readouterr().err
+
+
+@by_the_clock
+def test_servos_of_another_speed_are_found_and_set(
+    koch: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(tmp_path, "--servos", "x", "--robot", str(koch), "--limp") as plant:
+        for servo in range(1, 7):
+            # As delivered: 57600.
+            plant.inject("baud", servo, 1)
+        port = ("--port", f"{tmp_path}/bus")
+        assert set_up(["id", *port, "--to", "3"]) == 2
+        assert "give --servos dynamixel --baud 57600" in capsys.readouterr().err
+        assert set_up(["scan", *port]) == 0
+        said = capsys.readouterr().out
+        assert "servo 4: XL330-M288" in said and "6 servos answer as dynamixel at 57600 baud" in said
+        (command,) = re.findall(r"`python -m robosandbox.drivers.feetech (.*)`", said)
+        assert set_up(shlex.split(command)) == 0
+        assert "6 servos answer at 1000000 baud now" in capsys.readouterr().out
+        assert set_up(["scan", *port, "--servos", "dynamixel"]) == 0
+        assert capsys.readouterr().out.endswith("6 servos answer\n")
+        assert set_up(["baud", *port, "--servos", "dynamixel", "--to", "1234"]) == 2
+        assert "give --to, one of 9600, 57600" in capsys.readouterr().err
+
+
+@by_the_clock
+def test_a_bus_without_servos_is_no_success(plant: Plant, capsys: pytest.CaptureFixture[str]) -> None:
+    plant.inject("power", 0, 0)
+    assert set_up(["scan", "--port", str(plant.folder / "bus"), "--last", "3"]) == 2
+    said = capsys.readouterr()
+    assert "no servo answers with an id of 1 to 3" in said.err and "have power" in said.err and not said.out
+
+
+@by_the_clock
+def test_a_range_over_the_encoder_s_end_is_no_whole_turn(
+    so101: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
+        joints = servo_joints(
+            read_calibration(tmp_path / "calibration.json"), [*_JOINTS], [*_JOINTS.values()], counts=4096
+        )
+        # The elbow's horn sits so that it goes over the encoder's end.
+        plant.inject("slip", ANY_SERVO, 1500)
+        given = ("range", "--port", f"{tmp_path}/bus", "--seconds", "6", "--out", f"{tmp_path}/arm.json")
+        with led_by_hand(plant, joints):
+            assert set_up([*given]) == 2
+        said = capsys.readouterr().err
+        assert "range: elbow_flex went over the end of the encoder" in said and "call middle" in said
+        assert not (tmp_path / "arm.json").exists()
+
+
+def test_a_joint_that_went_all_around_has_a_whole_turn() -> None:
+    around, seam = (_Led(at=at, time=0.0, low=at, high=at) for at in (4000, 4000))
+    for counts in (*range(4000, 4096, 50), *range(0, 4096, 50), 20):
+        around.go_on(counts, 4096, 0.0)
+    for counts in (4090, 10, 500):
+        seam.go_on(counts, 4096, 0.0)
+    assert (seam.low, seam.high) == (4000, 4596)
+    assert _ranges({1: "roll"}, {1: around}, 4096) == {1: (0, 4095)}
+    with pytest.raises(BusError, match="elbow went over the end"):
+        _ranges({1: "roll", 2: "elbow"}, {1: around, 2: seam}, 4096)
 
 
 # Limits.
@@ -513,7 +680,9 @@ def test_an_arm_that_is_held_back_stops_at_any_speed_and_does_not_leap_when_it_i
         let_go = time.monotonic()
         plant.inject("held", 0, 0)
         time.sleep(1.0)
-        assert max(speed for _, speed in plant.speeds(let_go)) < 0.5
+        assert max(speed for _, speed in plant.speeds(let_go)) < 1.0, (
+            "5.3 rad/s where the way it was sent on is made up for"
+        )
 
 
 @by_the_clock
@@ -634,14 +803,8 @@ def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path
         plant.hold(middles)
         time.sleep(0.2)
         assert follow_the_page().count("reads 2047 here") == 6
-        watched = threading.Event()
-        by_hand = threading.Thread(target=move_to_both_ends, args=(Plant(tmp_path), calibrated, watched))
-        by_hand.start()
-        try:
+        with led_by_hand(plant, calibrated):
             ranges = follow_the_page()
-        finally:
-            watched.set()
-            by_hand.join()
         assert "shoulder_pan: " in ranges
         for ours, theirs in zip(
             read_calibration(tmp_path / "my_arm.json").values(),
@@ -698,6 +861,19 @@ _JOINTS = {
     "wrist_roll": (-2.7438, 2.8412),
     "gripper": (-0.1745, 1.7453),
 }
+
+
+@contextmanager
+def led_by_hand(plant: Plant, joints: list[ServoJoint]) -> Iterator[None]:
+    """Have somebody lead every joint through its range meanwhile."""
+    watched = threading.Event()
+    by_hand = threading.Thread(target=move_to_both_ends, args=(Plant(plant.folder), joints, watched))
+    by_hand.start()
+    try:
+        yield
+    finally:
+        watched.set()
+        by_hand.join()
 
 
 def move_to_both_ends(plant: Plant, joints: list[ServoJoint], watched: threading.Event) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import termios
 import time
 import tty
 from abc import ABC, abstractmethod
@@ -39,6 +40,8 @@ class Family(ABC):
     """One family of servos: where its numbers lie, and its frames; by the makers' tables, not by the driver's."""
 
     where: ClassVar[Mapping[str, tuple[int, int]]]
+    # Speeds of the bus by what stands for them in the table, some of those that there are.
+    speeds: ClassVar[Mapping[int, int]]
     first: ClassVar[Mapping[str, int]]
     counts_of_limit: int
     # No-load speed, counts/s.
@@ -85,11 +88,12 @@ class Sts(Family):
     """Feetech's STS3215."""
 
     where: ClassVar = {
-        "model": (3, 2), "id": (5, 1), "min": (9, 2), "max": (11, 2), "max_celsius": (13, 1), "offset": (31, 2), "torque": (40, 1),
+        "model": (3, 2), "id": (5, 1), "baud": (6, 1), "min": (9, 2), "max": (11, 2), "max_celsius": (13, 1), "offset": (31, 2), "torque": (40, 1),
         "goal": (42, 2), "limit": (48, 2), "lock": (55, 1), "position": (56, 2), "load": (60, 2), "volts": (62, 1),
         "celsius": (63, 1),
     }  # fmt: skip
     signs: ClassVar = {"offset": 11, "load": 10}
+    speeds: ClassVar = {0: termios.B1000000, 1: termios.B500000, 4: termios.B115200, 6: termios.B57600}
     first: ClassVar = {"model": 777, "max": TURN - 1, "limit": 1000, "max_celsius": 70, "lock": 1}
     counts_of_limit = 1000
     quickest = 3990.0
@@ -138,11 +142,20 @@ class X(Family):
     """Dynamixel's XL330-M288."""
 
     where: ClassVar = {
-        "model": (0, 2), "id": (7, 1), "mode": (11, 1), "offset": (20, 4), "max_celsius": (31, 1), "most_current": (38, 2),
+        "model": (0, 2), "id": (7, 1), "baud": (8, 1), "mode": (11, 1), "offset": (20, 4), "max_celsius": (31, 1), "most_current": (38, 2),
         "max": (48, 4), "min": (52, 4), "torque": (64, 1), "hardware_error": (70, 1), "limit": (100, 2), "goal": (116, 4),
         "load": (126, 2), "position": (132, 4), "volts": (144, 2), "celsius": (146, 1),
     }  # fmt: skip
-    first: ClassVar = {"model": 1200, "mode": 3, "max": TURN - 1, "limit": 885, "max_celsius": 70, "most_current": 1000}
+    speeds: ClassVar = {1: termios.B57600, 2: termios.B115200, 3: termios.B1000000}
+    first: ClassVar = {
+        "model": 1200,
+        "baud": 3,
+        "mode": 3,
+        "max": TURN - 1,
+        "limit": 885,
+        "max_celsius": 70,
+        "most_current": 1000,
+    }
     counts_of_limit = 885
     quickest = 8400.0
     offset_sign = 1
@@ -209,7 +222,7 @@ class Servo:
         # Where its horn was put on: what the encoder reads at the joint's 0.
         self.zero = MIDDLE - self.family.offset_sign * offset - middle / COUNT
         self.table = bytearray(256)
-        self.silent = self.frozen = False
+        self.silent = self.frozen = self.deaf = False
         # Where its control is on the way to the goal, counts: no servo goes faster than it can.
         self.sent: float | None = None
         self.loaded_since = 0.0
@@ -365,7 +378,12 @@ class PlantProcess(hidden_plant.PlantServer):
             self.obey(id, instruction, parameters)
 
     def obey(self, id: int, instruction: int, parameters: bytes) -> None:
-        family, listening = self.family, {one.id: one for one in self.servos.values() if not one.silent}
+        family, speed = self.family, termios.tcgetattr(self.slave)[5]
+        listening = {
+            one.id: one
+            for one in self.servos.values()
+            if not one.silent and family.speeds.get(one.get("baud")) == speed
+        }
         if instruction == 0x82:
             address, size, ids = family.span(parameters)
             asked = [listening[each] for each in ids if each in listening]
@@ -390,7 +408,7 @@ class PlantProcess(hidden_plant.PlantServer):
         return self.family.reply(servo.id, servo.error, bytes(data))
 
     def write(self, servo: Servo, address: int, data: bytes) -> None:
-        if address < self.family.kept and self.family.is_locked(servo):
+        if address < self.family.kept and (servo.deaf or self.family.is_locked(servo)):
             return
         was_on = servo.get("torque")
         servo.table[address : address + len(data)] = data
@@ -431,7 +449,7 @@ class PlantProcess(hidden_plant.PlantServer):
             self.do_hold({each.id: self.sim.q(each.qpos) for each in self.servos.values()} if value else None)
         elif fault == "blind":
             self.blind = bool(value)
-        elif fault in ("silent", "frozen"):
+        elif fault in ("silent", "frozen", "deaf"):
             setattr(servo, fault, bool(value))
         elif fault == "slip":
             servo.zero += value

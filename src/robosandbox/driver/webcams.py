@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,57 +14,20 @@ from numpy.typing import NDArray
 
 from robosandbox.driver.bare import BareSenses
 from robosandbox.driver.capabilities import CameraSpec
+from robosandbox.driver.webcam_file import Webcam, WebcamFile, known_lens
 from robosandbox.errors import InputError, SensorError
-from robosandbox.types import Intrinsics, PictureWindow, Pose, RgbdFrame, StrictModel
+from robosandbox.types import Intrinsics, PictureWindow, Pose, RgbdFrame
 from robosandbox.validation import load_yaml_model
 
 if TYPE_CHECKING:
     from robosandbox.driver.wall_clock import WallClockDriver
 
-
-class Lens(StrictModel):
-    """A camera's pinhole and lens, as in `robosandbox.types.Intrinsics`; pixels."""
-
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
-
-    @property
-    def intrinsics(self) -> Intrinsics:
-        """The same for frames."""
-        return Intrinsics(**self.model_dump())
-
-
-class Webcam(StrictModel):
-    """A camera as its file describes it.
-
-    Attributes:
-        source: Number of the device, or its path, or that of a video or of numbered pictures (`seen_%03d.png`).
-        lens: Its intrinsics.
-        pose: Of its optical frame (z forward, y down) in the world; None before `robo-sandbox calibrate` has written it.
-    """
-
-    source: int | str
-    lens: Lens
-    pose: Pose | None = None
-
-
-class WebcamFile(StrictModel):
-    """Content of a file of webcams.
-
-    Attributes:
-        webcams: By name.
-    """
-
-    webcams: dict[str, Webcam]
+# Seconds for which a device may deliver one picture: in the dark webcams take five a second, and one may be lost.
+_SAME_SECONDS = 1.0
 
 
 class OpenWebcam:
-    """A webcam that delivers pictures.
+    """A webcam that delivers pictures; a device that went is opened again when it is asked for the next.
 
     Args:
         name: What it is called.
@@ -75,36 +39,32 @@ class OpenWebcam:
 
     def __init__(self, name: str, webcam: Webcam) -> None:
         self._name, self._webcam = name, webcam
-        # A device is asked for the size that the lens was measured at; files have theirs.
         self._is_device = isinstance(webcam.source, int) or webcam.source.startswith("/dev/")
-        self._capture = cv2.VideoCapture(webcam.source)
+        self._last: NDArray[np.uint8] | None = None
+        self._last_new = 0.0
+        self._open()
         if not self._capture.isOpened():
             raise InputError(
                 f"webcams: {name}: nothing opens at the source {webcam.source!r}; give the number of a device that is plugged "
                 "in and that no other program uses, or the path of a video"
             )
-        if self._is_device:
-            self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, webcam.lens.width)
-            self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, webcam.lens.height)
-            self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
 
     def picture(self) -> NDArray[np.uint8]:
         """Return its next picture, RGB, (height, width, 3).
 
         Raises:
-            SensorError: It delivers none, or one of another size than its lens has.
+            SensorError: It delivers none, the same for over a second, or one of another size than its lens has.
         """
-        if self._is_device:
-            # The picture that a device has ready may be older than the question.
-            self._capture.grab()
-        good, picture = self._capture.read()
+        picture = self._next()
+        if isinstance(picture, str) and self._is_device:
+            # It may have been plugged in again, or be one that begins anew.
+            self._capture.release()
+            self._open()
+            picture = self._next()
+        if isinstance(picture, str):
+            raise SensorError(f"camera {self._name!r}: {self._webcam.source!r} {picture}")
         lens = self._webcam.lens
-        if not good:
-            raise SensorError(
-                f"camera {self._name!r}: {self._webcam.source!r} delivers no picture; look at its cable, or whether a video "
-                "has ended"
-            )
-        if picture.shape[:2] != (lens.height, lens.width):
+        if lens is not None and picture.shape[:2] != (lens.height, lens.width):
             height, width = picture.shape[:2]
             raise SensorError(
                 f"camera {self._name!r}: its pictures are {width} x {height} pixels, and its lens is given for "
@@ -116,19 +76,52 @@ class OpenWebcam:
         """Let go of its source."""
         self._capture.release()
 
+    def _open(self) -> None:
+        lens = self._webcam.lens
+        self._capture = cv2.VideoCapture(self._webcam.source)
+        # A device is asked for the size that the lens was measured at; files have theirs.
+        if self._is_device and self._capture.isOpened():
+            if lens is not None:
+                self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, lens.width)
+                self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, lens.height)
+            self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+
+    def _next(self) -> NDArray[np.uint8] | str:
+        """Return the next picture, BGR, or what is the matter with it.
+
+        No two pictures of a sensor are the same, for its noise: a device that delivers the last one again is asked until there is
+        another, and has stopped where there is none for long.
+        """
+        if self._is_device:
+            # The picture that a device has ready may be older than the question.
+            self._capture.grab()
+        while True:
+            good, read = self._capture.read()
+            if not good:
+                return "delivers no picture; look at its cable, or whether a video has ended"
+            picture, now = np.asarray(read, dtype=np.uint8), time.monotonic()
+            if self._last is None or not self._is_device or not np.array_equal(picture, self._last):
+                self._last, self._last_new = picture, now
+                return picture
+            if now - self._last_new > _SAME_SECONDS:
+                return (
+                    f"delivers the same picture for {now - self._last_new:.1f} s; look whether it is covered or hangs, and plug it in "
+                    "anew"
+                )
+
 
 class Webcams(BareSenses):
     """Cameras of a driver that stand beside the arm.
 
     Args:
         driver: Whose arm they see.
-        path: YAML as of `WebcamFile`.
+        path: YAML as of `robosandbox.driver.webcam_file.WebcamFile`.
 
     Attributes:
         cameras: By name.
 
     Raises:
-        InputError: The file does not fit, a pose is missing, or a source does not open.
+        InputError: The file does not fit, a lens or a pose is missing, or a source does not open.
     """
 
     def __init__(self, driver: WallClockDriver, path: Path) -> None:
@@ -137,12 +130,13 @@ class Webcams(BareSenses):
         cameras = {}
         webcams = load_yaml_model(path, WebcamFile).webcams
         for name, webcam in webcams.items():
+            lens = known_lens(path, name, webcam)
             if webcam.pose is None:
                 raise InputError(
                     f"{path}: webcams.{name}.pose is missing; lay the board on the table and run "
                     f"`robo-sandbox calibrate --webcams {path}`"
                 )
-            cameras[name] = CameraSpec(intrinsics=webcam.lens.intrinsics, pose=webcam.pose)
+            cameras[name] = CameraSpec(intrinsics=lens.intrinsics, pose=webcam.pose)
         self._open = {name: OpenWebcam(name, webcam) for name, webcam in webcams.items()}
         self.cameras: Mapping[str, CameraSpec] = cameras
 
@@ -150,7 +144,7 @@ class Webcams(BareSenses):
         """Return a picture without depth, and how the arm stood when it came; always a whole one.
 
         Raises:
-            SensorError: The camera delivers none.
+            SensorError: The camera delivers none, or the same for over a second.
         """
         del window
         spec, driver = self.cameras[camera], self._wall_clock

@@ -8,17 +8,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-import yaml
 
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.apps.commands.options import Json, RobotName, SensorName
-from robosandbox.errors import InputError
+from robosandbox.errors import InputError, SensorError
 from robosandbox.progress import doing
 from robosandbox.validation import load_yaml_model
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from robosandbox.driver.webcam_file import Webcam
     from robosandbox.perception.calibration import CameraPoseEstimate
     from robosandbox.sim.calibration_board import CalibrationBoard
+
+# Pictures of the board that a webcam's pose follows from: noise of a corner goes down to a third.
+_PICTURES = 10
 
 
 def calibrate(
@@ -32,9 +38,7 @@ def calibrate(
     ] = None,
     webcams: Annotated[
         Path | None,
-        typer.Option(
-            "--webcams", help="Look through these webcams, as the file says, and write it anew with their poses."
-        ),
+        typer.Option("--webcams", help="Look through the webcams of this file, and write their poses into it."),
     ] = None,
     print_to: Annotated[
         Path | None, typer.Option("--print", help="Write the board's picture (PNG), to be printed 46 cm wide, and end.")
@@ -82,38 +86,54 @@ def _print_board(board: CalibrationBoard, path: Path) -> int:
 
 
 def _calibrate_webcams(path: Path, board: CalibrationBoard, table_height: float, output: Path, *, json: bool) -> int:
-    """Write a file of webcams with the poses that pictures of the board give them; those that see no board keep theirs."""
-    from robosandbox.driver.webcams import OpenWebcam, WebcamFile, without_depth
-    from robosandbox.perception.calibration import find_camera
+    """Write into a file of webcams the poses that pictures of the board give them; all else of it stays as it is."""
+    from robosandbox.driver.webcam_file import WebcamFile, known_lens, write_entries
+    from robosandbox.perception.calibration import MOST_LEFT_PX, find_webcam
     from robosandbox.types import Pose
 
     file = load_yaml_model(path, WebcamFile)
-    found = {}
+    found, entries = {}, {}
     for name, webcam in file.webcams.items():
-        with closing(OpenWebcam(name, webcam)) as opened:
-            # Without a pose it is told how far it is from the world's origin.
-            taken = webcam.pose or Pose(xyz=(0.0, 0.0, 0.0))
-            picture = without_depth(name, opened.picture(), webcam.lens.intrinsics, taken)
-        found[name] = find_camera(picture, board, table_height)
-    poses = {name: item.pose for name, item in found.items() if item.pose is not None}
+        lens = known_lens(path, name, webcam).intrinsics
+        # Without a pose it is told how far it is from the world's origin.
+        taken = webcam.pose or Pose(xyz=(0.0, 0.0, 0.0))
+        item = find_webcam(name, _pictures(name, webcam), lens, taken, board, table_height)
+        found[name] = item
+        if item.pose is not None and item.error_px <= MOST_LEFT_PX:
+            entries[name] = webcam.model_copy(update={"pose": item.pose})
+    if entries:
+        write_entries(path, entries, output)
     if json:
         _tell_as_json(found)
-    else:
-        _tell({name: item for name, item in found.items() if item.pose is None or file.webcams[name].pose is not None})
-        for name in poses:
-            if file.webcams[name].pose is None:
-                x, y, z = poses[name].xyz
-                tags, left = found[name].tags, found[name].error_mm
-                print(f"{name:<6} stands at {x:.3f} {y:.3f} {z:.3f} m, by {tags} tags, {left:.1f} mm left")
-    placed = {
-        name: webcam.model_copy(update={"pose": poses.get(name, webcam.pose)}) for name, webcam in file.webcams.items()
-    }
-    try:
-        text = yaml.safe_dump(WebcamFile(webcams=placed).model_dump(mode="json"), sort_keys=False)
-        output.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"--output: {output}: {error.strerror}") from None
-    return EXIT_DONE if poses else EXIT_FAILED
+        return EXIT_DONE if entries else EXIT_FAILED
+    for name, item in found.items():
+        if item.pose is None or (name in entries and file.webcams[name].pose is not None):
+            _tell({name: item})
+        elif name in entries:
+            x, y, z = item.pose.xyz
+            print(f"{name:<6} stands at {x:.3f} {y:.3f} {z:.3f} m, by {item.tags} tags, {item.error_mm:.1f} mm left")
+        else:
+            print(
+                f"{name:<6} is not written: the tags' corners are {item.error_px:.1f} pixels off where its best pose puts them, and "
+                f"{MOST_LEFT_PX:.1f} are allowed; measure its lens (`--lens {name}`), and look whether the board lies flat and still"
+            )
+    if not entries:
+        print(f"{path} stays as it is")
+    return EXIT_DONE if entries else EXIT_FAILED
+
+
+def _pictures(name: str, webcam: Webcam) -> list[NDArray[np.uint8]]:
+    """Return some pictures of a webcam; a file that has fewer gives what it has, but one."""
+    from robosandbox.driver.webcams import OpenWebcam
+
+    with closing(OpenWebcam(name, webcam)) as opened:
+        pictures = [opened.picture()]
+        for _ in range(_PICTURES - 1):
+            try:
+                pictures.append(opened.picture())
+            except SensorError:
+                break
+    return pictures
 
 
 def _tell_as_json(found: Mapping[str, CameraPoseEstimate]) -> None:
@@ -123,6 +143,7 @@ def _tell_as_json(found: Mapping[str, CameraPoseEstimate]) -> None:
                 "tags": item.tags,
                 "pose": item.pose.model_dump(mode="json") if item.pose else None,
                 "error_mm": item.error_mm,
+                "error_px": item.error_px,
                 "shift_mm": item.shift_mm,
                 "turn_deg": item.turn_deg,
             }

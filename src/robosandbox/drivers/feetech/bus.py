@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import serial
 
@@ -41,7 +41,7 @@ class Bus:
     """
 
     def __init__(self, port: str, baud: int, family: ServoFamily) -> None:
-        self.port, self.family = port, family
+        self.port, self.baud, self.family = port, baud, family
         self._codec = family.codec
         self._received = bytearray()
         try:
@@ -54,6 +54,21 @@ class Bus:
     def close(self) -> None:
         """Close the port; the servos stay as they are."""
         self._serial.close()
+
+    def set_baud(self, baud: int) -> None:
+        """Go on at another speed; raises BusError where the port has no such speed."""
+        try:
+            self._serial.baudrate = baud
+        except (OSError, ValueError) as error:
+            raise BusError(f"{self.port}: cannot be set to {baud} baud: {error}") from None
+        self.baud = baud
+
+    def find(self, servos: Iterable[int]) -> list[int]:
+        """Return which of some ids answer, each asked once; where one does all are asked as `ping` asks."""
+        asked = [*servos]
+        if not any(self._ask(self._codec.ping(servo), (servo,)) for servo in asked):
+            return []
+        return [servo for servo in asked if self.ping(servo)]
 
     def ping(self, servo: int, *, expected: bool = False) -> bool:
         """Return whether a servo answers; one that is expected to is asked as often as in any other request."""

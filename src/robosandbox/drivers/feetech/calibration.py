@@ -15,6 +15,21 @@ from robosandbox.values import frozen
 
 Count = Annotated[int, Field(strict=True, ge=-32767, le=32767)]
 
+# How much less, and how much more than from limit to limit a joint may be calibrated for, rad. Half of the difference is how far
+# its zero may be off. Published calibrations of five SO-101 and SO-100 by LeRobot tell what whole ways are: 2 degrees less, where a
+# hand did not press on to the stop, to 20 more, where the model's limits lie within the stops; each with a quarter of 20 to spare.
+_LEAST_LESS, _MOST_MORE = math.radians(7.0), math.radians(25.0)
+# A joint of this range may be calibrated for a whole turn, rad: LeRobot gives one to each wrist_roll (320 degrees) unseen, while the
+# joint that turns farthest else has 220.
+_NEARLY_WHOLE = 1.5 * math.pi
+_AGAIN = "python -m robosandbox.drivers.feetech range --port PORT --out FILE"
+
+NO_CALIBRATION = (
+    "position: there is no calibration of this arm; each encoder's middle is taken for the middle of its joint, which is off by as "
+    f"much as the horn was put on; make one: `{_AGAIN}`"
+)
+"""What is not protected of an arm without a calibration."""
+
 
 class ServoCalibration(BaseModel):
     """Entry of one servo in a file of LeRobot's (`calibration/robots/so_follower/<id>.json`).
@@ -92,7 +107,14 @@ def read_calibration(path: Path) -> dict[str, ServoCalibration]:
         InputError: There is no such file, it is no calibration, or two servos have one id.
     """
     try:
-        found = _FILE.validate_python(json.loads(path.read_text(encoding="utf-8")))
+        data = json.loads(path.read_text(encoding="utf-8"))
+        if isinstance(data, dict) and isinstance(data.get("motor_names"), list):
+            # Its numbers were applied by the computer; now the servos themselves keep offsets.
+            raise InputError(
+                f"calibration: {path}: is of an older LeRobot (lists of motor_names, homing_offset, drive_mode), whose numbers "
+                f"the servos do not keep; calibrate anew, by `lerobot-calibrate` or `{_AGAIN}`"
+            )
+        found = _FILE.validate_python(data)
     except OSError as error:
         raise InputError(f"calibration: {path}: {error.strerror}") from None
     except (ValidationError, ValueError) as error:
@@ -119,11 +141,13 @@ def servo_joints(
     names: Sequence[str],
     limits: Sequence[tuple[float, float]],
     counts: int,
+    *,
+    closed: float | None = None,
 ) -> list[ServoJoint]:
     """Return the joints of an arm with their servos.
 
-    The ends of a servo's range are the ends of the joint's limits, so that their middles are one. A range of a whole turn says
-    nothing of the ends: its middle, where LeRobot homes the servo, is the model's zero.
+    The middle of a servo's range is the middle of the joint's limits. A range of a whole turn says nothing of the ends: its middle,
+    where LeRobot homes the servo, is the model's zero. A gripper's jaws meet at one end, whatever the other is.
 
     Args:
         servos: As calibrated; without them ids count up from 1, from the base to the gripper, with the middle of the encoder in
@@ -131,6 +155,7 @@ def servo_joints(
         names: Joints from base to gripper, in the same order.
         limits: Of each joint, rad.
         counts: Of a turn.
+        closed: Value of the last joint, the gripper's, in which its jaws meet; without it its middles are one as well.
 
     Raises:
         InputError: The file has other joints, and not as many.
@@ -141,18 +166,68 @@ def servo_joints(
             for index, (name, (lower, upper)) in enumerate(zip(names, limits, strict=True))
             for reach in (min(round((upper - lower) / (4.0 * math.pi) * counts), counts // 2 - 1),)
         }
-    if not {*names} <= {*servos}:
-        if len(servos) != len(names):
-            raise InputError(f"calibration: has {', '.join(servos)}, and the joints are {', '.join(names)}")
-        # Other names for the same chain: ids count up from the base.
-        servos = dict(zip(names, sorted(servos.values(), key=lambda servo: servo.id), strict=True))
+    servos = _of_arm(servos, names)
     joints = []
     for name, (lower, upper) in zip(names, limits, strict=True):
         servo = servos[name]
-        whole = servo.range_max - servo.range_min >= counts - 2
-        middle = 0.0 if whole else 0.5 * (lower + upper)
+        span = servo.range_max - servo.range_min
+        middle = 0.5 * (lower + upper)
+        if span >= counts - 2:
+            middle = 0.0
+        elif closed is not None and name == names[-1]:
+            middle = closed + math.copysign(span * math.pi / counts, middle - closed)
         joints.append(ServoJoint(name=name, calibration=servo, lower=lower, upper=upper, middle=middle, counts=counts))
     return joints
+
+
+def _of_arm(servos: Mapping[str, ServoCalibration], names: Sequence[str]) -> Mapping[str, ServoCalibration]:
+    """Return the servos of an arm's joints by these names; a robot may have more, as LeKiwi its wheels, and names before theirs.
+
+    Raises:
+        InputError: They cannot be told.
+    """
+    found = {name: [each for each in servos if each == name or each.endswith(f"_{name}")] for name in names}
+    if all(len(each) == 1 for each in found.values()):
+        return {name: servos[each] for name, (each,) in found.items()}
+    if all(name in servos for name in names):
+        return servos
+    # Other names for the same chain, whose ids count up from the base: what is named like the gripper.
+    grippers = found[names[-1]]
+    start = grippers[0].removesuffix(names[-1]) if len(grippers) == 1 else ""
+    arms = [each for each in servos if each.startswith(start)]
+    if len(arms) != len(names):
+        raise InputError(f"calibration: has {', '.join(servos)}, and the joints are {', '.join(names)}")
+    return dict(zip(names, sorted((servos[each] for each in arms), key=lambda servo: servo.id), strict=True))
+
+
+def check_ranges(joints: Sequence[ServoJoint], *, gripper: bool) -> None:
+    """See whether every joint was calibrated for the way that it has in the model, so that its zero is the model's.
+
+    Args:
+        joints: Of an arm, from base to gripper.
+        gripper: Whether the last one is a gripper, whose jaws meet at one end: it may open wider than the model's by any angle.
+
+    Raises:
+        InputError: One was led through a part of its way, or counted over its encoder's end; it says which.
+    """
+    for joint in joints:
+        servo, turn = joint.calibration, 2.0 * math.pi
+        span, wanted = (servo.range_max - servo.range_min) * abs(joint.radians), joint.upper - joint.lower
+        is_whole = span >= turn - 2.0 * abs(joint.radians)
+        # Limits a whole turn apart are no stops.
+        if wanted >= turn - 2.0 * abs(joint.radians) or (is_whole and wanted >= _NEARLY_WHOLE):
+            continue
+        if span < wanted - _LEAST_LESS:
+            why = "it was not led to both of its ends"
+        elif span > wanted + _MOST_MORE and not (gripper and joint is joints[-1] and not is_whole):
+            why = "it is another arm's, or its count ran over the encoder's end"
+        else:
+            continue
+        raise InputError(
+            f"calibration: {joint.said} goes through {math.degrees(span):.0f} degrees, and {math.degrees(wanted):.0f} in the model: "
+            f"{why}, and its zero may be {math.degrees(abs(span - wanted) / 2.0):.0f} degrees off; put it into its middle, call "
+            f"`middle`, and calibrate it again: `{_AGAIN}`"
+        )
 
 
 def _middle(servo: ServoCalibration) -> float:

@@ -27,7 +27,7 @@ from robosandbox.driver import (
     refusal,
 )
 from robosandbox.driver.integral import LARGEST_SHIFT
-from robosandbox.drivers.feetech.calibration import ServoJoint, read_calibration, servo_joints
+from robosandbox.drivers.feetech.calibration import ServoJoint, check_ranges, read_calibration, servo_joints
 from robosandbox.drivers.feetech.protocol import Reply
 from robosandbox.drivers.feetech.servos import STS, X_SERIES, Reading, ServoFamily
 from robosandbox.errors import FaultError, InputError, LimitError, Phase
@@ -129,6 +129,8 @@ class SerialServos(WallClockDriver):
         if calibration is not None and (doubted := _doubted(calibration, self._doubt)):
             raise InputError(f"--driver {type(self).__name__.lower()}: {doubted}")
         self.joints = servo_joints(servos, names, limits, self.family.counts)
+        if servos is not None:
+            check_ranges(self.joints, gripper=gripper is not None)
         self._ids = [joint.id for joint in self.joints]
         self.port, self.speed = port, speed
         self._baud, self._grip, self._release = baud, grip, release

@@ -67,6 +67,7 @@ class ServoFamily:
         codec: Its frames.
         models: By model number.
         modes: Operating modes in which the goal is a position, by number.
+        bauds: Speeds of the bus, bits a second, by the number that stands for each; the first is that of new servos.
         counts: Encoder counts of a turn.
         offset_sign: 1 where the homing offset is added to what the encoder reads, -1 where it is taken off.
         most_offset: The largest homing offset.
@@ -83,6 +84,7 @@ class ServoFamily:
     codec: Codec
     models: Mapping[int, Model]
     modes: Mapping[int, str]
+    bauds: Mapping[int, int]
     counts: int
     offset_sign: int
     most_offset: int
@@ -91,6 +93,7 @@ class ServoFamily:
     alert: int = 0
     model: Register
     id: Register
+    baud: Register
     min_limit: Register
     max_limit: Register
     max_temperature: Register
@@ -117,6 +120,7 @@ STS = ServoFamily(
     codec=FeetechCodec(),
     models={777: Model("STS3215", 58.5)},
     modes={0: "position"},
+    bauds={0: 1_000_000, 1: 500_000, 2: 250_000, 3: 128_000, 4: 115_200, 5: 76_800, 6: 57_600, 7: 38_400},
     counts=4096,
     offset_sign=-1,
     most_offset=(1 << 11) - 1,
@@ -129,6 +133,7 @@ STS = ServoFamily(
     },
     model=Register(3, 2),
     id=Register(5),
+    baud=Register(6),
     min_limit=Register(9, 2),
     max_limit=Register(11, 2),
     max_temperature=Register(13),
@@ -160,6 +165,7 @@ X_SERIES = ServoFamily(
         1220: Model("XC330-T288", 71.0, None),
         1240: Model("XC330-M288", 97.0, None),
     },
+    bauds={1: 57_600, 3: 1_000_000, 2: 115_200, 4: 2_000_000, 5: 3_000_000, 6: 4_000_000, 0: 9_600},
     modes={3: "position", 4: "extended position", 5: "position limited by current"},
     counts=4096,
     offset_sign=1,
@@ -175,6 +181,7 @@ X_SERIES = ServoFamily(
     alert=1 << 7,
     model=Register(0, 2),
     id=Register(7),
+    baud=Register(8),
     min_limit=Register(52, 4, complement=True),
     max_limit=Register(48, 4, complement=True),
     max_temperature=Register(31),
