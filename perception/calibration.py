@@ -103,9 +103,13 @@ def find_tags(picture: NDArray[np.uint8], board: CalibrationBoard) -> tuple[list
     corners, numbers, _ = detector.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
     if numbers is None:
         return [], np.zeros(0, dtype=np.int32)
-    found: Any = corners
     # By this method the middle of the first pixel is at 0.5, and at 0 everywhere else.
-    return [corner.reshape(4, 2) - 0.5 for corner in found], np.asarray(numbers, dtype=np.int32).reshape(-1)
+    found: Any = [corner.reshape(4, 2) - 0.5 for corner in corners]
+    # A tag that the picture's border cuts is taken for a smaller one, as far in as brightness is compared over the border.
+    margin, (height, width) = parameters.adaptiveThreshWinSizeMax / 2.0, picture.shape[:2]
+    inside = [bool((corner > margin).all() and (corner < [width - margin, height - margin]).all()) for corner in found]
+    whole = [corner for corner, is_whole in zip(found, inside, strict=True) if is_whole]
+    return whole, np.asarray(numbers, dtype=np.int32).reshape(-1)[inside]
 
 
 def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -> CameraPoseEstimate:

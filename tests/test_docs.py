@@ -20,7 +20,7 @@ from pydantic import ValidationError
 from support.processes import SimProcess
 
 from robosandbox.apps.conformance.openai_server import ScriptedServer, refuse
-from robosandbox.driver.webcams import WebcamFile
+from robosandbox.driver.webcam_file import WebcamFile
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.scene_sidecar import SceneSidecar
 from robosandbox.tasks.task import Task

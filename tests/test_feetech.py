@@ -22,6 +22,7 @@ import yaml
 
 pytest.importorskip("serial", reason="the extra `so101` is not installed")
 
+from support.held_board import held
 from support.models import wheel_files
 from support.servo_bus import Plant, X, emulated
 from support.servo_fuzz import fuzz
@@ -762,7 +763,7 @@ def test_a_cube_is_picked_over_the_bus_and_the_plant_says_so(plant: Plant, so101
 def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path: Path) -> None:
     page = (ROOT / "docs" / "so101.md").read_text()
     commands = re.findall(r"^```sh\n(.*?)\n```$", page, re.MULTILINE)
-    assert len(commands) == 9
+    assert len(commands) == 10
     (described,) = re.findall(r"^```yaml\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
     webcams = webcams_before_the_board(described, tmp_path)
     with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
@@ -813,10 +814,16 @@ def test_the_page_leads_from_the_box_to_a_cube_in_the_hand(so101: Path, tmp_path
         ):
             assert ours.range_max - ours.range_min == pytest.approx(theirs.range_max - theirs.range_min, abs=40)
         assert "print it 46 x 35 cm large" in follow_the_page()
+        # The board is held before the webcam, then laid down.
+        matrix = np.array([[625.0, 0.0, 319.5], [0.0, 625.0, 239.5], [0.0, 0.0, 1.0]])
+        held_before = [*held(matrix, np.array([-0.05, 0.01, 0.0, 0.0, 0.0]), views=25)]
+        show(tmp_path, "side", *(picture[..., ::-1] for picture in held_before))
+        assert " pixels left" in follow_the_page()
+        lay_the_board(tmp_path)
         assert follow_the_page().count(" m, by ") == 2
         # From here on the webcams show the plant as it stands.
         for webcam, camera in WEBCAMS.items():
-            show(tmp_path, webcam, plant.capture(camera, None).rgb, times=30)
+            show(tmp_path, webcam, *[plant.capture(camera, None).rgb] * 30)
         # Held by hand where nothing is in its way, until it holds itself.
         plant.hold({**middles, 4: 1.2})
         letting_go = threading.Thread(target=let_go_when_it_holds, args=(Plant(tmp_path),))
@@ -835,21 +842,28 @@ WEBCAMS = {"side": "scene", "above": "top"}
 
 
 def webcams_before_the_board(described: str, folder: Path) -> Path:
-    """Return the page's file of webcams, whose sources are pictures of the board."""
+    """Return the page's file of webcams, whose sources are numbered pictures."""
     file = yaml.safe_load(described)
-    with MuJoCoBackend(sensor=SENSORS["webcam"], board=CalibrationBoard(centre=(0.2, -0.22))) as sim:
-        sim.load(Scene())
-        for name, camera in WEBCAMS.items():
-            file["webcams"][name]["source"] = str(folder / f"{name}_%02d.png")
-            show(folder, name, sim.capture(camera).rgb, times=1)
+    for name in WEBCAMS:
+        file["webcams"][name]["source"] = str(folder / f"{name}_%02d.png")
     path = folder / "webcams.yaml"
     path.write_text(yaml.safe_dump(file))
     return path
 
 
-def show(folder: Path, webcam: str, picture: np.ndarray, times: int) -> None:
-    """Have a webcam show a picture so many times."""
-    for number in range(times):
+def lay_the_board(folder: Path) -> None:
+    """Have the webcams show the board on the table."""
+    with MuJoCoBackend(sensor=SENSORS["webcam"], board=CalibrationBoard(centre=(0.2, -0.22))) as sim:
+        sim.load(Scene())
+        for name, camera in WEBCAMS.items():
+            show(folder, name, sim.capture(camera).rgb)
+
+
+def show(folder: Path, webcam: str, *pictures: np.ndarray) -> None:
+    """Have a webcam show pictures, and no others."""
+    for old in folder.glob(f"{webcam}_*.png"):
+        old.unlink()
+    for number, picture in enumerate(pictures):
         cv2.imwrite(str(folder / f"{webcam}_{number:02d}.png"), picture[..., ::-1])
 
 

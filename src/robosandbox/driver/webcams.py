@@ -33,13 +33,16 @@ class OpenWebcam:
         name: What it is called.
         webcam: What its file says of it.
 
+    Attributes:
+        is_device: Whether it is one, or a file.
+
     Raises:
         InputError: Its source does not open.
     """
 
     def __init__(self, name: str, webcam: Webcam) -> None:
         self._name, self._webcam = name, webcam
-        self._is_device = isinstance(webcam.source, int) or webcam.source.startswith("/dev/")
+        self.is_device = isinstance(webcam.source, int) or webcam.source.startswith("/dev/")
         self._last: NDArray[np.uint8] | None = None
         self._last_new = 0.0
         self._open()
@@ -56,7 +59,7 @@ class OpenWebcam:
             SensorError: It delivers none, the same for over a second, or one of another size than its lens has.
         """
         picture = self._next()
-        if isinstance(picture, str) and self._is_device:
+        if isinstance(picture, str) and self.is_device:
             # It may have been plugged in again, or be one that begins anew.
             self._capture.release()
             self._open()
@@ -80,7 +83,7 @@ class OpenWebcam:
         lens = self._webcam.lens
         self._capture = cv2.VideoCapture(self._webcam.source)
         # A device is asked for the size that the lens was measured at; files have theirs.
-        if self._is_device and self._capture.isOpened():
+        if self.is_device and self._capture.isOpened():
             if lens is not None:
                 self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, lens.width)
                 self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, lens.height)
@@ -92,7 +95,7 @@ class OpenWebcam:
         No two pictures of a sensor are the same, for its noise: a device that delivers the last one again is asked until there is
         another, and has stopped where there is none for long.
         """
-        if self._is_device:
+        if self.is_device:
             # The picture that a device has ready may be older than the question.
             self._capture.grab()
         while True:
@@ -100,7 +103,7 @@ class OpenWebcam:
             if not good:
                 return "delivers no picture; look at its cable, or whether a video has ended"
             picture, now = np.asarray(read, dtype=np.uint8), time.monotonic()
-            if self._last is None or not self._is_device or not np.array_equal(picture, self._last):
+            if self._last is None or not self.is_device or not np.array_equal(picture, self._last):
                 self._last, self._last_new = picture, now
                 return picture
             if now - self._last_new > _SAME_SECONDS:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import sys
+import time
 from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
@@ -40,6 +43,13 @@ def calibrate(
         Path | None,
         typer.Option("--webcams", help="Look through the webcams of this file, and write their poses into it."),
     ] = None,
+    lens: Annotated[
+        str | None,
+        typer.Option(
+            "--lens", help="Measure the lens of this one of --webcams: hold the board before it, still, in many ways."
+        ),
+    ] = None,
+    seconds: Annotated[float, typer.Option("--seconds", help="Of --lens: how long to look at most.")] = 90.0,
     print_to: Annotated[
         Path | None, typer.Option("--print", help="Write the board's picture (PNG), to be printed 46 cm wide, and end.")
     ] = None,
@@ -56,6 +66,10 @@ def calibrate(
     board = CalibrationBoard(centre=at)
     if print_to is not None:
         return _print_board(board, print_to)
+    if lens is not None:
+        if webcams is None:
+            raise InputError("--lens: give --webcams, the file that the webcam is in")
+        return _measure_lens(webcams, lens, board, output or webcams, seconds, json=json)
     scene = Scene(robot_urdf=Path(robot) if robot else None)
     if webcams is not None:
         return _calibrate_webcams(webcams, board, scene.table_height, output or webcams, json=json)
@@ -134,6 +148,56 @@ def _pictures(name: str, webcam: Webcam) -> list[NDArray[np.uint8]]:
             except SensorError:
                 break
     return pictures
+
+
+def _measure_lens(path: Path, name: str, board: CalibrationBoard, output: Path, seconds: float, *, json: bool) -> int:
+    """Write into a file of webcams the lens of one, as pictures of the board tell it that somebody holds before it."""
+    from robosandbox.driver.webcam_file import Lens, WebcamFile, write_entries
+    from robosandbox.driver.webcams import OpenWebcam
+    from robosandbox.perception.lens_calibration import MOST_VIEWS, LensViews
+
+    file = load_yaml_model(path, WebcamFile)
+    webcam = file.webcams.get(name)
+    if webcam is None:
+        raise InputError(f"--lens: {path} has no webcam {name!r}; it has {', '.join(file.webcams)}")
+    views, end = LensViews(board), time.monotonic() + seconds
+    with closing(OpenWebcam(name, webcam)) as opened:
+        while len(views) < MOST_VIEWS and time.monotonic() < end:
+            try:
+                picture = opened.picture()
+            except SensorError:
+                if opened.is_device:
+                    raise
+                # All the pictures that there are.
+                break
+            if views.take(picture, moves=opened.is_device) and opened.is_device:
+                print(f"{len(views)} of {MOST_VIEWS}: now hold the board otherwise", file=sys.stderr)
+    try:
+        found = views.measure()
+    except SensorError as error:
+        print(f"{name}: {error}; {path} stays as it is", file=sys.stderr)
+        return EXIT_FAILED
+    measured = Lens(**dataclasses.asdict(found.lens))
+    write_entries(path, {name: webcam.model_copy(update={"lens": measured})}, output)
+    if json:
+        print_json(
+            {
+                "webcam": name,
+                "lens": measured.model_dump(mode="json"),
+                "views": found.views,
+                "error_px": found.error_px,
+                "apart_px": found.apart_px,
+            }
+        )
+        return EXIT_DONE
+    k1, k2, *_ = measured.distortion
+    print(
+        f"{name}: fx {measured.fx:.1f}, fy {measured.fy:.1f}, centre {measured.cx:.1f} {measured.cy:.1f}, distortion {k1:.3f} "
+        f"{k2:.3f}, by {found.views} pictures, {found.error_px:.2f} pixels left; halves of them are {found.apart_px:.1f} pixels apart"
+    )
+    if webcam.pose is not None:
+        print(f"its pose was found with another lens: run `robo-sandbox calibrate --webcams {output}`")
+    return EXIT_DONE
 
 
 def _tell_as_json(found: Mapping[str, CameraPoseEstimate]) -> None:
