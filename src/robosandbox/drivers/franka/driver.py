@@ -160,6 +160,7 @@ class Franka(WallClockDriver):
             cameras=self._cameras,
             clock="wall",
             link_timeout=self._link_timeout,
+            speed=self.speed,
         )
 
     def close(self) -> None:
