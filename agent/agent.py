@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from robosandbox.agent.course import Conversing, Course, Desk, GivenPlan, PromptDone, Remembering, Report, begin
 from robosandbox.agent.episode import (
@@ -19,6 +19,7 @@ from robosandbox.agent.episode import (
     Started,
     Step,
 )
+from robosandbox.agent.gate import Gate, UnconfirmedError, answer_to_question
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.goal_planner import GoalPlanner, is_goal
 from robosandbox.agent.overheard import overheard
@@ -33,6 +34,7 @@ from robosandbox.errors import (
     PlannerCancelledError,
     PlannerError,
     PlannerUnavailableError,
+    RefusedPromptError,
     SkillError,
 )
 from robosandbox.skills.events import SkillFailed
@@ -57,6 +59,8 @@ _FINAL_ERRORS: dict[str, FinalReason] = {
     ErrorCode.CANCELLED: FinalReason.CANCELLED,
     ErrorCode.GOAL_TIMEOUT: FinalReason.TIMED_OUT,
     ErrorCode.INTERNAL: FinalReason.INTERNAL_ERROR,
+    # What was shown is not what happens: somebody has to look.
+    ErrorCode.TWIN: FinalReason.GAVE_UP,
 }
 
 WorldT = TypeVar("WorldT", bound=GoalContext)
@@ -65,6 +69,10 @@ _PLANNER_REASONS = {
     PlannerUnavailableError: FinalReason.PLANNER_UNAVAILABLE,
     PlannerCancelledError: FinalReason.CANCELLED,
 }
+
+
+class _NotApprovedError(Exception):
+    """A plan is not to be carried out; the message says why."""
 
 
 class Agent(Generic[WorldT]):
@@ -78,7 +86,9 @@ class Agent(Generic[WorldT]):
 
     Attributes:
         calls: What a plan may call: the skills, and what else people write out, as moves of the hand alone.
-        approve: Asked about each plan before the first of its calls; None approves all.
+        approve: Asked about each plan before the first of its calls, and about each call by itself: whether it may be carried
+            out, or a SkillError that says why not. None approves all.
+        takes_answers: Whether a question about a plan can be answered by the next sentence.
         ask: Puts a question of a planner to the person and returns the answer; None where nobody is there to answer.
         streams: Whether listeners are told what a model writes while it writes.
         thinks: Whether the planner is being asked.
@@ -97,13 +107,24 @@ class Agent(Generic[WorldT]):
         self.planner = planner
         self.max_replans = max_replans
         self.approve: Callable[[Plan], bool] | None = None
+        self.takes_answers: bool = False
+        # The sentence and the plan that a yes is waited for, and the plan that has it.
+        self._open: tuple[str, Plan] | None = None
+        self._confirmed: Plan | None = None
         self.ask: Callable[[str], str] | None = None
         self.streams: bool = False
         self.thinks: bool = False
         self.left: bool = False
 
+    def take_over(self, before: Agent[Any]) -> None:
+        """Ask and tell the people that another agent, in whose place this one is, has asked and told."""
+        approve = before.approve
+        self.approve = approve.of(self) if isinstance(approve, Gate) else approve
+        self.ask, self.streams = before.ask, before.streams
+
     def begin_anew(self) -> None:
         """Begin a new conversation: the world has started over."""
+        self._open = None
         if isinstance(self.planner, Conversing):
             self.planner.begin_anew()
 
@@ -128,8 +149,12 @@ class Agent(Generic[WorldT]):
             answer = planner.plan(prompt, scene, ())
         return answer if isinstance(answer, Refusal) else self._foreseen(planner, answer, scene)[0]
 
-    def run(self, prompt: str) -> Episode:
+    def run(self, prompt: str, *, takes_answers: bool = False) -> Episode:
         """Carry out a prompt.
+
+        Args:
+            prompt: What was said.
+            takes_answers: Whether a plan that is to be confirmed waits for the next prompt to do so.
 
         Returns:
             What came of it; failures of skills and of the planner are in there and not raised.
@@ -138,7 +163,18 @@ class Agent(Generic[WorldT]):
             InputError: The prompt is too long.
         """
         check_prompt(prompt)
-        return self._run(prompt, self._planner_for(prompt), self.max_replans)
+        waiting, self._open = self._open, None
+        said = None if waiting is None else answer_to_question(prompt)
+        if said is False:
+            return self._run(prompt, GivenPlan(Plan(steps=(), answer="it is not carried out")), 0)
+        if waiting is not None and said:
+            # It is planned anew: a plan that has become another one is shown again.
+            prompt, self._confirmed = waiting
+        self.takes_answers = takes_answers
+        try:
+            return self._run(prompt, self._planner_for(prompt), self.max_replans)
+        finally:
+            self.takes_answers, self._confirmed = False, None
 
     def follow(self, plan: Plan) -> Episode:
         """Carry out a plan as it is; a failure ends it.
@@ -157,7 +193,10 @@ class Agent(Generic[WorldT]):
         finally:
             leave()
         episode = told.ended(prompt, reason, detail, usage)
-        if isinstance(planner, Remembering):
+        if self._open is not None:
+            # Nothing was done, and with a yes the sentence comes again.
+            self._open = prompt, self._open[1]
+        elif isinstance(planner, Remembering):
             planner.remember(episode)
         self._emit(Ended(episode))
         return episode
@@ -184,9 +223,15 @@ class Agent(Generic[WorldT]):
                 if report is None:
                     return FinalReason.REFUSED, answer.message
                 return FinalReason.GAVE_UP, _closing_line(told.cause(), answer)
-            report = self._reported(answer, calls, course, told, monitor, report)
-            if report is None:
-                return FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
+            try:
+                report = self._reported(answer, calls, course, told, monitor, report)
+            except UnconfirmedError as question:
+                assert isinstance(answer, Plan)
+                self._open = prompt, answer
+                told.refusal = Refusal(code=RefusalCode.AMBIGUOUS, message=question.message, candidates=("yes", "no"))
+                return FinalReason.REFUSED, question.message
+            except _NotApprovedError as declined:
+                return FinalReason.DECLINED, str(declined)
             failure = report.failure
             if failure is None:
                 if isinstance(answer, PromptDone) or not course.goes_on:
@@ -219,8 +264,13 @@ class Agent(Generic[WorldT]):
         told: Progress,
         monitor: Monitor,
         last: Report | None,
-    ) -> Report | None:
-        """Carry out a plan, or look at what is said to be finished; None where the plan was not confirmed."""
+    ) -> Report:
+        """Carry out a plan, or look at what is said to be finished.
+
+        Raises:
+            UnconfirmedError: A yes is waited for.
+            _NotApprovedError: The plan is not to be carried out.
+        """
         if isinstance(answer, PromptDone):
             told.claim = answer.summary
             return Report(steps=(), failure=self._undone(monitor, at_the_end=True))
@@ -234,8 +284,7 @@ class Agent(Generic[WorldT]):
                 tempo=before.tempo,
             )
         self._emit(Planned(answer, told.replans))
-        if answer.steps and self.approve is not None and not self.approve(answer):
-            return None
+        self._approve(answer, course, told)
         begun = len(told.steps)
         # Who decides call by call has asked for each of them.
         failed = None if last is None or course.goes_on else last.failure
@@ -247,6 +296,24 @@ class Agent(Generic[WorldT]):
             # The tempo could not be set, and nothing was done.
             failure = Attempt(completed=(), failed=answer.steps[0], error=error.failure, remaining=answer.steps[1:])
         return Report(steps=tuple(told.steps[begun:]), failure=failure)
+
+    def _approve(self, plan: Plan, course: Course, told: Progress) -> None:
+        """Have a plan approved; errors as those of `_reported`."""
+        confirmed, self._confirmed = self._confirmed, None
+        self.ctx.confirmed = confirmed is not None and plan.steps == confirmed.steps
+        if not plan.steps or self.approve is None or self.ctx.confirmed:
+            return
+        # Who decides call by call could not go on where a question has ended the prompt.
+        self.takes_answers = self.takes_answers and not course.goes_on
+        try:
+            approved = self.approve(plan)
+        except UnconfirmedError:
+            raise
+        except SkillError as error:
+            told.fail(Attempt(completed=(), failed=plan.steps[0], error=error.failure, remaining=plan.steps[1:]))
+            raise _NotApprovedError(error.message) from None
+        if not approved:
+            raise _NotApprovedError("the plan was not confirmed; nothing was moved for it")
 
     @contextmanager
     def _at(self, tempo: str) -> Iterator[None]:
@@ -348,12 +415,24 @@ class Agent(Generic[WorldT]):
         return undone
 
     def perform(self, call: SkillCall) -> SkillResult:
-        """Carry out one skill call.
+        """Carry out one skill call; errors as those of `perform_bound`."""
+        return self.perform_bound(self._bound(call))
+
+    def perform_bound(self, call: BoundCall, *, confirmed: bool = False) -> SkillResult:
+        """Carry out one call, once it is approved as a plan of its own.
+
+        Args:
+            call: Which one.
+            confirmed: Whether a person has done so already.
 
         Raises:
-            SkillError: It did not reach its post-condition; a fault of the code is an InternalError with an id in the log.
+            SkillError: It was not approved, or did not reach its post-condition; a fault of the code is an InternalError with
+                an id in the log.
         """
-        return self.ctx.perform(self._bound(call))
+        self.ctx.confirmed = confirmed
+        if not confirmed and self.approve is not None and not self.approve(Plan(steps=(call.call,))):
+            raise RefusedPromptError(f"{call.call} was not confirmed; nothing was moved for it")
+        return self.ctx.perform(call)
 
     def _bound(self, call: SkillCall) -> BoundCall:
         try:

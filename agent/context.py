@@ -8,8 +8,9 @@ from dataclasses import InitVar, dataclass, field, replace
 from typing import Any, Self
 
 from robosandbox.agent.goal import GoalContext
-from robosandbox.agent.preview import preview
-from robosandbox.driver import Arm, Driver, Hand, Safety, made_safe
+from robosandbox.agent.preview import PreviewStep, preview
+from robosandbox.agent.twin_guard import TwinGuard
+from robosandbox.driver import Arm, Driver, Hand, Mode, Safety, made_safe
 from robosandbox.errors import (
     CancelledError,
     ErrorCode,
@@ -108,6 +109,7 @@ class AgentContext(GoalContext):
     hand: Hand | None = field(init=False, repr=False)
     phase: str = field(default=Phase.CHECK, init=False)
     seen: ObservedScene | None = field(default=None, init=False, repr=False)
+    _rehearsed: list[PreviewStep] = field(default_factory=list, init=False, repr=False)
     _safety: Safety = field(init=False, repr=False)
     _tells_apart: bool = field(default=False, init=False, repr=False)
     _started: float = field(default=0.0, init=False, repr=False)
@@ -295,6 +297,13 @@ class AgentContext(GoalContext):
         plan = Plan(steps=tuple(call.call for call in calls))
         return preview(self, plan, {call.name: call.skill for call in calls}, tick=tick).told()
 
+    def rehearse(self, calls: Sequence[BoundCall]) -> dict[str, Any]:
+        """Return what comes of calls on the twin, as `simulate` does; an arm that then goes otherwise is stopped."""
+        plan = Plan(steps=tuple(call.call for call in calls))
+        tried = preview(self, plan, {call.name: call.skill for call in calls})
+        self._rehearsed = list(tried.calls)
+        return tried.told()
+
     def foreseen(self, call: BoundCall) -> Failure | None:
         """Return the failure, with repairs, that a call would end in before it moves anything; None where there is none to tell."""
         scene = self.look()
@@ -339,8 +348,35 @@ class AgentContext(GoalContext):
             raise ended
         self.entered(phase)
 
+    @property
+    def mode(self) -> Mode:
+        """How the cell stands."""
+        return self._safety.mode
+
+    @property
+    def stop_deadline(self) -> float:
+        """Seconds in which a stop has to be over."""
+        return self._safety.stop_deadline
+
     def _perform(self, call: BoundCall[Skill]) -> SkillResult:
-        return Executor(self).perform(call)
+        rehearsed = self._rehearsal_of(call)
+        # A person may have it tried on the arm though it failed on the twin, which went nowhere then.
+        if rehearsed is None or rehearsed.result is None:
+            return Executor(self).perform(call)
+        guard = TwinGuard(self, rehearsed.track)
+        self.driver.guards.append(guard)
+        try:
+            return Executor(self).perform(call)
+        finally:
+            self.driver.guards.remove(guard)
+
+    def _rehearsal_of(self, call: BoundCall) -> PreviewStep | None:
+        """Return how a call went on the twin, once; those before it are over."""
+        while self._rehearsed:
+            step = self._rehearsed.pop(0)
+            if step.call == call.call:
+                return step
+        return None
 
     def _allow(self, timeout: float | None) -> None:
         self._started = self.driver.time

@@ -27,10 +27,12 @@ class GoalContext(ABC):
     Attributes:
         events: All that happens in it, told in the thread that runs the skill or waits for it.
         skills: What the agent here can call, by name: repairs are made of it.
+        confirmed: Whether a person has confirmed what is carried out now.
     """
 
     events: EventStream = field(default_factory=EventStream, init=False, repr=False)
     skills: Mapping[str, Operator] = field(default_factory=dict, init=False, repr=False)
+    confirmed: bool = field(default=False, init=False, repr=False)
     _running: SkillCall | None = field(default=None, init=False, repr=False)
     _phase: str = field(default=Phase.CHECK, init=False, repr=False)
     _cancelled: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
@@ -125,6 +127,10 @@ class GoalContext(ABC):
         del tick
         said = ", ".join(map(str, calls))
         raise UnsupportedError(f"simulate: nobody has a twin to try {said} on; use `check`")
+
+    def rehearse(self, calls: Sequence[BoundCall]) -> dict[str, Any]:
+        """Return what `simulate` does; where the world is here, an arm that then goes otherwise is stopped."""
+        return self.simulate(calls)
 
     def foreseen(self, call: BoundCall) -> Failure | None:
         """Return the failure, with repairs, that a call would end in before it moves anything.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from robosandbox.agent.twin_guard import Track, Tracker
 from robosandbox.driver import Driver
 from robosandbox.errors import Failure, SkillError
+from robosandbox.motion.clearance import Clearance
 from robosandbox.types import ObservedScene, Plan, SkillCall, SkillResult
 from robosandbox.values import frozen
 from robosandbox.world.operators import Operator, bind
@@ -18,31 +19,76 @@ if TYPE_CHECKING:
 
 
 @frozen(kw_only=True)
+class PreviewStep:
+    """A call as it went on the twin.
+
+    Attributes:
+        call: Which one.
+        result: What came of it; None of one that failed.
+        seconds: Simulated time that it took.
+        touches: What the robot touched, meant or not, in the order in which it did.
+        nearest_mm: Least distance to what it was not to touch, 0 where that was touched; None where nothing came into sight.
+        nearest_to: Name of that; "" where there is none.
+        track: How the arm went.
+    """
+
+    call: SkillCall
+    result: SkillResult | None
+    seconds: float
+    touches: tuple[str, ...]
+    nearest_mm: float | None
+    nearest_to: str
+    track: Track
+
+    def record(self) -> dict[str, Any]:
+        """Return how it went as JSON data."""
+        return {
+            "call": str(self.call),
+            "seconds": round(self.seconds, 3),
+            "touches": list(self.touches),
+            "nearest_mm": None if self.nearest_mm is None else round(self.nearest_mm, 1),
+            "nearest_to": self.nearest_to,
+            "side_effects": list(self.result.side_effects) if self.result else [],
+        }
+
+
+@frozen(kw_only=True)
 class Preview:
     """Outcome of a plan on the twin.
 
     Attributes:
-        steps: The calls that reached their post-conditions, with the results.
-        failed: The call that did not, if one did not.
-        error: Why.
-        seconds: Simulated time that it took.
+        calls: The calls that were tried, up to the first that failed.
+        error: Why that did; None where every call reached its post-condition.
         touched: What the robot touched though no call named it.
         begin: The scene that it began with.
         end: The scene that was left.
     """
 
-    steps: tuple[tuple[SkillCall, SkillResult], ...]
-    failed: SkillCall | None = None
+    calls: tuple[PreviewStep, ...]
     error: Failure | None = None
-    seconds: float
     touched: tuple[str, ...] = ()
     begin: ObservedScene
     end: ObservedScene
 
     @property
+    def steps(self) -> tuple[tuple[SkillCall, SkillResult], ...]:
+        """The calls that reached their post-conditions, with the results."""
+        return tuple((step.call, step.result) for step in self.calls if step.result is not None)
+
+    @property
+    def failed(self) -> SkillCall | None:
+        """The call that did not, if one did not."""
+        return self.calls[-1].call if self.error is not None else None
+
+    @property
+    def seconds(self) -> float:
+        """Simulated time that it took."""
+        return sum(step.seconds for step in self.calls)
+
+    @property
     def success(self) -> bool:
         """True where every call reached its post-condition."""
-        return self.failed is None
+        return self.error is None
 
     def record(self) -> dict[str, Any]:
         """Return the preview as JSON data."""
@@ -50,8 +96,13 @@ class Preview:
             "success": self.success,
             "seconds": round(self.seconds, 3),
             "steps": [
-                {"call": call.model_dump(mode="json"), "result": result.model_dump(mode="json")}
-                for call, result in self.steps
+                {
+                    "call": step.call.model_dump(mode="json"),
+                    "result": step.result.model_dump(mode="json"),
+                    **{key: value for key, value in step.record().items() if key not in ("call", "side_effects")},
+                }
+                for step in self.calls
+                if step.result is not None
             ],
             "failed": self.failed.model_dump(mode="json") if self.failed else None,
             "error": self.error.model_dump(mode="json") if self.error else None,
@@ -62,8 +113,10 @@ class Preview:
         """Return what would come of the plan as JSON data, for a model or client that asks before it calls."""
         data: dict[str, Any] = {
             "ok": self.success,
+            "moves": any(step.track.moves for step in self.calls),
             "seconds": self.seconds,
             "would_work": [str(call) for call, _ in self.steps],
+            "steps": [step.record() for step in self.calls],
             "side_effects": [effect for _, result in self.steps for effect in result.side_effects],
             "would_touch": list(self.touched),
             "changes": scene_changes(self.begin, self.end),
@@ -74,28 +127,47 @@ class Preview:
 
     def lines(self) -> list[str]:
         """Return a line for each call, for a person."""
-        told = [f"{call}: would work{_effects(result)}" for call, result in self.steps]
-        if self.failed is not None and self.error is not None:
-            told.append(f"{self.failed}: would fail at {self.error.phase}: {self.error.message}")
-        if self.touched:
-            told.append(f"would touch {', '.join(self.touched)} on the way")
-        return [*told, f"{self.seconds:.1f} simulated seconds"]
+        return preview_lines(self.told())
 
 
-@dataclass(slots=True)
+def preview_lines(told: Mapping[str, Any]) -> list[str]:
+    """Return a line for each call of a preview, here or of another process, as `Preview.told` has it."""
+    lines = [problem["error"]["message"] for problem in told.get("problems", ())]
+    for step in told.get("steps", ()):
+        failed = step["call"] == told.get("would_fail") and step is told["steps"][-1]
+        how = f"would fail at {told['error']['phase']}: {told['error']['message']}" if failed else "would work"
+        effects = f" ({'; '.join(step['side_effects'])})" if step["side_effects"] else ""
+        touches = f", touches {', '.join(step['touches'])}" if step["touches"] else ""
+        near = step["nearest_mm"]
+        comes = "" if near is None else f", {near:.0f} mm from {step['nearest_to']} at the nearest"
+        lines.append(f"{step['call']}: {how}{effects}; {step['seconds']:.1f} s{touches}{comes}")
+    if told.get("would_touch"):
+        lines.append(f"would touch {', '.join(told['would_touch'])} on the way")
+    return [*lines, f"{told['seconds']:.1f} simulated seconds"] if "seconds" in told else lines
+
+
 class _Touches:
-    """A listener to ticks that notes what the robot touches besides what it is about."""
+    """A listener to ticks that notes what the robot touches, and besides what it is about.
 
-    driver: Driver
-    about: set[str] = field(default_factory=set)
-    found: dict[str, None] = field(default_factory=dict)
+    Attributes:
+        about: What may be touched.
+        now: What was touched since it was emptied last.
+        unmeant: What was touched that may not be.
+    """
+
+    def __init__(self, driver: Driver) -> None:
+        self._driver = driver
+        self.about: set[str] = set()
+        self.now: dict[str, None] = {}
+        self.unmeant: dict[str, None] = {}
 
     def __call__(self) -> None:
-        for _, other in self.driver.senses.contacts():
+        for _, other in self._driver.senses.contacts():
             # A drawer's sliding box is "<id>/box".
             name = other.partition("/")[0]
+            self.now[name] = None
             if name not in self.about:
-                self.found[name] = None
+                self.unmeant[name] = None
 
 
 def preview(
@@ -113,21 +185,41 @@ def preview(
         if tick is not None:
             twin.driver.subscribe(tick)
         begin = twin.look()
-        touches = _Touches(twin.driver)
+        touches, clearance, tracker = _Touches(twin.driver), Clearance(twin.driver, twin.arm.name), Tracker(twin)
         if twin.driver.capabilities.contact == "named":
             twin.driver.subscribe(touches)
-        done: list[tuple[SkillCall, SkillResult]] = []
-        result = Preview(steps=(), seconds=0.0, begin=begin, end=begin)
+        twin.driver.subscribe(clearance)
+        twin.driver.subscribe(tracker)
+        tried: list[PreviewStep] = []
+        error: Failure | None = None
         for call in plan.steps:
-            touches.about |= {*map(str, call.arguments.values()), *twin.look().in_hands}
+            scene, began = twin.look(), twin.driver.time
+            touches.about |= {*map(str, call.arguments.values()), *scene.in_hands}
+            touches.now.clear()
+            clearance.begin(touches.about, scene.in_hands)
+            tracker.begin()
+            result: SkillResult | None = None
             try:
-                done.append((call, twin.perform(bind(call, skills))))
-            except SkillError as error:
-                result = replace(result, failed=call, error=error.failure)
+                result = twin.perform(bind(call, skills))
+            except SkillError as failed:
+                error = failed.failure
+            nearest, near_to = clearance.nearest or (None, "")
+            step = PreviewStep(
+                call=call,
+                result=result,
+                seconds=twin.driver.time - began,
+                touches=tuple(touches.now),
+                nearest_mm=None if nearest is None else 1000.0 * max(0.0, nearest),
+                nearest_to=near_to,
+                track=tracker.track(),
+            )
+            tried.append(step)
+            if error is not None:
                 break
-        seconds = twin.driver.time - begin.time
-        return replace(result, steps=tuple(done), seconds=seconds, touched=tuple(touches.found), end=twin.look())
-
-
-def _effects(result: SkillResult) -> str:
-    return f" ({'; '.join(result.side_effects)})" if result.side_effects else ""
+        return Preview(
+            calls=tuple(tried),
+            error=error,
+            touched=tuple(touches.unmeant),
+            begin=begin,
+            end=twin.look(),
+        )

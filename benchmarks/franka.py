@@ -55,7 +55,9 @@ def cell_of(task: str, seed: int) -> Iterator[tuple[Plant, EmbeddedWorkcell]]:
         arguments = ("--task", task, "--seed", str(seed))
         with (
             controlled(Path(folder), HOST, *arguments) as plant,
-            open_session(task, seed=seed, driver="franka", driver_options=OPTIONS, perception="rgbd") as cell,
+            open_session(
+                task, seed=seed, driver="franka", driver_options=OPTIONS, perception="rgbd", confirm=False
+            ) as cell,
         ):
             yield plant, cell
 

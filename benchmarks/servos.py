@@ -81,7 +81,9 @@ def cell_of(arm: str, task: str, seed: int) -> Iterator[tuple[Plant, EmbeddedWor
                 # The emulated bus is a process that this computer may put off; a real servo answers within a millisecond.
                 "link_timeout": 0.5,
             }
-            with open_session(task, robot=model, driver=driver, driver_options=options, perception="rgbd") as cell:
+            with open_session(
+                task, robot=model, driver=driver, driver_options=options, perception="rgbd", confirm=False
+            ) as cell:
                 yield plant, cell
 
 

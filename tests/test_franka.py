@@ -214,6 +214,37 @@ def test_after_a_fault_nothing_moves_until_somebody_recovers(
 
 
 @over_the_wire
+def test_a_program_that_begins_after_a_crash_in_motion_says_the_way_out(plant: Plant) -> None:
+    plant.mode("kReflex")
+    with pytest.raises(InputError, match=r"is in mode Reflex .*press the user stop and release it, then start again"):
+        opened()
+    plant.mode("kUserStopped")
+    with pytest.raises(InputError, match="is in mode User stopped and"):
+        opened()
+    plant.mode(None)
+    with opened() as driver:
+        assert plant.thresholds()[:3] == pytest.approx([60.0] * 3)
+        sweep(driver, -0.1, 1.0)
+
+
+@over_the_wire
+def test_a_link_that_comes_back_to_an_arm_in_reflex_has_a_way_out(plant: Plant) -> None:
+    with opened() as driver:
+        plant.controller(False)
+        driver.wait(2.0)
+        assert "the link to" in driver.fault
+        plant.controller(True)
+        plant.mode("kReflex")
+        with pytest.raises(FaultError, match=r"press the user stop and release it, then recover\(\); it is not over"):
+            driver.recover()
+        plant.mode("kUserStopped")
+        plant.mode(None)
+        driver.recover()
+        assert plant.thresholds()[:3] == pytest.approx([60.0] * 3)
+        sweep(driver, -0.1, 1.0)
+
+
+@over_the_wire
 def test_a_frozen_controller_is_told_of_in_time_and_forgiven(plant: Plant) -> None:
     with opened() as driver:
         with plant.frozen():

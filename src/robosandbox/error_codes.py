@@ -13,6 +13,7 @@ class ErrorCode:
     COLLISION: Final = "collision"
     TRACKING: Final = "tracking"
     FAULT: Final = "fault"
+    TWIN: Final = "twin"
     GRASP: Final = "grasp"
     NOT_HOLDING: Final = "not_holding"
     ALREADY_HOLDING: Final = "already_holding"

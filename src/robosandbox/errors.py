@@ -17,6 +17,7 @@ RoboSandboxError
     ├── CollisionError           the only ways there touch something
     ├── TrackingError            the arm did not arrive where it was sent
     ├── FaultError               the driver has stopped and waits to be recovered
+    ├── TwinError                the arm goes otherwise than its twin did
     ├── GraspError               none found, missed, or slipped
     ├── NotHoldingError          the gripper is empty
     ├── AlreadyHoldingError      the gripper is full
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
         ServiceError as ServiceError,
         SkillError as SkillError,
         TrackingError as TrackingError,
+        TwinError as TwinError,
         UnknownGoalError as UnknownGoalError,
         UnreachableError as UnreachableError,
         UnsupportedError as UnsupportedError,

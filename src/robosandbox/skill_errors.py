@@ -217,6 +217,13 @@ class FaultError(SkillError):
     evidence_type: ClassVar[type[Evidence] | None] = LimitEvidence
 
 
+class TwinError(SkillError):
+    """The arm goes otherwise than its twin did: it was stopped, and holds."""
+
+    code = ErrorCode.TWIN
+    evidence_type: ClassVar[type[Evidence] | None] = LimitEvidence
+
+
 class CollisionError(SkillError):
     """The only ways there touch something."""
 

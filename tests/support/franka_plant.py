@@ -42,6 +42,8 @@ _ESTIMATE = 10
 _CARTESIAN_REFLEX = 7
 # Of its joints, N m/rad.
 _STIFFNESS = (4500.0, 4500.0, 3500.0, 3500.0, 2000.0, 2000.0, 2000.0)
+# libfranka's kCommandNotPossibleRejected of a setting, which franky-sim does not name.
+_SETTING_NOT_POSSIBLE = 1
 # Port of the tests' socket, beside the controller's 1337 and the hand's 1338.
 _TESTS = 1339
 
@@ -156,6 +158,9 @@ def _recover(command: AutomaticErrorRecoveryCommand, server: Controller) -> None
 
 
 def _set_thresholds(command: SetCollisionBehaviorCommand, server: Controller) -> None:
+    if server.mode is not None:
+        command.reply(_SETTING_NOT_POSSIBLE)
+        return
     server.thresholds = np.array(command.upper_force_thresholds_nominal)
     command.reply(0)
 

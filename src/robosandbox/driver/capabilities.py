@@ -65,6 +65,7 @@ class Capabilities:
         clock: Whether time passes by itself ("wall") or only while the driver is asked to let it pass ("simulated").
         link_timeout: Seconds without news of the robot after which it is lost: `state().time` is when it last told. None where
             the driver does not tell, or there is no link.
+        speed: Share of the speed of every trajectory that the driver follows it with, above 0 to 1.
     """
 
     gripper_force: bool = False
@@ -78,6 +79,7 @@ class Capabilities:
     truth: bool = False
     clock: Literal["simulated", "wall"] = "wall"
     link_timeout: float | None = None
+    speed: float = 1.0
 
 
 class Specified(Protocol):
@@ -104,7 +106,7 @@ class Declares(Protocol):
 
 
 CAPABILITIES: tuple[str, ...] = tuple(
-    item.name for item in fields(Capabilities) if item.name not in ("clock", "link_timeout")
+    item.name for item in fields(Capabilities) if item.name not in ("clock", "link_timeout", "speed")
 )
 
 

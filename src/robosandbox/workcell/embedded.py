@@ -181,7 +181,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
             raise
         agent = self.agent
         self.close()
-        opened.agent.approve, opened.agent.ask, opened.agent.streams = agent.approve, agent.ask, agent.streams
+        opened.agent.take_over(agent)
         self._hold(opened.task, opened.agent, opened.seed)
         self._take(opened)
 

@@ -227,12 +227,16 @@ class WorkcellHost:
         what = str(call.call) if isinstance(call, BoundCall) else call.name
         return self.goal(what, lambda: self.perform(call), timeout=timeout)
 
-    def perform(self, call: BoundCall | BoundOrder) -> SkillResult | OrderResult:
-        """Carry out a call or an order; for the work of goals."""
+    def perform(self, call: BoundCall | BoundOrder, *, confirmed: bool = False) -> SkillResult | OrderResult:
+        """Carry out a call or an order; for the work of goals.
+
+        Args:
+            call: Which.
+            confirmed: Whether a person has seen what would come of a call, and confirmed it.
+        """
         if isinstance(call, BoundOrder):
             return self.perform_order(call)
-        result: SkillResult = self.cell.ctx.perform(call)
-        return result
+        return self.cell.agent.perform_bound(call, confirmed=confirmed)
 
     def perform_order(self, order: BoundOrder) -> OrderResult:
         """Carry out an order; for the work of goals."""

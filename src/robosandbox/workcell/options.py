@@ -48,6 +48,8 @@ class WorkcellOptions:
         seed: The layout; 0 is the task as written.
         max_replans: How often a failure may be answered with a new plan.
         what_if: Whether skills may try repairs on the twin, a simulation of what is believed.
+        confirm: Whether each plan is tried on the twin before anything moves, shown, and confirmed, or refused where nobody can
+            be asked; None where the driver's clock is the wall's.
         render_size: (height, width) of camera pictures, pixels.
     """
 
@@ -76,6 +78,7 @@ class WorkcellOptions:
     seed: int = 0
     max_replans: int = 3
     what_if: bool = True
+    confirm: bool | None = None
     render_size: tuple[int, int] = (240, 320)
 
 

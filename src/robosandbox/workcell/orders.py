@@ -177,7 +177,9 @@ def _judged(cell: Workcell) -> OrderResult:
 
 
 ORDERS: dict[str, OrderKind] = {
-    "run": OrderKind(RunArguments, lambda cell, given: ended(cell.agent.run(given.prompt)), moves=True),
+    "run": OrderKind(
+        RunArguments, lambda cell, given: ended(cell.agent.run(given.prompt, takes_answers=True)), moves=True
+    ),
     "follow": OrderKind(
         FollowArguments, lambda cell, given: ended(cell.agent.follow(Plan(steps=given.steps))), moves=True
     ),

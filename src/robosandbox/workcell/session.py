@@ -13,6 +13,7 @@ import numpy as np
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
+from robosandbox.agent.gate import Gate
 from robosandbox.agent.planners import make_planner
 from robosandbox.driver import SafeDriver, driver_factory, fitted
 from robosandbox.errors import InputError
@@ -105,6 +106,8 @@ def _open_task(options: WorkcellOptions, wait_hook: Callable[[], None] | None) -
             tempo=find_tempo(options.tempo),
         )
         agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
+        if driver.capabilities.clock == "wall" if options.confirm is None else options.confirm:
+            agent.approve = Gate(agent)
         if driver.capabilities.reset and (options.seed != 0 or task.start_q is not None):
             lay_out(driver, layouts, options.seed)
     except BaseException:

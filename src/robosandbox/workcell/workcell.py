@@ -150,7 +150,7 @@ class Workcell(ABC, Generic[ContextT]):
             SkillError: It takes other arguments, or did not reach its post-condition.
         """
         with self.ctx.goal(timeout):
-            return self.ctx.perform(bind(SkillCall(skill=name, arguments=arguments), self.calls))
+            return self.agent.perform_bound(bind(SkillCall(skill=name, arguments=arguments), self.calls))
 
     # Types are checked without it: any misspelt attribute would pass for a skill.
     if not TYPE_CHECKING:

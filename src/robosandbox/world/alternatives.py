@@ -21,6 +21,7 @@ NOT_OF_THE_WORLD = frozenset(
         ErrorCode.UNAVAILABLE,
         ErrorCode.INTERNAL,
         ErrorCode.FAULT,
+        ErrorCode.TWIN,
         ErrorCode.BUSY,
         ErrorCode.FORBIDDEN,
     }

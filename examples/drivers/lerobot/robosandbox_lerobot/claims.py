@@ -124,7 +124,9 @@ def cell_of(task: str, seed: int) -> Iterator[tuple[Plant, EmbeddedWorkcell]]:
     """Open a plant, and a workcell that knows it by LeRobot's robot and its cameras alone."""
     with plugged_in(task, seed) as (plant, file):
         options = {"robot": file, "cameras": "robosandbox_lerobot.claims:PlantEyes", "link_timeout": 0.5}
-        with open_session(task, robot=so101(), driver="lerobot", driver_options=options, perception="rgbd") as cell:
+        with open_session(
+            task, robot=so101(), driver="lerobot", driver_options=options, perception="rgbd", confirm=False
+        ) as cell:
             yield plant, cell
 
 

@@ -114,7 +114,7 @@ def a_plain_gripper_action_is_found_out() -> str:
 def a_cube_is_picked_and_placed_through_the_controller() -> str:
     from robosandbox import open_session
 
-    with open_session("put_in_bin", driver="ros2_plant", perception="rgbd") as session:
+    with open_session("put_in_bin", driver="ros2_plant", perception="rgbd", confirm=False) as session:
         episode = session.run()
         assert episode.success, episode.final_detail
         assert session.judge().success

@@ -173,7 +173,8 @@ class EpisodeRunner:
         if self._remote is not None:
             self._remote.load(task)
             return self._remote
-        session = open_workcell(replace(settings, task=task, seed=seed))
+        # Nobody sits beside it.
+        session = open_workcell(replace(settings, task=task, seed=seed, confirm=False))
         # It is ours to close from here on, also if the recording cannot begin.
         self._session = session
         if settings.recording is not None:

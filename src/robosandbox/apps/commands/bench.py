@@ -101,7 +101,7 @@ class BenchRun:
 
 
 @app.command()
-@takes_world(without=("task", "cassette", "camera", "calibration", "seed"))
+@takes_world(without=("task", "cassette", "camera", "calibration", "seed", "confirm"))
 def bench(
     world: WorkcellOptions,
     connection: Connection,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @takes_world(
-    without=("planner", "time_limit", "camera", "grasp", "motion", "max_replans", "what_if"),
+    without=("planner", "time_limit", "camera", "grasp", "motion", "max_replans", "what_if", "confirm"),
     perception="rgbd",
     sensor="realsense",
 )

@@ -118,6 +118,16 @@ WhatIf = Annotated[
 ]
 
 
+Confirm = Annotated[
+    bool | None,
+    typer.Option(
+        "--confirm/--no-confirm",
+        help="Try each plan on the twin first, show what it would do, and ask; so it is on a real arm if left out.",
+        show_default=False,
+    ),
+]
+
+
 def _uncached(value: bool) -> bool:
     if value:
         # Worker processes are to do likewise, and they inherit the environment.

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from robosandbox.workcell.recording.recorder import Recorder
     from robosandbox.workcell.workcell import Workcell
 
-Confirm = Annotated[bool, typer.Option("--confirm", help="Show each plan and what it would do, and ask first.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Show the plan and what it would do; nothing moves.")]
 
 Steps = Annotated[
@@ -45,7 +44,6 @@ Policy = Annotated[
 def run(
     world: WorkcellOptions,
     prompt: Prompt = None,
-    confirm: Confirm = False,
     dry_run: DryRun = False,
     record: Record = None,
     video: Video = None,
@@ -80,8 +78,7 @@ def run(
                 )
         from robosandbox.apps.commands.dry_run import ask_before, print_preview
 
-        if confirm:
-            ask_before(session, prompt)
+        ask_before(session, prompt, always=world.confirm is True)
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         if dry_run:
             return print_preview(session, said, json)
@@ -94,11 +91,14 @@ def agent(connection: Connection, world: WorkcellOptions, prompt: Prompt = None,
     """Carry out a prompt in a sim process."""
     if prompt is not None:
         prompt = read_prompt(prompt)
+    from robosandbox.apps.commands.dry_run import ask_before
+
     with connection.workcell(world) as session:
+        ask_before(session, prompt)
         return _carry_out(session, session.task.prompt if prompt is None else prompt, json)
 
 
-@takes_world(without=("calibration", "grasp", "motion", "max_replans", "what_if"))
+@takes_world(without=("calibration", "grasp", "motion", "max_replans", "what_if", "confirm"))
 def plan(world: WorkcellOptions, prompt: Prompt = None, steps: Steps = None, json: Json = False) -> int:
     """Print the plan for a prompt, or check somebody else's; nothing moves."""
     if steps is not None:

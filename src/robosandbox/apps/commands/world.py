@@ -15,6 +15,7 @@ from robosandbox.apps.commands.options import (
     CalibrationFile,
     Camera,
     Cassette,
+    Confirm,
     DriverName,
     GraspName,
     GripperModel,
@@ -67,6 +68,7 @@ OF_THE_WORLD = (
     "motion",
     "tempo",
     "seed",
+    "confirm",
 )
 
 
@@ -100,6 +102,7 @@ _OPTIONS: dict[str, Any] = {
     "seed": Seed,
     "max_replans": MaxReplans,
     "what_if": WhatIf,
+    "confirm": Confirm,
 }
 _OF_THE_PLANNER = ("base_url", "model", "mode", "model_limits", "cassette", "time_limit")
 _DEFAULTS: dict[str, Any] = {"no_cache": False, **{field.name: field.default for field in fields(WorkcellOptions)}}

@@ -150,7 +150,7 @@ class Shell:
         self.said = prompt
         self.candidates = ()
         try:
-            episode = self.host.goal(prompt, lambda: self.workcell.agent.run(prompt)).done.result()
+            episode = self.host.goal(prompt, lambda: self.workcell.agent.run(prompt, takes_answers=True)).done.result()
         except KeyboardInterrupt:
             return self._noted(prompt, Outcome(f"cancelled: {self._where_left()}", EXIT_FAILED))
         except (InputError, ServiceUnavailableError, SkillError) as error:

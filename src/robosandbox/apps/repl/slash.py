@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from robosandbox.agent.preview import preview_lines
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.apps.commands.run import planned
 from robosandbox.apps.repl.outcome import Outcome
@@ -95,12 +96,7 @@ def _simulate(shell: Shell, rest: str) -> Outcome:
     if isinstance(plan, Outcome):
         return plan
     tried = shell.workcell.simulate(plan)
-    lines = [f"{call}: would work" for call in tried.get("would_work", ())]
-    lines += [f"{problem['error']['message']}" for problem in tried.get("problems", ())]
-    if "would_fail" in tried:
-        lines.append(f"{tried['would_fail']}: would fail: {tried['error']['message']}")
-    lines += [f"would touch {name}" for name in tried.get("would_touch", ())]
-    return Outcome("\n".join(lines), EXIT_DONE if tried["ok"] else EXIT_FAILED)
+    return Outcome("\n".join(preview_lines(tried)), EXIT_DONE if tried["ok"] else EXIT_FAILED)
 
 
 def _judge(shell: Shell, rest: str) -> Outcome:

@@ -49,7 +49,7 @@ from robosandbox.types import (
 from robosandbox.types.robot import GripperSpec, RobotSpec
 
 try:
-    from robosandbox.drivers.franka.link import FrankaLink, LinkError
+    from robosandbox.drivers.franka.link import FrankaLink, InModeError, LinkError
     from robosandbox.drivers.franka.waypoints import Waypoints, begun_at, waypoints
 except ImportError as error:
     raise missing_extra(error, "--driver franka", "franka") from None
@@ -63,6 +63,8 @@ _MODES: Mapping[str, str] = {
     "Guiding": "somebody guides the arm by hand: let go of its buttons, then recover()",
     "Other": "the controller is not ready{errors}: unlock the joints and activate FCI in Desk, then recover()",
 }
+# The way out of those for a program that comes to a controller that is in one already.
+_BY_HAND = "see that nothing is jammed and that it may move on, press the user stop and release it"
 
 
 class Franka(WallClockDriver):
@@ -115,6 +117,8 @@ class Franka(WallClockDriver):
         self._planned_gripper = planning.robot.gripper
         try:
             self.link = self._connect(spec)
+        except InModeError as error:
+            raise InputError(f"--driver franka: {error}: {_BY_HAND}, then start again") from None
         except LinkError as error:
             raise InputError(
                 f"--driver franka: {error}; look whether the controller is on, its joints are unlocked and FCI is active"
@@ -134,6 +138,13 @@ class Franka(WallClockDriver):
         (robot,) = robots_of(populated(scene)).values()
         self.senses = _FrankaSenses(self, eyes, robot.base_pose.rotation)
         self.look()
+        try:
+            # In a fault the controller takes no settings; recover() makes up for it.
+            if not self.fault:
+                self._set_reflex()
+        except LinkError as error:
+            self.link.close()
+            raise InputError(f"--driver franka: {error}; restart the controller") from None
         if realtime == "ignore":
             _log.warning(
                 "realtime: this computer may be late with a command at any time, which ends a motion with "
@@ -149,6 +160,7 @@ class Franka(WallClockDriver):
             cameras=self._cameras,
             clock="wall",
             link_timeout=self._link_timeout,
+            speed=self.speed,
         )
 
     def close(self) -> None:
@@ -161,7 +173,7 @@ class Franka(WallClockDriver):
         self.link.close()
 
     def recover(self) -> None:
-        """Connect again where the link is lost, have the controller end its errors, and end a fault.
+        """Connect again where the link is lost, have the controller end its errors and take the limits, and end a fault.
 
         Raises:
             FaultError: It is not over.
@@ -173,6 +185,9 @@ class Franka(WallClockDriver):
                 self.link = self._connect(self._arm.spec)
             self.link.recover()
             self._await_readiness()
+            self._set_reflex()
+        except InModeError as error:
+            self.fault = f"{error}: {_BY_HAND}, then recover()"
         except LinkError as error:
             self.fault = str(error)
         self._arm.forget()
@@ -206,12 +221,16 @@ class Franka(WallClockDriver):
         )
         try:
             link.limit(spec.velocity_limits, spec.acceleration_limits)
-            collision, contact = force_limits(spec.limits)
-            link.set_collision_thresholds(contact, collision, spec.reach[1])
         except BaseException:
             link.close()
             raise
         return link
+
+    def _set_reflex(self) -> None:
+        """Have the arm's own reflex act by the robot's limits; raises LinkError where the controller does not take them."""
+        spec = self._arm.spec
+        collision, contact = force_limits(spec.limits)
+        self.link.set_collision_thresholds(contact, collision, spec.reach[1])
 
     def _await_readiness(self) -> None:
         """Wait until the controller has left the modes in which it moves nothing; it takes some ticks to say so."""

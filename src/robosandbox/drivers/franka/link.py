@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 import xml.etree.ElementTree as ET
@@ -21,12 +22,18 @@ T = TypeVar("T")
 _ERRORS = tuple(name for name in dir(franky.Errors) if not name.startswith("_"))
 # libfranka's kMaxCutoffFrequency, with which commands are not filtered, Hz.
 _NO_FILTER = 1000.0
+# libfranka's words where a mode does not allow a command.
+_REFUSED_IN = re.compile(r'not possible in the current mode \("([\w ]+)"\)')
 # What franky raises: its own, and, of a call after the one that failed, a plain RuntimeError.
 _FAILURES = (franky.Exception, RuntimeError)
 
 
 class LinkError(Exception):
     """The controller refused, ended what it did, or does not answer; the message is for people."""
+
+
+class InModeError(LinkError):
+    """The controller answers, in a mode in which it takes no program: it was left so by another one, or by a person."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,13 +159,23 @@ class FrankaLink:
         jerk: Likewise, rad/s^3.
 
     Raises:
+        InModeError: It was reached, and is in a mode in which it takes no program.
         LinkError: It cannot be reached.
     """
 
     def __init__(self, host: str, *, enforce_realtime: bool, hand: bool, period: float, deadline: float) -> None:
         self._deadline = deadline
         realtime = franky.RealtimeConfig.Enforce if enforce_realtime else franky.RealtimeConfig.Ignore
-        self._robot: franky.Robot | None = _within(deadline, host, lambda: franky.Robot(host, realtime_config=realtime))
+        try:
+            self._robot: franky.Robot | None = _within(
+                deadline, host, lambda: franky.Robot(host, realtime_config=realtime)
+            )
+        except LinkError as error:
+            # franky sets thresholds as soon as it connects, so that it can recover nothing that a program before it has left.
+            mode = _REFUSED_IN.search(str(error))
+            if mode is None:
+                raise
+            raise InModeError(f"{host}: the controller is in mode {mode.group(1)} and takes no settings") from None
         self._gripper: franky.Gripper | None = (
             _within(deadline, f"{host}, hand", lambda: franky.Gripper(host)) if hand else None
         )

@@ -68,6 +68,7 @@ class RemoteContext(GoalContext):
             timeout=self._left,
             boot_id=self._boot_id,
             intents=bool(len(self.events)),
+            confirmed=self.confirmed,
         )
         asked = False
         try:

@@ -172,6 +172,7 @@ class RemoteRobot:
         goal_id: str | None = None,
         boot_id: str | None = None,
         intents: bool = False,
+        confirmed: bool = False,
     ) -> RemoteGoal:
         """Send a goal and return when the sim has accepted it.
 
@@ -183,6 +184,7 @@ class RemoteRobot:
             goal_id: A UUID of one's own; sent again with it a goal runs once.
             boot_id: The sim process that the goal is meant for; another one refuses it.
             intents: Whether to hear what the skill is about to do.
+            confirmed: Whether a person has seen what would come of it, and confirmed it.
 
         Raises:
             SkillError: The sim refuses it.
@@ -196,6 +198,7 @@ class RemoteRobot:
             client_id=self._client.id,
             boot_id=boot_id,
             intents=intents,
+            confirmed=confirmed,
         )
         pending = Goal(goal_id=message.goal_id, boot_id="", skill=skill, status=GoalStatus.ACCEPTED)
         # News of the goal may come before the answer.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.agent.agent import Agent
+from robosandbox.agent.gate import Gate
 from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError
 from robosandbox.tasks.loader import resolve_task, with_robot
@@ -69,7 +70,7 @@ class RemoteWorkcell(Workcell[RemoteContext]):
         self._leave()
         before = self.agent
         self._begin()
-        self.agent.approve, self.agent.ask, self.agent.streams = before.approve, before.ask, before.streams
+        self.agent.take_over(before)
 
     def _begin(self) -> None:
         info, options, robot = self.robot.survey(), self._options, self.robot
@@ -79,6 +80,8 @@ class RemoteWorkcell(Workcell[RemoteContext]):
         )
         agent = Agent(ctx=robot.ctx, skills=robot.skills, planner=mind, max_replans=options.max_replans)
         agent.calls = robot.calls
+        if info.confirms:
+            agent.approve = Gate(agent, refuses=False)
         super().__init__(
             validate(info.task, Task, source="the sim's task"), agent, seed=info.seed, undoes=options.dialogue
         )

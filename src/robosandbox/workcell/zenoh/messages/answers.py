@@ -123,6 +123,7 @@ class Info(Message):
         control_timestep: Seconds between commands.
         truth: Whether `truth` answers.
         unprotected: What is not kept of this robot, in sentences: a limit that its driver cannot keep, or that nobody gives.
+        confirms: Whether a call has to work on the twin, or be confirmed, before anything moves.
         doing: The running skill, or "reset" and the like; None when it is free.
         arms: Each arm by name, where there are several; which one calls are made with, `obs/state` says.
     """
@@ -142,6 +143,7 @@ class Info(Message):
     control_timestep: Positive
     truth: bool
     unprotected: tuple[str, ...] = ()
+    confirms: bool = False
     doing: str | None = None
     arms: dict[str, ArmInfo] = Field(default={}, exclude_if=operator.not_)
 

@@ -25,6 +25,7 @@ class SendGoal(FromClient):
         client_id: The id of the client's liveliness token: its goals are cancelled when the client is lost.
         boot_id: The sim process that the client planned for; another one refuses with `connection_lost`.
         intents: Whether to publish what the skill is about to do, on `goal/<id>/intent`.
+        confirmed: Whether a person has seen what `simulate` says of this call, and confirmed it.
     """
 
     goal_id: GoalId
@@ -34,6 +35,7 @@ class SendGoal(FromClient):
     client_id: GoalId | None = None
     boot_id: Annotated[str, Field(max_length=64)] | None = None
     intents: bool = False
+    confirmed: bool = False
 
 
 class GoalRef(FromClient):

@@ -92,7 +92,7 @@ class GoalRequests:
         if not new:
             return
         # It moves nothing before a power cut would leave it known.
-        self._autosave.when_flushed(lambda: self._begin(entry, call, with_intents=message.intents))
+        self._autosave.when_flushed(lambda: self._begin(entry, call, message))
         if message.client_id is not None:
             self._expect(message.client_id)
 
@@ -109,7 +109,7 @@ class GoalRequests:
 
     # In the world's thread.
 
-    def _begin(self, entry: LiveGoal, call: BoundCall | BoundOrder, *, with_intents: bool) -> None:
+    def _begin(self, entry: LiveGoal, call: BoundCall | BoundOrder, message: SendGoal) -> None:
         """Have a goal carried out when those before it have ended."""
         activity = entry.activity
         assert activity is not None, "a goal of an earlier process is not run again"
@@ -126,15 +126,13 @@ class GoalRequests:
 
         activity.closing = close
         activity.done.add_done_callback(tell)
-        self._host.begin(activity, lambda: self._carry_out(entry, call, with_intents))
+        self._host.begin(activity, lambda: self._carry_out(entry, call, message))
 
-    def _carry_out(
-        self, entry: LiveGoal, call: BoundCall | BoundOrder, with_intents: bool
-    ) -> SkillResult | OrderResult:
+    def _carry_out(self, entry: LiveGoal, call: BoundCall | BoundOrder, message: SendGoal) -> SkillResult | OrderResult:
         self._news.status(self._ledger.start(entry.goal.goal_id, self._now))
-        leave = self._host.events.subscribe(functools.partial(self._tell, entry, self._now, with_intents))
+        leave = self._host.events.subscribe(functools.partial(self._tell, entry, self._now, message.intents))
         try:
-            return self._host.perform(call)
+            return self._host.perform(call, confirmed=message.confirmed)
         finally:
             leave()
 

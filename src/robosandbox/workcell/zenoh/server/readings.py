@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from robosandbox.agent.gate import Gate
 from robosandbox.sim.opening import mujoco_behind
 from robosandbox.types import ArmTruth, GraspSearch, Intent, Trajectory, Truth, frozen_array
 from robosandbox.types.robot import RobotSpec
@@ -70,6 +71,7 @@ def info_of(
         control_timestep=served.driver.control_timestep,
         truth=truth,
         unprotected=served.ctx.safety.unprotected if served.ctx.safety is not None else (),
+        confirms=isinstance(served.agent.approve, Gate),
         arms=arms if len(arms) > 1 else {},
     )
 
