@@ -37,6 +37,7 @@ from robosandbox.drivers.feetech.calibration import (
     ServoJoint,
     check_ranges,
     read_calibration,
+    require_calibration,
     servo_joints,
 )
 from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
@@ -222,6 +223,11 @@ def test_of_lekiwi_s_servos_the_arm_s_are_taken(names: list[str], tmp_path: Path
         servo_joints(read_calibration(path), ["a", "b"], [(-1.5, 1.5)] * 2, 4096)
 
 
+def test_an_arm_without_a_calibration_is_told_how_to_come_by_one() -> None:
+    with pytest.raises(InputError, match=r"no calibration .* calibration=FILE .*drivers\.feetech range --port PORT"):
+        require_calibration(None)
+
+
 def test_an_old_file_of_lerobot_s_is_known_and_told_what_to_do(tmp_path: Path) -> None:
     old = {"homing_offset": [-1879, 3078], "drive_mode": [0, 1], "start_pos": [1, 2], "end_pos": [3, 4]}
     path = tmp_path / "main_follower.json"
@@ -355,8 +361,11 @@ def test_a_limp_arm_is_held_where_it_lies(so101: Path, tmp_path: Path) -> None:
 
 @by_the_clock
 def test_what_is_wrong_with_a_bus_is_told_before_anything_moves(plant: Plant, so101: Path) -> None:
+    file = plant.folder / "calibration.json"
     with pytest.raises(InputError, match="/dev/no_such_port: cannot be opened"):
-        load_driver("feetech:port=/dev/no_such_port", with_robot(find_task("pick_cube_franka").scene, so101))
+        load_driver(
+            f"feetech:port=/dev/no_such_port,calibration={file}", with_robot(find_task("pick_cube_franka").scene, so101)
+        )
     unplaced = plant.folder / "webcams.yaml"
     unplaced.write_text(
         "webcams: {desk: {source: 0, lens: {width: 64, height: 48, fx: 60, fy: 60, cx: 31.5, cy: 23.5}}}"

@@ -25,8 +25,8 @@ _NEARLY_WHOLE = 1.5 * math.pi
 _AGAIN = "python -m robosandbox.drivers.feetech range --port PORT --out FILE"
 
 NO_CALIBRATION = (
-    "position: there is no calibration of this arm; each encoder's middle is taken for the middle of its joint, which is off by as "
-    f"much as the horn was put on; make one: `{_AGAIN}`"
+    "position: no calibration of this arm is given; each encoder's middle is taken for the middle of its joint, which is off by as much "
+    f"as the horn was put on; calibration=FILE gives LeRobot's file, or one of `{_AGAIN}`"
 )
 """What is not protected of an arm without a calibration."""
 
@@ -129,6 +129,13 @@ def read_calibration(path: Path) -> dict[str, ServoCalibration]:
         if servo.range_max - servo.range_min < 2:
             raise InputError(f"calibration: {path}: {name}: range_min..range_max is empty; calibrate it again")
     return found
+
+
+def require_calibration(path: Path | None) -> dict[str, ServoCalibration]:
+    """Return the servos of a file, as `read_calibration` does; raises InputError where none is given."""
+    if path is None:
+        raise InputError(NO_CALIBRATION)
+    return read_calibration(path)
 
 
 def write_calibration(path: Path, servos: Mapping[str, ServoCalibration]) -> None:
