@@ -25,10 +25,10 @@ _NEARLY_WHOLE = 1.5 * math.pi
 _AGAIN = "python -m robosandbox.drivers.feetech range --port PORT --out FILE"
 
 NO_CALIBRATION = (
-    "position: no calibration of this arm is given; each encoder's middle is taken for the middle of its joint, which is off by as much "
-    f"as the horn was put on; calibration=FILE gives LeRobot's file, or one of `{_AGAIN}`"
+    "calibration: none is given, and the encoders alone do not tell where the arm stands: it is off by as much as each horn was put on; "
+    f"calibration=FILE gives LeRobot's file, or one of `{_AGAIN}`"
 )
-"""What is not protected of an arm without a calibration."""
+"""Why an arm without a calibration is not opened."""
 
 
 class ServoCalibration(BaseModel):

@@ -27,7 +27,7 @@ from robosandbox.driver import (
     refusal,
 )
 from robosandbox.driver.integral import LARGEST_SHIFT
-from robosandbox.drivers.feetech.calibration import ServoJoint, check_ranges, read_calibration, servo_joints
+from robosandbox.drivers.feetech.calibration import ServoJoint, check_ranges, require_calibration, servo_joints
 from robosandbox.drivers.feetech.protocol import Reply
 from robosandbox.drivers.feetech.servos import STS, X_SERIES, Reading, ServoFamily
 from robosandbox.errors import FaultError, InputError, LimitError, Phase
@@ -78,8 +78,8 @@ class SerialServos(WallClockDriver):
     Args:
         scene: The robot, and the table that it stands at.
         port: Device of the bus, as /dev/ttyACM0.
-        calibration: File of LeRobot's, or of `python -m robosandbox.drivers.feetech range`; without one ids count up from 1
-            from the base, and the middle of each encoder is the middle of its joint's limits.
+        calibration: File of LeRobot's, or of `python -m robosandbox.drivers.feetech range`; without one the arm is not
+            opened.
         baud: Bits a second.
         tick: Seconds between commands.
         speed: Share of the speed of every trajectory that the arm follows it with, above 0 to 1.
@@ -123,19 +123,18 @@ class SerialServos(WallClockDriver):
             ends = gripper.geometry.open_joint, gripper.geometry.closed_joint
             names.append("gripper")
             limits.append((min(ends), max(ends)))
-        servos = None if calibration is None else read_calibration(calibration)
+        servos = require_calibration(calibration)
         # Beside the calibration: which joint was seen to slip since, over the end of the program.
         self._doubt = None if calibration is None else calibration.with_name(f"{calibration.name}.doubt")
         if calibration is not None and (doubted := _doubted(calibration, self._doubt)):
             raise InputError(f"--driver {type(self).__name__.lower()}: {doubted}")
-        self.joints = servo_joints(servos, names, limits, self.family.counts)
-        if servos is not None:
-            check_ranges(self.joints, gripper=gripper is not None)
+        closed = None if gripper is None else gripper.geometry.closed_joint
+        self.joints = servo_joints(servos, names, limits, self.family.counts, closed=closed)
+        check_ranges(self.joints, gripper=gripper is not None)
         self._ids = [joint.id for joint in self.joints]
         self.port, self.speed = port, speed
         self._baud, self._grip, self._release = baud, grip, release
         self._link_timeout = link_timeout
-        self._calibrated = servos is not None
         self._past: dict[int, deque[Reading]] = {}
         self._silent_since: dict[int, float] = {}
         self._goals: dict[int, int] = {}
@@ -369,7 +368,7 @@ class SerialServos(WallClockDriver):
                 self._full_load[joint.id] = max(1, self._bus.read(joint.id, family.most_current))
             self._limits_celsius[joint.id] = self._bus.read(joint.id, family.max_temperature)
             offset, wanted = self._bus.read(joint.id, family.offset), joint.calibration.homing_offset
-            if self._calibrated and offset != wanted:
+            if offset != wanted:
                 raise InputError(
                     f"{self.port}: {joint.said} has the homing offset {offset}, and the calibration says {wanted}: it is another "
                     "arm's, or the servo was calibrated since; calibrate again"
