@@ -54,7 +54,7 @@ _MOVING = 0.05
 # Far above the gap between two control ticks that a driver on the wall's clock allows.
 _STALL_SECONDS = 0.5
 # A driver on the wall's clock, whose watchdog sees that its process stood still.
-HARDWARE = ("--driver", "hardware:clock=wall", "--perception", "rgbd")
+HARDWARE = ("--driver", "hardware:clock=wall", "--perception", "rgbd", "--no-confirm")
 
 
 @dataclass(frozen=True)
