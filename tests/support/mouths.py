@@ -583,7 +583,11 @@ MOUTHS: dict[str, Callable[..., AbstractContextManager[Mouth]]] = {
 
 
 def _keywords(options: tuple[str, ...]) -> dict[str, Any]:
-    given = dict(zip(options[::2], options[1::2], strict=True)) if "--realtime" not in options else {}
+    if "--realtime" in options:
+        return {}
+    if "--no-confirm" in options:
+        return {"confirm": False, **_keywords(tuple(each for each in options if each != "--no-confirm"))}
+    given = dict(zip(options[::2], options[1::2], strict=True))
     return {name.removeprefix("--"): value for name, value in given.items()}
 
 
