@@ -363,18 +363,14 @@ class AgentContext(GoalContext):
         # A person may have it tried on the arm though it failed on the twin, which went nowhere then.
         if rehearsed is None or rehearsed.result is None:
             return Executor(self).perform(call)
-        guard = TwinGuard(self, rehearsed.track)
-        self.driver.guards.append(guard)
-        try:
+        with TwinGuard(self, rehearsed.track):
             return Executor(self).perform(call)
-        finally:
-            self.driver.guards.remove(guard)
 
     def _rehearsal_of(self, call: BoundCall) -> PreviewStep | None:
         """Return how a call went on the twin, once; those before it are over."""
-        while self._rehearsed:
-            step = self._rehearsed.pop(0)
+        for index, step in enumerate(self._rehearsed):
             if step.call == call.call:
+                del self._rehearsed[: index + 1]
                 return step
         return None
 

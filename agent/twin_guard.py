@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from robosandbox.driver import TOLERANCES
 from robosandbox.errors import SkillError, TwinError
 from robosandbox.evidence import LimitEvidence
-from robosandbox.types import Array, force_limits, frozen_array
+from robosandbox.skills.events import Intended
+from robosandbox.types import Array, Trajectory, force_limits, frozen_array
 from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.agent.context import AgentContext
 
-# Times as long as on the twin that a call's motions may take at most, as the braking time of a stop that is heard of in time
-# is to that of one a gap too late: what is longer is no longer the same motion.
-_LONGER = 2.0
 # Control ticks in a row that make a force out of a knock, as for the limits of force.
 _TICKS = 2
 
@@ -91,12 +90,13 @@ class Tracker:
 
 
 class TwinGuard:
-    """Compares an arm with how its twin went in the same call, after every control tick.
+    """Compares an arm with its twin in the same call, after every control tick, as long as it is entered.
 
-    The arm has to pass where the twin did, whenever it does: a joint may be off by as much as it goes, at its limit of speed, in
-    the time in which a servo answers, and that is as far off as a command may begin. Its motions may take twice as long as the
-    twin's at the driver's speed, and a stop more. It may press by as much harder as its limits let it press on what it does not
-    mean to touch.
+    The arm has to be on a way that the twin took in the call, or on one that the call has announced since: each call is planned
+    anew from what is seen by then. A joint may be off by the way in which it brakes from its limit of speed. The motions may
+    take three times as long as the twin's, or as they are to take, at the driver's speed, as a stop may, and for each a stop
+    more, in which it comes to rest. The arm may press by as much harder as its limits let it press on what it does not mean to
+    touch.
 
     Args:
         ctx: Whose arm.
@@ -106,32 +106,43 @@ class TwinGuard:
     def __init__(self, ctx: AgentContext, track: Track) -> None:
         self._ctx, self._track = ctx, track
         self._now = Tracker(ctx)
-        self._off: Array = ctx.arm.spec.velocity_limits * TOLERANCES.window
-        self._begin, self._ways = track.q[:-1], np.diff(track.q, axis=0)
-        self._lengths = np.maximum((self._ways**2).sum(axis=1), np.finfo(float).tiny)
-        self._seconds = _LONGER * track.moving_seconds / ctx.driver.capabilities.speed + ctx.stop_deadline
+        spec = ctx.arm.spec
+        self._off: Array = spec.velocity_limits**2 / (2.0 * spec.acceleration_limits)
+        self._ways = [_Way(track.q)]
+        self._announced = 0.0
         self._pressing = 0
+        self._leave: Callable[[], None] = ctx.events.subscribe(self._hear)
+
+    def __enter__(self) -> Self:
+        self._ctx.driver.guards.append(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._leave()
+        self._ctx.driver.guards.remove(self)
 
     def __call__(self) -> SkillError | None:
         """Return what differs, or None."""
         force = self._now.step()
         return self._position() or self._force(force) or self._time()
 
+    def _hear(self, event: object) -> None:
+        if isinstance(event, Intended) and isinstance(event.intent, Trajectory):
+            self._ways.append(_Way(event.intent.q))
+            self._announced += event.intent.duration
+
     def _position(self) -> SkillError | None:
         q = self._ctx.arm.state().q
-        if len(self._begin):
-            share = np.clip(((q - self._begin) * self._ways).sum(axis=1) / self._lengths, 0.0, 1.0)
-            off = np.abs(q - self._begin - share[:, None] * self._ways)
-        else:
-            off = np.abs(q - self._track.q)
-        shares = off / self._off
-        nearest = int(shares.max(axis=1).argmin())
-        joint = int(shares[nearest].argmax())
-        if shares[nearest, joint] <= 1.0:
+        # The last way first: it is mostly the one.
+        closest = min(
+            (way.nearest(q, self._off) for way in reversed(self._ways)), key=lambda off: (off / self._off).max()
+        )
+        joint = int((closest / self._off).argmax())
+        value, most, name = float(closest[joint]), float(self._off[joint]), self._ctx.arm.spec.joints[joint]
+        if value <= most:
             return None
-        value, most, name = float(off[nearest, joint]), float(self._off[joint]), self._ctx.arm.spec.joints[joint]
         return self._differs(
-            f"position: {name} is {value:.3f} rad (or m) off the way that it took on the twin, and {most:.3f} are usual",
+            f"position: {name} is {value:.3f} rad (or m) off the way that it takes on the twin, and {most:.3f} are usual",
             f"{name}: distance from the twin's way, rad or m",
             value,
             most,
@@ -153,7 +164,9 @@ class TwinGuard:
         )
 
     def _time(self) -> SkillError | None:
-        gone, most = self._now.moving_seconds, self._seconds
+        ctx, gone = self._ctx, self._now.moving_seconds
+        planned = max(self._track.moving_seconds, self._announced) / ctx.driver.capabilities.speed
+        most = TOLERANCES.braking * planned + len(self._ways) * ctx.stop_deadline
         if gone <= most:
             return None
         return self._differs(
@@ -171,3 +184,22 @@ class TwinGuard:
             phase=self._ctx.phase,
             evidence=LimitEvidence(quantity=quantity, value=value, low=0.0, high=most),
         )
+
+
+class _Way:
+    """A way of joints, straight between its rows.
+
+    Args:
+        q: Rows, shape (k, n).
+    """
+
+    def __init__(self, q: Array) -> None:
+        self._begin, self._steps = q[: max(1, len(q) - 1)], np.diff(q, axis=0) if len(q) > 1 else np.zeros_like(q)
+        self._lengths = np.maximum((self._steps**2).sum(axis=1), np.finfo(float).tiny)
+
+    def nearest(self, q: Array, unit: Array) -> Array:
+        """Return by how much each joint is off the nearest place of the way, shape (n,); joints are compared in `unit` (n,)."""
+        share = np.clip(((q - self._begin) * self._steps).sum(axis=1) / self._lengths, 0.0, 1.0)
+        off = np.abs(q - self._begin - share[:, None] * self._steps)
+        nearest: Array = off[(off / unit).max(axis=1).argmin()]
+        return nearest

@@ -54,7 +54,7 @@ _MOVING = 0.05
 # Far above the gap between two control ticks that a driver on the wall's clock allows.
 _STALL_SECONDS = 0.5
 # A driver on the wall's clock, whose watchdog sees that its process stood still.
-HARDWARE = ("--driver", "hardware:clock=wall", "--perception", "rgbd")
+HARDWARE = ("--driver", "hardware:clock=wall", "--perception", "rgbd", "--no-confirm")
 
 
 @dataclass(frozen=True)
@@ -583,7 +583,11 @@ MOUTHS: dict[str, Callable[..., AbstractContextManager[Mouth]]] = {
 
 
 def _keywords(options: tuple[str, ...]) -> dict[str, Any]:
-    given = dict(zip(options[::2], options[1::2], strict=True)) if "--realtime" not in options else {}
+    if "--realtime" in options:
+        return {}
+    if "--no-confirm" in options:
+        return {"confirm": False, **_keywords(tuple(each for each in options if each != "--no-confirm"))}
+    given = dict(zip(options[::2], options[1::2], strict=True))
     return {name.removeprefix("--"): value for name, value in given.items()}
 
 
