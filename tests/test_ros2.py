@@ -28,6 +28,8 @@ CLAIMS = (
     "a_tolerance_that_is_violated_is_told_with_the_controllers_words",
     "a_second_client_that_moves_the_arm_is_noticed",
     "silent_joint_states_stop_the_arm",
+    "joint_states_of_nan_are_no_readings",
+    "a_joint_that_is_told_of_as_nan_has_no_position_and_no_speed",
     "late_joint_states_stop_the_arm",
     "a_controller_that_is_started_again_is_found_again",
     "an_outside_node_sees_and_is_answered",
@@ -89,6 +91,8 @@ def test_a_goal_is_joined_to_within_the_limits_by_a_line_and_by_a_cubic() -> Non
             for joint, limit in enumerate(limits):
                 assert fastest(step[joint], before[joint], after[joint], seconds) <= limit * (1 + 1e-6)
     assert seconds_to(np.zeros((1, 2)), np.zeros(2), np.zeros(2), limits, 0.01) == 0.01
+    with pytest.raises(ValueError, match="not finite"):
+        seconds_to(np.full((1, 2), np.nan), np.zeros(2), np.zeros(2), limits, 0.01)
 
 
 def test_rows_that_keep_to_a_speed_are_stretched_where_their_cubics_do_not() -> None:

@@ -28,7 +28,7 @@ from robosandbox.driver import SafeDriver, load_driver
 from robosandbox.errors import FaultError, RoboSandboxError, SkillError
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import Trajectory
-from robosandbox_ros2 import bag, pyzeros_visitor, wire
+from robosandbox_ros2 import bag, link_claims, pyzeros_visitor, wire
 from robosandbox_ros2.plant import TICK
 from robosandbox_ros2.visitor import Visitor, look_round, see
 
@@ -40,6 +40,10 @@ STILL = 0.01
 def claim(tried: Callable[[], str]) -> Callable[[], str]:
     CLAIMS[tried.__name__] = tried
     return tried
+
+
+for one in link_claims.CLAIMS:
+    claim(one)
 
 
 @contextmanager
@@ -203,6 +207,33 @@ def silent_joint_states_stop_the_arm() -> str:
         driver.recover()
         sweep(driver, 0.1, 1.0)
         return f"{said}; stood after {stood:.2f} s"
+
+
+@claim
+def joint_states_of_nan_are_no_readings() -> str:
+    with opened(link_timeout=0.2) as (driver, plant):
+        plant.referee.inject("nan_speeds")
+        time.sleep(0.2)
+        moved: list[float] = []
+        leave = driver.subscribe(lambda: moved.append(driver.state().qd[0]))
+        before = driver.state().q[0]
+        # Speeds are taken from positions then.
+        sweep(driver, 0.3, 2.0)
+        leave()
+        assert abs(driver.state().q[0] - before - 0.3) < 0.01
+        fastest = max(moved)
+        assert np.isfinite(moved).all() and 0.15 < fastest < 0.35, fastest
+        said, when = while_moving(driver, lambda: plant.referee.inject("nan_positions"))
+        assert "the robot was last heard of" in said and driver.mode == "lost", (said, driver.mode)
+        time.sleep(0.5)
+        stood = stood_after(plant, when)
+        assert stood < 1.0, stood
+        raised(driver.recover, "is told as NaN")
+        plant.referee.inject("nan_positions", 0.0)
+        time.sleep(0.3)
+        driver.recover()
+        sweep(driver, 0.1, 1.0)
+    return f"without speeds 0.3 rad, {fastest:.2f} rad/s at most; without positions {said}; stood after {stood:.2f} s"
 
 
 @claim

@@ -126,6 +126,7 @@ class Plant:
         self.newest = 0
         self.grip: tuple[float, Any] | None = None
         self.active, self.silent, self.late, self.extra = True, False, 0.0, ""
+        self.nan_speeds = self.nan_positions = False
         self.speeds: list[tuple[float, float]] = []
         self.commands: list[np.ndarray] = []
         self.stopping = False
@@ -317,7 +318,13 @@ class Plant:
         names, positions, speeds = [*self.joints], state.q.tolist(), state.qd.tolist()
         if self.hand is not None:
             names, positions, speeds = [*names, self.gripper_joint], [*positions, state.gripper.joint], [*speeds, 0.0]
-        message = JointState(name=names, position=positions, velocity=speeds)
+        # As a joint_state_broadcaster tells of interfaces that are not there.
+        nothing = [float("nan")] * len(names)
+        message = JointState(
+            name=names,
+            position=nothing if self.nan_positions else positions,
+            velocity=nothing if self.nan_speeds else speeds,
+        )
         message.header.stamp = stamp
         self.waiting.append((time.monotonic() + self.late, message))
         while self.waiting and self.waiting[0][0] <= time.monotonic():
@@ -388,7 +395,7 @@ class Plant:
         return np.array(self.commands)
 
     def do_inject(self, fault: str, value: float = 1.0) -> float:
-        """Spoil something, and return when: silent, late (seconds), active, path_tolerance (rad)."""
+        """Spoil something, and return when: silent, nan_speeds, nan_positions, late (seconds), active, path_tolerance (rad)."""
         setattr(self, fault, value if fault in ("late", "path_tolerance") else bool(value))
         return time.monotonic()
 

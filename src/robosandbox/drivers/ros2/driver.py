@@ -182,6 +182,10 @@ class Ros2(WallClockDriver):
             time.sleep(self.control_timestep)
         self.link.forget_cancels()
         self._arm.forget()
+        # Where joint states tell no speeds, two of them tell whether it stands.
+        self.look()
+        time.sleep(_SPEED_SECONDS)
+        self.look()
 
     # Between the parts of this driver and the graph.
 
@@ -314,6 +318,7 @@ class _RosArm(BareArm):
     def forget(self) -> None:
         """Begin anew, after a fault."""
         self._sent = None
+        self._past.clear()
         self._integral.begin_at(np.zeros(self.spec.n))
 
     def look(self) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -57,7 +58,7 @@ class Reading:
     Attributes:
         time: When it was so, seconds of `time.monotonic`.
         position: rad or m.
-        velocity: rad/s or m/s; None where it is not told.
+        velocity: rad/s or m/s; None where it is not told, or told as NaN.
     """
 
     time: float
@@ -160,6 +161,8 @@ class RosLink:
     ) -> None:
         self._lock = threading.Lock()
         self._readings: dict[str, Reading] = {}
+        # Joints that are told of without a position.
+        self._unread: set[str] = set()
         self._transforms: dict[str, tuple[str, Pose, bool]] = {}
         self._lenses: dict[str, Intrinsics] = {}
         self._shots: dict[tuple[str, str], Shot] = {}
@@ -219,8 +222,10 @@ class RosLink:
 
     def _missing(self, joints: Sequence[str], oldest: float) -> str:
         with self._lock:
-            told = [*self._readings]
+            told, unread = [*self._readings], self._unread.intersection(joints)
         silent = [joint for joint in joints if joint not in told]
+        if unread:
+            return f"the position of {', '.join(sorted(unread))} is told as NaN: its state interface is not there"
         if silent:
             return f"nobody tells of {', '.join(silent)}; joint states come of {', '.join(told) or 'nothing'}"
         if abs(self._skew) > oldest:
@@ -362,7 +367,14 @@ class RosLink:
         speeds = message.velocity if len(message.velocity) == len(message.name) else [None] * len(message.name)
         with self._lock:
             for name, position, speed in zip(message.name, message.position, speeds, strict=False):
-                self._readings[name] = Reading(time=told, position=position, velocity=speed)
+                # A joint_state_broadcaster tells of an interface that is not there as NaN. Without a position there is no
+                # reading, so that the last one grows old.
+                if not math.isfinite(position):
+                    self._unread.add(name)
+                    continue
+                self._unread.discard(name)
+                known = speed is not None and math.isfinite(speed)
+                self._readings[name] = Reading(time=told, position=position, velocity=speed if known else None)
 
     def _told(self, header: Any) -> float:
         """Return when a message was true, by `time.monotonic`; in the future is now."""
