@@ -32,6 +32,7 @@ CLAIMS = (
     "a_joint_that_is_told_of_as_nan_has_no_position_and_no_speed",
     "late_joint_states_stop_the_arm",
     "a_controller_that_is_started_again_is_found_again",
+    "a_silent_robot_is_lost_though_the_node_tells_of_it",
     "an_outside_node_sees_and_is_answered",
     "an_outside_node_cancels_and_stops",
     "a_way_that_begins_beside_the_arm_is_gone_to_within_its_speed",

@@ -21,6 +21,7 @@ import zenoh
 
 from robosandbox_ros2.plant_driver import PlantDriver, PlantProcess  # isort: skip  (sets the domain before rclpy is there)
 from robosandbox_msgs.srv import Load, Look, Reset
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from robosandbox.apps.conformance import check_driver
@@ -353,6 +354,32 @@ def served(*arguments: str) -> Iterator[Visitor]:
         process.terminate()
         ended = process.wait(20.0)
     assert ended == 0, f"the node ended with {ended}"
+
+
+@claim
+def a_silent_robot_is_lost_though_the_node_tells_of_it() -> str:
+    plant = PlantProcess(find_task("pick_cube_franka").scene)
+    driver = "ros2:gripper=/gripper_controller/gripper_cmd,cameras=/scene,link_timeout=0.2,answer=5"
+    try:
+        with served("--task", "pick_cube_franka", "--perception", "rgbd", "--driver", driver) as visitor:
+            told = {each.node_name for each in visitor.node.get_publishers_info_by_topic("/joint_states")}
+            assert told == {"plant"}, told
+            assert set(visitor.next(JointState, "/robosandbox/joint_states").name) >= {"joint1"}
+            cut: list[float] = []
+            timer = threading.Timer(4.0, lambda: cut.append(plant.referee.inject("silent")))
+            timer.start()
+            ended = visitor.perform("pick", object="red_cube")
+            timer.join()
+            assert not ended.success and "last heard of" in ended.message, ended.message
+            time.sleep(0.5)
+            moved = stood_after(plant, cut[0])
+            assert moved < 0.5, moved
+            stamped = visitor.next(JointState, "/robosandbox/joint_states").header.stamp
+            age = time.time() - stamped.sec - 1e-9 * stamped.nanosec
+            assert age > 0.4, age
+    finally:
+        plant.close()
+    return f"{ended.message}; stood after {moved:.2f} s, joint states are {age:.1f} s old"
 
 
 @claim
