@@ -238,6 +238,26 @@ def joint_states_of_nan_are_no_readings() -> str:
 
 
 @claim
+def a_link_that_hears_nothing_more_is_a_fault_that_is_recovered_from() -> str:
+    with opened() as (driver, plant):
+
+        def fails() -> None:
+            raise ValueError("no such number")
+
+        def end() -> float:
+            driver.behind.link._executor.create_task(fails)
+            return time.monotonic()
+
+        said, when = while_moving(driver, end)
+        assert "nothing is heard of ROS 2 any more" in said, said
+        time.sleep(0.5)
+        stood = stood_after(plant, when)
+        driver.recover()
+        sweep(driver, 0.1, 1.0)
+    return f"{said}; stood after {stood:.2f} s"
+
+
+@claim
 def late_joint_states_stop_the_arm() -> str:
     with opened(link_timeout=0.2) as (driver, plant):
         said, when = while_moving(driver, lambda: plant.referee.inject("late", 0.3))

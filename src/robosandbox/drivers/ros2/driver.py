@@ -174,6 +174,7 @@ class Ros2(WallClockDriver):
             FaultError: Something is not there.
         """
         self.fault = ""
+        self.link.revive()
         if missing := self.link.missing(self._joints, self._link_timeout, self.answer):
             self.fault = missing
             raise FaultError(f"{missing}; it is not over", phase=Phase.CHECK)
@@ -198,6 +199,8 @@ class Ros2(WallClockDriver):
 
     def look(self) -> None:
         """See what has become of what was sent."""
+        if self.link.ended:
+            self.fail(self.link.ended)
         self._arm.look()
 
     def posture(self) -> dict[str, Posture]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 import time
@@ -28,6 +29,7 @@ from trajectory_msgs.msg import JointTrajectoryPoint
 from robosandbox.types import Array, Intrinsics, Pose, frozen_array
 from robosandbox.values import frozen
 
+_log = logging.getLogger(__name__)
 # Publications that wait to be taken: of a topic on which several tell, as /tf, one each.
 _DEPTH = 100
 # Seconds between two looks at the graph while something is waited for.
@@ -145,6 +147,9 @@ class RosLink:
         stamped: Whether the joint states' stamps are by this computer's clock; else they are as old as their arrival.
         world: The transform frame that is the world of this package.
         cameras: Names before `/image_raw`, `/depth/image_raw` and `/camera_info`.
+
+    Attributes:
+        ended: Why nothing is heard any more, until `revive`; "" while its thread goes on.
     """
 
     def __init__(
@@ -193,8 +198,8 @@ class RosLink:
                 listen(Image, f"{camera}/{topic}", self._shot_of(camera, kind), qos_profile_sensor_data)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._spin, name="ros2", daemon=True)
-        self._thread.start()
+        self.ended: str = ""
+        self._thread = self._begun()
 
     def close(self) -> None:
         """Leave the graph."""
@@ -202,6 +207,17 @@ class RosLink:
         self._thread.join()
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
+
+    def revive(self) -> None:
+        """Listen again where its thread has ended."""
+        if not self._thread.is_alive():
+            self.ended = ""
+            self._thread = self._begun()
+
+    def _begun(self) -> threading.Thread:
+        thread = threading.Thread(target=self._spin, name="ros2", daemon=True)
+        thread.start()
+        return thread
 
     # What is there.
 
@@ -221,6 +237,8 @@ class RosLink:
         return ""
 
     def _missing(self, joints: Sequence[str], oldest: float) -> str:
+        if self.ended:
+            return self.ended
         with self._lock:
             told, unread = [*self._readings], self._unread.intersection(joints)
         silent = [joint for joint in joints if joint not in told]
@@ -359,8 +377,14 @@ class RosLink:
     # In the node's thread.
 
     def _spin(self) -> None:
-        with suppress(ExternalShutdownException):
-            self._executor.spin()
+        try:
+            with suppress(ExternalShutdownException):
+                self._executor.spin()
+        except Exception as error:
+            _log.exception("fault in the thread that listens to ROS 2")
+            self.ended = (
+                f"nothing is heard of ROS 2 any more: a message could not be taken in ({type(error).__name__}: {error})"
+            )
 
     def _on_joints(self, message: Any) -> None:
         told = self._told(message.header)
@@ -421,22 +445,34 @@ class RosLink:
 
 
 def _pixels(message: Any, kind: str) -> Any:
-    """Return an image's pixels as `Shot` has them; None where they are of another layout."""
-    data = np.frombuffer(message.data, dtype=np.uint8).reshape(message.height, message.step)
-    if kind == "rgb":
-        if message.encoding not in _COLOURS:
-            return None
+    """Return an image's pixels as `Shot` has them; None where they are of another layout, or not all there."""
+    if kind == "rgb" and message.encoding in _COLOURS:
         channels, order = _COLOURS[message.encoding]
-        whole = data[:, : message.width * channels].reshape(message.height, message.width, channels)
-        return np.ascontiguousarray(whole[..., list(order)])
-    if message.encoding not in _DEPTHS:
+        rows = _rows(message, channels)
+        if rows is not None:
+            return np.ascontiguousarray(rows.reshape(message.height, message.width, channels)[..., list(order)])
+    elif kind == "depth" and message.encoding in _DEPTHS:
+        number, unit = _DEPTHS[message.encoding]
+        rows = _rows(message, np.dtype(number).itemsize)
+        if rows is not None:
+            endian = ">" if message.is_bigendian else "<"
+            metres = np.frombuffer(rows.tobytes(), dtype=endian + number).reshape(message.height, message.width)
+            # What it does not see is 0 here, and is not a number there.
+            return np.nan_to_num(metres * unit, nan=0.0, posinf=0.0, neginf=0.0).astype(np.float32)
+    return None
+
+
+def _rows(message: Any, size: int) -> Any:
+    """Return an image's bytes (height, width * size) without what pads its rows; None where its fields contradict one another.
+
+    Args:
+        message: The image.
+        size: Bytes of a pixel.
+    """
+    width = message.width * size
+    if not width or not message.height or message.step < width or len(message.data) != message.height * message.step:
         return None
-    number, unit = _DEPTHS[message.encoding]
-    endian = ">" if message.is_bigendian else "<"
-    width = message.width * np.dtype(number).itemsize
-    metres = np.frombuffer(data[:, :width].tobytes(), dtype=endian + number).reshape(message.height, message.width)
-    # What it does not see is 0 here, and is not a number there.
-    return np.nan_to_num(metres * unit, nan=0.0, posinf=0.0, neginf=0.0).astype(np.float32)
+    return np.frombuffer(message.data, dtype=np.uint8).reshape(message.height, message.step)[:, :width]
 
 
 def _duration(seconds: float) -> Any:
