@@ -26,6 +26,7 @@ CLAIMS = (
     "what_is_not_there_is_told_with_what_is",
     "a_goal_that_is_rejected_is_a_fault_that_is_recovered_from",
     "a_tolerance_that_is_violated_is_told_with_the_controllers_words",
+    "a_controller_whose_speed_is_scaled_down_gets_there",
     "a_second_client_that_moves_the_arm_is_noticed",
     "silent_joint_states_stop_the_arm",
     "joint_states_of_nan_are_no_readings",

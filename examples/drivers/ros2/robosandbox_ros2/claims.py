@@ -176,6 +176,31 @@ def a_tolerance_that_is_violated_is_told_with_the_controllers_words() -> str:
 
 
 @claim
+def a_controller_whose_speed_is_scaled_down_gets_there() -> str:
+    told = []
+    for feedback in (1.0, 0.0):
+        with opened() as (driver, plant):
+            driver.behind.answer = 1.0
+            plant.referee.inject("feedback", feedback)
+            plant.referee.inject("speed", 0.25)
+            before, began = driver.state().q[0], time.monotonic()
+            sweep(driver, 0.3, 1.5)
+            took = time.monotonic() - began
+            assert took > 4.0 and abs(driver.state().q[0] - before - 0.3) < 0.01, took
+            timer = threading.Timer(1.0, lambda plant=plant: plant.referee.inject("speed", 0.0))
+            timer.start()
+            began = time.monotonic()
+            said = raised(lambda driver=driver: sweep(driver, 0.3, 1.5), "does not get on")
+            gave_up = time.monotonic() - began
+            timer.join()
+            assert gave_up < 4.5, gave_up
+            told.append(
+                f"{'with' if feedback else 'without'} feedback {took:.1f} s; at 0 % after {gave_up:.1f} s: {said}"
+            )
+    return "; ".join(told)
+
+
+@claim
 def a_second_client_that_moves_the_arm_is_noticed() -> str:
     with opened() as (driver, plant):
         other = load_driver("ros2", find_task("pick_cube_franka").scene, {"link_timeout": 0.5})

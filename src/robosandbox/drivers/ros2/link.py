@@ -92,10 +92,16 @@ class Sent:
         said: What the controller says of its end: the error's name and its own words.
         replaced: Whether another goal was sent after it, which ends it.
         took: How long the answer took, seconds; None as long as there is none.
+        advanced: When its feedback last told of progress, seconds of `time.monotonic`; None where none does.
+
+    Args:
+        seconds: How long a trajectory is; its end is no progress.
     """
 
-    def __init__(self) -> None:
-        self._sent = time.monotonic()
+    def __init__(self, seconds: float = 0.0) -> None:
+        self._sent, self._seconds = time.monotonic(), seconds
+        self._came = 0.0  # how far it is by its feedback, seconds of the trajectory
+        self.advanced: float | None = None
         self.took: float | None = None
         self.accepted: bool | None = None
         self.outcome: Outcome | None = None
@@ -108,6 +114,13 @@ class Sent:
         """Take note of what comes of the request that was sent; return itself."""
         asked.add_done_callback(self._answered)
         return self
+
+    def on_feedback(self, message: Any) -> None:
+        """Take note of how far a controller is."""
+        told = message.feedback.desired.time_from_start
+        came = min(told.sec + 1e-9 * told.nanosec, self._seconds)
+        if came > self._came:
+            self._came, self.advanced = came, time.monotonic()
 
     def cancel(self) -> None:
         """Have it end, also when it is taken after this."""
@@ -347,7 +360,8 @@ class RosLink:
             if velocities is not None:
                 point.velocities = velocities[number].tolist()
             goal.trajectory.points.append(point)
-        return Sent().follow_up(self._trajectories.send_goal_async(goal))
+        sent = Sent(float(seconds[-1]))
+        return sent.follow_up(self._trajectories.send_goal_async(goal, feedback_callback=sent.on_feedback))
 
     def grip(self, joint: str, position: float, effort: float | None) -> Sent:
         """Send the gripper to a position, rad or m, with an effort at most, N or N m, or as much as its controller likes."""
