@@ -26,10 +26,17 @@ CLAIMS = (
     "what_is_not_there_is_told_with_what_is",
     "a_goal_that_is_rejected_is_a_fault_that_is_recovered_from",
     "a_tolerance_that_is_violated_is_told_with_the_controllers_words",
+    "a_controller_whose_speed_is_scaled_down_gets_there",
     "a_second_client_that_moves_the_arm_is_noticed",
     "silent_joint_states_stop_the_arm",
+    "joint_states_of_nan_are_no_readings",
+    "a_joint_that_is_told_of_as_nan_has_no_position_and_no_speed",
+    "a_broken_picture_is_none_and_the_link_goes_on",
+    "a_link_whose_thread_has_ended_says_so_and_is_revived",
+    "a_link_that_hears_nothing_more_is_a_fault_that_is_recovered_from",
     "late_joint_states_stop_the_arm",
     "a_controller_that_is_started_again_is_found_again",
+    "a_silent_robot_is_lost_though_the_node_tells_of_it",
     "an_outside_node_sees_and_is_answered",
     "an_outside_node_cancels_and_stops",
     "a_way_that_begins_beside_the_arm_is_gone_to_within_its_speed",
@@ -89,6 +96,8 @@ def test_a_goal_is_joined_to_within_the_limits_by_a_line_and_by_a_cubic() -> Non
             for joint, limit in enumerate(limits):
                 assert fastest(step[joint], before[joint], after[joint], seconds) <= limit * (1 + 1e-6)
     assert seconds_to(np.zeros((1, 2)), np.zeros(2), np.zeros(2), limits, 0.01) == 0.01
+    with pytest.raises(ValueError, match="not finite"):
+        seconds_to(np.full((1, 2), np.nan), np.zeros(2), np.zeros(2), limits, 0.01)
 
 
 def test_rows_that_keep_to_a_speed_are_stretched_where_their_cubics_do_not() -> None:

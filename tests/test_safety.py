@@ -311,6 +311,15 @@ def test_what_is_no_number_is_refused(driver: SafeDriver, wrong: float) -> None:
     assert is_still(driver, q, before)
 
 
+def test_nothing_moves_where_it_is_not_measured_where_the_arm_is() -> None:
+    inner = Arrays()
+    driver, q = made_safe(inner), inner.q.copy()
+    inner.q[1] = np.nan
+    with pytest.raises(FaultError, match="is measured to be at nan"):
+        driver.arms["arm"].follow(Trajectory(q=np.tile(moved(inner.spec, q, 0, 1.5), (20, 1)), dt=0.01))
+    assert driver.time == 0.0
+
+
 def test_an_arm_that_stands_outside_its_limits_may_come_in() -> None:
     inner = Arrays()
     inner.q[3] = inner.spec.upper[3] + 0.05

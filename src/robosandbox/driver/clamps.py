@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robosandbox.errors import LimitError, Phase
+from robosandbox.errors import FaultError, LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.values import frozen
 
@@ -84,6 +84,7 @@ class Clamps:
         Raises:
             LimitError: A row passes a limit of position, speed or acceleration, the first is elsewhere, or it begins or ends at
                 a speed that the arm does not get to, or out of, in time.
+            FaultError: Where the arm is matters, and what is measured is no finite number.
             ValueError: It is of another shape, or holds a number that is not finite.
         """
         q, dt = trajectory.q, trajectory.dt
@@ -183,7 +184,7 @@ class Clamps:
         if not ((q < self._least) | (q > self._most)).any():
             return
         # An arm that stands outside may come in.
-        stands = measured()
+        stands = self._standing(measured)
         lower = np.minimum(self._least, stands - TOLERANCES.position)
         upper = np.maximum(self._most, stands + TOLERANCES.position)
         over = np.maximum(lower - q, q - upper)
@@ -199,10 +200,21 @@ class Clamps:
             high,
         )
 
+    def _standing(self, measured: Callable[[], Array]) -> Array:
+        stands = measured()
+        if not np.isfinite(stands).all():
+            joint = int((~np.isfinite(stands)).argmax())
+            raise FaultError(
+                f"{self._spec.joints[joint]} is measured to be at {stands[joint]}, which is no position; {_MOVED_NOT}: look "
+                "what the driver reads",
+                phase=Phase.CHECK,
+            )
+        return stands
+
     def _check_leap(self, q: Array, what: str, measured: Callable[[], Array]) -> None:
         if self._last is not None and not (np.abs(q - self._last) > self._leap).any():
             return
-        stands = measured()
+        stands = self._standing(measured)
         off = np.abs(q - stands)
         if not (off > self._leap).any():
             return

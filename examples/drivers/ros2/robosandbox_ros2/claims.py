@@ -21,6 +21,7 @@ import zenoh
 
 from robosandbox_ros2.plant_driver import PlantDriver, PlantProcess  # isort: skip  (sets the domain before rclpy is there)
 from robosandbox_msgs.srv import Load, Look, Reset
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from robosandbox.apps.conformance import check_driver
@@ -28,7 +29,7 @@ from robosandbox.driver import SafeDriver, load_driver
 from robosandbox.errors import FaultError, RoboSandboxError, SkillError
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import Trajectory
-from robosandbox_ros2 import bag, pyzeros_visitor, wire
+from robosandbox_ros2 import bag, link_claims, pyzeros_visitor, wire
 from robosandbox_ros2.plant import TICK
 from robosandbox_ros2.visitor import Visitor, look_round, see
 
@@ -40,6 +41,10 @@ STILL = 0.01
 def claim(tried: Callable[[], str]) -> Callable[[], str]:
     CLAIMS[tried.__name__] = tried
     return tried
+
+
+for one in link_claims.CLAIMS:
+    claim(one)
 
 
 @contextmanager
@@ -171,6 +176,31 @@ def a_tolerance_that_is_violated_is_told_with_the_controllers_words() -> str:
 
 
 @claim
+def a_controller_whose_speed_is_scaled_down_gets_there() -> str:
+    told = []
+    for feedback in (1.0, 0.0):
+        with opened() as (driver, plant):
+            driver.behind.answer = 1.0
+            plant.referee.inject("feedback", feedback)
+            plant.referee.inject("speed", 0.25)
+            before, began = driver.state().q[0], time.monotonic()
+            sweep(driver, 0.3, 1.5)
+            took = time.monotonic() - began
+            assert took > 4.0 and abs(driver.state().q[0] - before - 0.3) < 0.01, took
+            timer = threading.Timer(1.0, lambda plant=plant: plant.referee.inject("speed", 0.0))
+            timer.start()
+            began = time.monotonic()
+            said = raised(lambda driver=driver: sweep(driver, 0.3, 1.5), "does not get on")
+            gave_up = time.monotonic() - began
+            timer.join()
+            assert gave_up < 4.5, gave_up
+            told.append(
+                f"{'with' if feedback else 'without'} feedback {took:.1f} s; at 0 % after {gave_up:.1f} s: {said}"
+            )
+    return "; ".join(told)
+
+
+@claim
 def a_second_client_that_moves_the_arm_is_noticed() -> str:
     with opened() as (driver, plant):
         other = load_driver("ros2", find_task("pick_cube_franka").scene, {"link_timeout": 0.5})
@@ -203,6 +233,53 @@ def silent_joint_states_stop_the_arm() -> str:
         driver.recover()
         sweep(driver, 0.1, 1.0)
         return f"{said}; stood after {stood:.2f} s"
+
+
+@claim
+def joint_states_of_nan_are_no_readings() -> str:
+    with opened(link_timeout=0.2) as (driver, plant):
+        plant.referee.inject("nan_speeds")
+        time.sleep(0.2)
+        moved: list[float] = []
+        leave = driver.subscribe(lambda: moved.append(driver.state().qd[0]))
+        before = driver.state().q[0]
+        # Speeds are taken from positions then.
+        sweep(driver, 0.3, 2.0)
+        leave()
+        assert abs(driver.state().q[0] - before - 0.3) < 0.01
+        fastest = max(moved)
+        assert np.isfinite(moved).all() and 0.15 < fastest < 0.35, fastest
+        said, when = while_moving(driver, lambda: plant.referee.inject("nan_positions"))
+        assert "the robot was last heard of" in said and driver.mode == "lost", (said, driver.mode)
+        time.sleep(0.5)
+        stood = stood_after(plant, when)
+        assert stood < 1.0, stood
+        raised(driver.recover, "is told as NaN")
+        plant.referee.inject("nan_positions", 0.0)
+        time.sleep(0.3)
+        driver.recover()
+        sweep(driver, 0.1, 1.0)
+    return f"without speeds 0.3 rad, {fastest:.2f} rad/s at most; without positions {said}; stood after {stood:.2f} s"
+
+
+@claim
+def a_link_that_hears_nothing_more_is_a_fault_that_is_recovered_from() -> str:
+    with opened() as (driver, plant):
+
+        def fails() -> None:
+            raise ValueError("no such number")
+
+        def end() -> float:
+            driver.behind.link._executor.create_task(fails)
+            return time.monotonic()
+
+        said, when = while_moving(driver, end)
+        assert "nothing is heard of ROS 2 any more" in said, said
+        time.sleep(0.5)
+        stood = stood_after(plant, when)
+        driver.recover()
+        sweep(driver, 0.1, 1.0)
+    return f"{said}; stood after {stood:.2f} s"
 
 
 @claim
@@ -322,6 +399,32 @@ def served(*arguments: str) -> Iterator[Visitor]:
         process.terminate()
         ended = process.wait(20.0)
     assert ended == 0, f"the node ended with {ended}"
+
+
+@claim
+def a_silent_robot_is_lost_though_the_node_tells_of_it() -> str:
+    plant = PlantProcess(find_task("pick_cube_franka").scene)
+    driver = "ros2:gripper=/gripper_controller/gripper_cmd,cameras=/scene,link_timeout=0.2,answer=5"
+    try:
+        with served("--task", "pick_cube_franka", "--perception", "rgbd", "--driver", driver) as visitor:
+            told = {each.node_name for each in visitor.node.get_publishers_info_by_topic("/joint_states")}
+            assert told == {"plant"}, told
+            assert set(visitor.next(JointState, "/robosandbox/joint_states").name) >= {"joint1"}
+            cut: list[float] = []
+            timer = threading.Timer(4.0, lambda: cut.append(plant.referee.inject("silent")))
+            timer.start()
+            ended = visitor.perform("pick", object="red_cube")
+            timer.join()
+            assert not ended.success and "last heard of" in ended.message, ended.message
+            time.sleep(0.5)
+            moved = stood_after(plant, cut[0])
+            assert moved < 0.5, moved
+            stamped = visitor.next(JointState, "/robosandbox/joint_states").header.stamp
+            age = time.time() - stamped.sec - 1e-9 * stamped.nanosec
+            assert age > 0.4, age
+    finally:
+        plant.close()
+    return f"{ended.message}; stood after {moved:.2f} s, joint states are {age:.1f} s old"
 
 
 @claim

@@ -19,7 +19,7 @@ import threading
 import time
 from array import array
 from collections.abc import Callable
-from itertools import pairwise
+from itertools import count, pairwise
 from multiprocessing.connection import Listener
 from pathlib import Path
 from typing import Any
@@ -31,10 +31,12 @@ from control_msgs.action import FollowJointTrajectory, GripperCommand, ParallelG
 from geometry_msgs.msg import TransformStamped, WrenchStamped
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.duration import Duration
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectoryPoint
 
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.types import Pose
@@ -44,6 +46,8 @@ from robosandbox.workcell.pictures import photographer
 TICK = 0.01
 # (height, width) of pictures, pixels, as depth cameras have them.
 PICTURE = (480, 640)
+# Ticks between two feedbacks.
+_FEEDBACK_TICKS = 5
 # Ticks that are made up for at once where the process was late.
 _MAKE_UP = 5
 # Pictures a second, as far as they can be drawn.
@@ -82,7 +86,7 @@ class Follower:
 
     def at(self, now: float) -> tuple[np.ndarray, np.ndarray]:
         """Return where the joints are to be, and how fast."""
-        due = now - self.began
+        due = max(0.0, now - self.began)
         if due >= self.seconds[-1]:
             return self.rows[-1], np.zeros(self.rows.shape[1])
         k = int(np.searchsorted(self.seconds, due, side="right")) - 1
@@ -94,6 +98,16 @@ class Follower:
         second, third = 3.0 * way - 2.0 * first - last, first + last - 2.0 * way
         row = self.rows[k] + share * (first + share * (second + share * third))
         return row, (first + share * (2.0 * second + 3.0 * share * third)) / span
+
+    def feedback(self, now: float) -> Any:
+        """Return where it is by the controller's clock."""
+        row, speed = self.at(now)
+        told, due = FollowJointTrajectory.Feedback(), min(now - self.began, float(self.seconds[-1]))
+        told.desired = JointTrajectoryPoint(
+            positions=row.tolist(), velocities=np.broadcast_to(speed, row.shape).tolist()
+        )
+        told.desired.time_from_start = Duration(seconds=max(0.0, due)).to_msg()
+        return told
 
     def end(self, code: int = _RESULT.SUCCESSFUL, said: str = "", *, cancelled: bool = False) -> None:
         """Take note that it is over, and tell its client."""
@@ -126,6 +140,8 @@ class Plant:
         self.newest = 0
         self.grip: tuple[float, Any] | None = None
         self.active, self.silent, self.late, self.extra = True, False, 0.0, ""
+        self.nan_speeds = self.nan_positions = False
+        self.speed, self.feedback = 1.0, True
         self.speeds: list[tuple[float, float]] = []
         self.commands: list[np.ndarray] = []
         self.stopping = False
@@ -215,7 +231,11 @@ class Plant:
             mine = self.following = Follower(
                 handle, self.joints, state.q.copy(), state.qd.copy(), TICK * self.ticks, self.newest
             )
-        while not mine.ended.wait(TICK):
+        for turn in count():
+            if mine.ended.wait(TICK):
+                break
+            if self.feedback and not turn % _FEEDBACK_TICKS:
+                handle.publish_feedback(mine.feedback(TICK * self.ticks))
             if handle.is_cancel_requested:
                 with self.lock:
                     if self.following is mine:
@@ -282,6 +302,9 @@ class Plant:
         """Pass a control tick: commands, physics, tolerances, and what is told of it."""
         with self.lock:
             now, following = TICK * self.ticks, self.following
+            if following is not None:
+                # A speed slider below 100 % lets a trajectory's time pass more slowly.
+                following.began += (1.0 - self.speed) * TICK
             row, speed = (self.hold, 0.0) if following is None else following.at(now)
             ahead = row + self.sim.servo_lag("arm") * speed
             number = 0 if following is None else following.number
@@ -317,7 +340,13 @@ class Plant:
         names, positions, speeds = [*self.joints], state.q.tolist(), state.qd.tolist()
         if self.hand is not None:
             names, positions, speeds = [*names, self.gripper_joint], [*positions, state.gripper.joint], [*speeds, 0.0]
-        message = JointState(name=names, position=positions, velocity=speeds)
+        # As a joint_state_broadcaster tells of interfaces that are not there.
+        nothing = [float("nan")] * len(names)
+        message = JointState(
+            name=names,
+            position=nothing if self.nan_positions else positions,
+            velocity=nothing if self.nan_speeds else speeds,
+        )
         message.header.stamp = stamp
         self.waiting.append((time.monotonic() + self.late, message))
         while self.waiting and self.waiting[0][0] <= time.monotonic():
@@ -388,8 +417,8 @@ class Plant:
         return np.array(self.commands)
 
     def do_inject(self, fault: str, value: float = 1.0) -> float:
-        """Spoil something, and return when: silent, late (seconds), active, path_tolerance (rad)."""
-        setattr(self, fault, value if fault in ("late", "path_tolerance") else bool(value))
+        """Spoil something, and return when: silent, nan_speeds, nan_positions, late (seconds), active, path_tolerance (rad), speed (share), feedback."""
+        setattr(self, fault, value if fault in ("late", "path_tolerance", "speed") else bool(value))
         return time.monotonic()
 
     def do_end(self) -> None:

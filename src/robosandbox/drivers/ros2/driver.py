@@ -55,6 +55,8 @@ except ImportError as error:
 _SPEED_SECONDS = 0.1
 # Number of goals whose ways to the controller tell how long that of the next may take.
 _WAYS = 20
+# Rows on the way to a single one, by which it is seen whether the arm gets on.
+_WAY_ROWS = 100
 
 
 class Ros2(WallClockDriver):
@@ -174,6 +176,7 @@ class Ros2(WallClockDriver):
             FaultError: Something is not there.
         """
         self.fault = ""
+        self.link.revive()
         if missing := self.link.missing(self._joints, self._link_timeout, self.answer):
             self.fault = missing
             raise FaultError(f"{missing}; it is not over", phase=Phase.CHECK)
@@ -182,6 +185,10 @@ class Ros2(WallClockDriver):
             time.sleep(self.control_timestep)
         self.link.forget_cancels()
         self._arm.forget()
+        # Where joint states tell no speeds, two of them tell whether it stands.
+        self.look()
+        time.sleep(_SPEED_SECONDS)
+        self.look()
 
     # Between the parts of this driver and the graph.
 
@@ -194,6 +201,8 @@ class Ros2(WallClockDriver):
 
     def look(self) -> None:
         """See what has become of what was sent."""
+        if self.link.ended:
+            self.fail(self.link.ended)
         self._arm.look()
 
     def posture(self) -> dict[str, Posture]:
@@ -267,9 +276,9 @@ class _RosArm(BareArm):
         self._wait_for_answer(guards)
         # Within what is allowed it may begin beside where the arm is, which then goes there no faster than it may.
         if len(q) < 2:
-            there = self._seconds_to(q[0])
+            there, way = self._seconds_to(q[0]), np.linspace(self.state().q, q[0], _WAY_ROWS)
             self._send(q, None, np.array([there]))
-            self._watch(there, guards)
+            self._watch(there, way, guards)
             return
         braking = (
             braking_rows(self.spec, q[-1], (q[-1] - q[-2]) / dt, dt)
@@ -285,7 +294,7 @@ class _RosArm(BareArm):
         late = self._seconds_to(rows[1], velocities[1], dt) > dt
         begin, lead = (0, self._seconds_to(rows[0], velocities[0], dt)) if late else (1, 0.0)
         self._send(rows[begin:], velocities[begin:], lead + dt * np.arange(float(begin), len(rows)))
-        self._watch(lead + longer * trajectory.duration, guards, to_its_end=not trajectory.goes_on)
+        self._watch(lead + longer * trajectory.duration, rows, guards, to_its_end=not trajectory.goes_on)
 
     def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,).
@@ -314,6 +323,7 @@ class _RosArm(BareArm):
     def forget(self) -> None:
         """Begin anew, after a fault."""
         self._sent = None
+        self._past.clear()
         self._integral.begin_at(np.zeros(self.spec.n))
 
     def look(self) -> None:
@@ -379,19 +389,33 @@ class _RosArm(BareArm):
             self.stop()
             raise
 
-    def _watch(self, seconds: float, guards: Sequence[Guard], *, to_its_end: bool = True) -> None:
-        """Let ticks pass until what was sent is over, or for as long as it takes."""
+    def _watch(self, seconds: float, way: Array, guards: Sequence[Guard], *, to_its_end: bool = True) -> None:
+        """Let ticks pass until what was sent is over, or for as long as it takes.
+
+        A controller may take longer than was asked for, as one does that scales speeds down, as long as it gets on: by its feedback, or
+        where that tells of no progress by the joints, which after the time that was asked for have to get on.
+
+        Args:
+            seconds: How long it takes as it was asked for.
+            way: Rows that the arm passes, shape (t, n).
+            guards: As in `follow`.
+            to_its_end: Whether the controller has to say that it has arrived.
+        """
         cell, sent = self._cell, self._sent
         assert sent is not None
         self._wait_for_answer(guards)
         try:
-            end = cell.time + seconds
-            while cell.time < end and sent.outcome is None:
-                cell.tick(guards)
-            while to_its_end and sent.outcome is None:
-                if cell.time - end > cell.answer:
+            end = advanced = cell.time + seconds
+            row = 0
+            while sent.outcome is None and (to_its_end or cell.time < end):
+                if sent.advanced is not None:
+                    advanced = cell.since(sent.advanced)
+                elif (passed := _passed(way, row, self.state().q)) > row:
+                    row, advanced = passed, max(end, cell.time)
+                if to_its_end and cell.time - advanced > cell.answer:
                     cell.fail(
-                        f"the controller does not say that it has arrived, {cell.answer:g} s after it should have"
+                        f"the controller does not get on, and does not say that it has arrived: nothing has changed for "
+                        f"{cell.answer:g} s"
                     )
                 cell.tick(guards)
             # What it ended in may have come between two ticks.
@@ -409,6 +433,13 @@ class _RosArm(BareArm):
         (began, first), (ended, last) = self._past[0], self._past[-1]
         speeds: Array = (last - first) / (ended - began) if ended > began else np.zeros(self.spec.n)
         return speeds
+
+
+def _passed(way: Array, row: int, q: Array) -> int:
+    """Return the row of a way that is nearest to a configuration (n,), going on from a row as long as they come nearer."""
+    off = np.abs(way[row:] - q).max(axis=1)
+    farther = np.flatnonzero(np.diff(off) > 0.0)
+    return row + (int(farther[0]) if len(farther) else len(off) - 1)
 
 
 class _RosHand(BareHand):

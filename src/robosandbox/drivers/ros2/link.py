@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -27,6 +29,7 @@ from trajectory_msgs.msg import JointTrajectoryPoint
 from robosandbox.types import Array, Intrinsics, Pose, frozen_array
 from robosandbox.values import frozen
 
+_log = logging.getLogger(__name__)
 # Publications that wait to be taken: of a topic on which several tell, as /tf, one each.
 _DEPTH = 100
 # Seconds between two looks at the graph while something is waited for.
@@ -57,7 +60,7 @@ class Reading:
     Attributes:
         time: When it was so, seconds of `time.monotonic`.
         position: rad or m.
-        velocity: rad/s or m/s; None where it is not told.
+        velocity: rad/s or m/s; None where it is not told, or told as NaN.
     """
 
     time: float
@@ -89,10 +92,16 @@ class Sent:
         said: What the controller says of its end: the error's name and its own words.
         replaced: Whether another goal was sent after it, which ends it.
         took: How long the answer took, seconds; None as long as there is none.
+        advanced: When its feedback last told of progress, seconds of `time.monotonic`; None where none does.
+
+    Args:
+        seconds: How long a trajectory is; its end is no progress.
     """
 
-    def __init__(self) -> None:
-        self._sent = time.monotonic()
+    def __init__(self, seconds: float = 0.0) -> None:
+        self._sent, self._seconds = time.monotonic(), seconds
+        self._came = 0.0  # how far it is by its feedback, seconds of the trajectory
+        self.advanced: float | None = None
         self.took: float | None = None
         self.accepted: bool | None = None
         self.outcome: Outcome | None = None
@@ -105,6 +114,13 @@ class Sent:
         """Take note of what comes of the request that was sent; return itself."""
         asked.add_done_callback(self._answered)
         return self
+
+    def on_feedback(self, message: Any) -> None:
+        """Take note of how far a controller is."""
+        told = message.feedback.desired.time_from_start
+        came = min(told.sec + 1e-9 * told.nanosec, self._seconds)
+        if came > self._came:
+            self._came, self.advanced = came, time.monotonic()
 
     def cancel(self) -> None:
         """Have it end, also when it is taken after this."""
@@ -144,6 +160,9 @@ class RosLink:
         stamped: Whether the joint states' stamps are by this computer's clock; else they are as old as their arrival.
         world: The transform frame that is the world of this package.
         cameras: Names before `/image_raw`, `/depth/image_raw` and `/camera_info`.
+
+    Attributes:
+        ended: Why nothing is heard any more, until `revive`; "" while its thread goes on.
     """
 
     def __init__(
@@ -160,6 +179,8 @@ class RosLink:
     ) -> None:
         self._lock = threading.Lock()
         self._readings: dict[str, Reading] = {}
+        # Joints that are told of without a position.
+        self._unread: set[str] = set()
         self._transforms: dict[str, tuple[str, Pose, bool]] = {}
         self._lenses: dict[str, Intrinsics] = {}
         self._shots: dict[tuple[str, str], Shot] = {}
@@ -190,8 +211,8 @@ class RosLink:
                 listen(Image, f"{camera}/{topic}", self._shot_of(camera, kind), qos_profile_sensor_data)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._spin, name="ros2", daemon=True)
-        self._thread.start()
+        self.ended: str = ""
+        self._thread = self._begun()
 
     def close(self) -> None:
         """Leave the graph."""
@@ -199,6 +220,17 @@ class RosLink:
         self._thread.join()
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
+
+    def revive(self) -> None:
+        """Listen again where its thread has ended."""
+        if not self._thread.is_alive():
+            self.ended = ""
+            self._thread = self._begun()
+
+    def _begun(self) -> threading.Thread:
+        thread = threading.Thread(target=self._spin, name="ros2", daemon=True)
+        thread.start()
+        return thread
 
     # What is there.
 
@@ -218,9 +250,13 @@ class RosLink:
         return ""
 
     def _missing(self, joints: Sequence[str], oldest: float) -> str:
+        if self.ended:
+            return self.ended
         with self._lock:
-            told = [*self._readings]
+            told, unread = [*self._readings], self._unread.intersection(joints)
         silent = [joint for joint in joints if joint not in told]
+        if unread:
+            return f"the position of {', '.join(sorted(unread))} is told as NaN: its state interface is not there"
         if silent:
             return f"nobody tells of {', '.join(silent)}; joint states come of {', '.join(told) or 'nothing'}"
         if abs(self._skew) > oldest:
@@ -324,7 +360,8 @@ class RosLink:
             if velocities is not None:
                 point.velocities = velocities[number].tolist()
             goal.trajectory.points.append(point)
-        return Sent().follow_up(self._trajectories.send_goal_async(goal))
+        sent = Sent(float(seconds[-1]))
+        return sent.follow_up(self._trajectories.send_goal_async(goal, feedback_callback=sent.on_feedback))
 
     def grip(self, joint: str, position: float, effort: float | None) -> Sent:
         """Send the gripper to a position, rad or m, with an effort at most, N or N m, or as much as its controller likes."""
@@ -354,15 +391,28 @@ class RosLink:
     # In the node's thread.
 
     def _spin(self) -> None:
-        with suppress(ExternalShutdownException):
-            self._executor.spin()
+        try:
+            with suppress(ExternalShutdownException):
+                self._executor.spin()
+        except Exception as error:
+            _log.exception("fault in the thread that listens to ROS 2")
+            self.ended = (
+                f"nothing is heard of ROS 2 any more: a message could not be taken in ({type(error).__name__}: {error})"
+            )
 
     def _on_joints(self, message: Any) -> None:
         told = self._told(message.header)
         speeds = message.velocity if len(message.velocity) == len(message.name) else [None] * len(message.name)
         with self._lock:
             for name, position, speed in zip(message.name, message.position, speeds, strict=False):
-                self._readings[name] = Reading(time=told, position=position, velocity=speed)
+                # A joint_state_broadcaster tells of an interface that is not there as NaN. Without a position there is no
+                # reading, so that the last one grows old.
+                if not math.isfinite(position):
+                    self._unread.add(name)
+                    continue
+                self._unread.discard(name)
+                known = speed is not None and math.isfinite(speed)
+                self._readings[name] = Reading(time=told, position=position, velocity=speed if known else None)
 
     def _told(self, header: Any) -> float:
         """Return when a message was true, by `time.monotonic`; in the future is now."""
@@ -409,22 +459,34 @@ class RosLink:
 
 
 def _pixels(message: Any, kind: str) -> Any:
-    """Return an image's pixels as `Shot` has them; None where they are of another layout."""
-    data = np.frombuffer(message.data, dtype=np.uint8).reshape(message.height, message.step)
-    if kind == "rgb":
-        if message.encoding not in _COLOURS:
-            return None
+    """Return an image's pixels as `Shot` has them; None where they are of another layout, or not all there."""
+    if kind == "rgb" and message.encoding in _COLOURS:
         channels, order = _COLOURS[message.encoding]
-        whole = data[:, : message.width * channels].reshape(message.height, message.width, channels)
-        return np.ascontiguousarray(whole[..., list(order)])
-    if message.encoding not in _DEPTHS:
+        rows = _rows(message, channels)
+        if rows is not None:
+            return np.ascontiguousarray(rows.reshape(message.height, message.width, channels)[..., list(order)])
+    elif kind == "depth" and message.encoding in _DEPTHS:
+        number, unit = _DEPTHS[message.encoding]
+        rows = _rows(message, np.dtype(number).itemsize)
+        if rows is not None:
+            endian = ">" if message.is_bigendian else "<"
+            metres = np.frombuffer(rows.tobytes(), dtype=endian + number).reshape(message.height, message.width)
+            # What it does not see is 0 here, and is not a number there.
+            return np.nan_to_num(metres * unit, nan=0.0, posinf=0.0, neginf=0.0).astype(np.float32)
+    return None
+
+
+def _rows(message: Any, size: int) -> Any:
+    """Return an image's bytes (height, width * size) without what pads its rows; None where its fields contradict one another.
+
+    Args:
+        message: The image.
+        size: Bytes of a pixel.
+    """
+    width = message.width * size
+    if not width or not message.height or message.step < width or len(message.data) != message.height * message.step:
         return None
-    number, unit = _DEPTHS[message.encoding]
-    endian = ">" if message.is_bigendian else "<"
-    width = message.width * np.dtype(number).itemsize
-    metres = np.frombuffer(data[:, :width].tobytes(), dtype=endian + number).reshape(message.height, message.width)
-    # What it does not see is 0 here, and is not a number there.
-    return np.nan_to_num(metres * unit, nan=0.0, posinf=0.0, neginf=0.0).astype(np.float32)
+    return np.frombuffer(message.data, dtype=np.uint8).reshape(message.height, message.step)[:, :width]
 
 
 def _duration(seconds: float) -> Any:

@@ -111,4 +111,6 @@ class RosSenses(BareSenses):
             if shot is not None and shot.time >= since:
                 return shot
             time.sleep(_LOOK_SECONDS)
+        if self._link.ended:
+            raise SensorError(self._link.ended)
         raise SensorError(f"{topic.lstrip('/')}: no {kind} picture has come for {self._answer:g} s")

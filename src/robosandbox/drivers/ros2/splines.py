@@ -41,7 +41,12 @@ def seconds_to(steps: Array, before: Array, after: Array | None, limits: Array, 
         after: Speeds there, shape (n,); None where the controller goes there by a line.
         limits: Of speed, shape (n,).
         least: The shortest time that is of use.
+
+    Raises:
+        ValueError: A number is not finite: of such a step no time is known.
     """
+    if not all(np.isfinite(each).all() for each in (steps, before, 0.0 if after is None else after)):
+        raise ValueError(f"steps {steps.tolist()} and speeds {before.tolist()} hold a number that is not finite")
     times: Array = least * np.power(_STEP, np.arange(float(_TRIED)))
     across = np.broadcast_to(steps, (_TRIED, *steps.shape))
     speeds = np.abs(across) / times[:, None, None]

@@ -26,10 +26,11 @@ class Messages:
 
     Args:
         kind: Returns the class of a message of that name, as `sensor_msgs/msg/Image`.
+        frames: Before the names of the cameras' frames.
     """
 
-    def __init__(self, kind: Callable[[str], Any]) -> None:
-        self._kind = kind
+    def __init__(self, kind: Callable[[str], Any], frames: str = "") -> None:
+        self._kind, self._frames = kind, frames
 
     def _new(self, name: str, **values: Any) -> Any:
         return self._kind(name)(**values)
@@ -42,6 +43,10 @@ class Messages:
     def header(self, seconds: float, frame: str = WORLD) -> Any:
         """Return a header."""
         return self._new("std_msgs/msg/Header", stamp=self.stamp(seconds), frame_id=frame)
+
+    def optical(self, camera: str) -> str:
+        """Return the name of a camera's optical frame."""
+        return f"{self._frames}{camera}_optical"
 
     def pose(self, value: Pose) -> Any:
         """Return a pose."""
@@ -67,7 +72,7 @@ class Messages:
     def mounted(self, parent: str, camera: str, place: Pose, seconds: float) -> Any:
         """Return the transform of a camera's optical frame from where it is mounted."""
         x, y, z, w = place.quat_xyzw
-        return self.transform(parent, optical(camera), place.position, np.array([w, x, y, z]), seconds)
+        return self.transform(parent, self.optical(camera), place.position, np.array([w, x, y, z]), seconds)
 
     def image(self, data: bytes, picture: Picture, kind: str) -> Any:
         """Return the bytes of a picture, RGB or depth in metres, as an image."""
@@ -76,7 +81,7 @@ class Messages:
         made = self._new(
             "sensor_msgs/msg/Image", height=lens.height, width=lens.width, encoding=encoding, step=lens.width * size
         )
-        made.header = self.header(picture.stamp, optical(picture.camera))
+        made.header = self.header(picture.stamp, self.optical(picture.camera))
         # Of an array rclpy does not look at every byte.
         made.data = array("B", data)
         return made
@@ -91,7 +96,7 @@ class Messages:
             distortion_model="plumb_bob",
             d=[*lens.distortion],
         )
-        made.header = self.header(picture.stamp, optical(picture.camera))
+        made.header = self.header(picture.stamp, self.optical(picture.camera))
         made.k = [lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0]
         made.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
         made.p = [lens.fx, 0.0, lens.cx, 0.0, 0.0, lens.fy, lens.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
@@ -141,11 +146,6 @@ class Messages:
             name.scale.z, name.color = _LETTERS, self._new("std_msgs/msg/ColorRGBA", r=1.0, g=1.0, b=1.0, a=1.0)
             made.markers += [body, name]
         return made
-
-
-def optical(camera: str) -> str:
-    """Return the name of a camera's optical frame."""
-    return f"{camera}_optical"
 
 
 def said(event: object) -> str:

@@ -7,14 +7,15 @@ import tempfile
 import threading
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, wait
 from pathlib import Path
 from typing import Any
 
 from robosandbox.errors import InvalidArgumentError, RoboSandboxError
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.tasks.loader import find_task
-from robosandbox.types import Observation, ObservedScene, SkillCall, SkillResult
+from robosandbox.types import ArmState, ObservedScene, SkillCall, SkillResult
 from robosandbox.workcell.host import Activity, WorkcellHost
 from robosandbox.workcell.loop import Loop
 from robosandbox.workcell.orders import ORDERS, BoundOrder, OrderResult, bind_order
@@ -36,7 +37,11 @@ _CANCEL_SECONDS = 0.02
 
 
 class WorkcellNode:
-    """Serves a running workcell under a node's name; `/joint_states`, `/tf` and `/robot_description` are where ROS has them.
+    """Serves a running workcell under a node's name.
+
+    `/joint_states`, `/tf` and `/robot_description` are where ROS has them. A machine on the wall's clock may be in the graph itself:
+    its joints and description are told of below the node's name, where no driver takes them for the machine's own, and of the
+    transforms only those of cameras.
 
     Args:
         host: Owns the workcell, which is of this process; it has been started and stays the caller's to close.
@@ -50,10 +55,17 @@ class WorkcellNode:
         self._host = host
         self._readings = Readings(host, boot_id="", with_truth=False)
         self._folder = tempfile.TemporaryDirectory()
-        self._graph, self._messages = graph, messages.Messages(graph.kind)
-        self._joints = graph.publisher("sensor_msgs/msg/JointState", "/joint_states")
+        self._is_machine = host.embedded.driver.capabilities.clock == "wall"
+        place, frames = ("~/", "robosandbox/") if self._is_machine else ("/", "")
+        self._graph, self._messages = graph, messages.Messages(graph.kind, frames)
+        self._joints = graph.publisher("sensor_msgs/msg/JointState", f"{place}joint_states")
         self._transforms = graph.publisher("tf2_msgs/msg/TFMessage", "/tf", Qos(depth=100))
-        self._description = graph.publisher("std_msgs/msg/String", "/robot_description", Qos(depth=1, latched=True))
+        self._description = graph.publisher(
+            "std_msgs/msg/String", f"{place}robot_description", Qos(depth=1, latched=True)
+        )
+        # The reading that was asked for, and the joints as they were told last.
+        self._asked: Future[tuple[Mapping[str, ArmState], float]] | None = None
+        self._told: Any = None
         self._things = graph.publisher("robosandbox_msgs/msg/Things", "~/things")
         self._markers = graph.publisher("visualization_msgs/msg/MarkerArray", "~/markers")
         self._cameras: dict[str, dict[str, Publisher]] = {}
@@ -121,22 +133,41 @@ class WorkcellNode:
             }
 
     def _tell_state(self) -> float:
-        """Publish the joints, and where all frames are."""
-        state: Observation = self._host.reading(self._host.cell.state).result()
-        now = time.time()
-        self._describe()
-        if state.arms.keys() != self._robots.tools.keys():
+        """Publish the joints, and where frames are; while the world's thread is busy the last joints, which keep their stamp."""
+        if self._asked is None:
+            self._asked = self._host.reading(self._read)
+        if not wait([self._asked], 1.0 / STATE_HZ).done:
+            if self._told is not None:
+                self._joints.publish(self._told)
             return 0.0
-        names, values, speeds = self._robots.joints(state.arms)
+        asked, self._asked = self._asked, None
+        arms, stamp = asked.result()
+        self._describe()
+        if arms.keys() != self._robots.tools.keys():
+            return 0.0
+        names, values, speeds = self._robots.joints(arms)
         joints = self._graph.kind("sensor_msgs/msg/JointState")
-        header = self._messages.header(now)
-        self._joints.publish(joints(header=header, name=names, position=values, velocity=speeds))
-        frames = [self._messages.transform(*frame, now) for frame in self._robots.frames(state.arms)]
+        self._told = joints(header=self._messages.header(stamp), name=names, position=values, velocity=speeds)
+        self._joints.publish(self._told)
+        frames = []
+        if not self._is_machine:
+            frames = [self._messages.transform(*frame, stamp) for frame in self._robots.frames(arms)]
         for camera, spec in self._mounts.items():
-            parent = WORLD if spec.arm is None else self._robots.tools[spec.arm]
-            frames.append(self._messages.mounted(parent, camera, spec.pose, now))
-        self._transforms.publish(self._graph.kind("tf2_msgs/msg/TFMessage")(transforms=frames))
+            parent, pose = WORLD, spec.pose
+            if spec.arm is not None and self._is_machine:
+                pose = arms[spec.arm].tcp_pose @ pose
+            elif spec.arm is not None:
+                parent = self._robots.tools[spec.arm]
+            frames.append(self._messages.mounted(parent, camera, pose, stamp))
+        if frames:
+            self._transforms.publish(self._graph.kind("tf2_msgs/msg/TFMessage")(transforms=frames))
         return 0.0
+
+    def _read(self) -> tuple[Mapping[str, ArmState], float]:
+        """Return the arms' states, and of when the oldest is, seconds since 1970; in the world's thread."""
+        arms = self._host.cell.state().arms
+        age = self._host.embedded.driver.time - min(arm.time for arm in arms.values())
+        return arms, time.time() - max(0.0, age)
 
     def _tell_things(self) -> float:
         """Publish what is seen, and have pictures drawn, while somebody listens."""
