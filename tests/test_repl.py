@@ -254,7 +254,11 @@ def test_stop_typed_while_it_moves_stops_it_and_other_lines_wait_their_turn(peop
 def test_a_robot_is_checked_tried_and_judged_in_the_conversation():
     with open_session("pick_from_three") as session:
         shell = Shell(WorkcellHost(session))
-        assert shell.execute("/simulate pick up the green cube").text == "pick(object=green_cube): would work"
+        told, seconds = shell.execute("/simulate pick up the green cube").text.splitlines()
+        assert re.fullmatch(
+            r"pick\(object=green_cube\): would work; \d\.\d s, touches green_cube, \d+ mm from \w+ at the nearest", told
+        )
+        assert re.fullmatch(r"\d\.\d simulated seconds", seconds)
         assert shell.execute("/check").text == "pick(object=green_cube): nothing speaks against it"
         assert "gripper is empty" in shell.execute("/check place_on(target=green_cube)").text
         assert shell.execute("/judge").text.startswith("pick_from_three: no success yet")

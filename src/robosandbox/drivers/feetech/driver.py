@@ -173,7 +173,7 @@ class SerialServos(WallClockDriver):
     @property
     def capabilities(self) -> Capabilities:
         """Encoders, and cameras where there are some."""
-        return Capabilities(cameras=self._cameras, clock="wall", link_timeout=self._link_timeout)
+        return Capabilities(cameras=self._cameras, clock="wall", link_timeout=self._link_timeout, speed=self.speed)
 
     def close(self) -> None:
         """Let go of the port; the servos hold where they are, unless they are to be released."""
