@@ -125,7 +125,7 @@ def test_a_state_file_of_hardware_is_refused_before_it_is_served(tmp_path: Path)
     done = cli("sim", *_HARDWARE, "--listen", "tcp/127.0.0.1:0", "--state-file", str(tmp_path / "state"))
     assert done.returncode == 2
     *warned, told = done.stderr.splitlines()
-    assert [line.partition(":")[0] for line in warned] == ["force", "sliding", "workspace"] and "state" in told
+    assert [line.split(": ")[1] for line in warned] == ["force", "sliding", "workspace"] and "state" in told
     assert "truth: the driver of panda does not know the true state of its world, and --state-file" in done.stderr
 
 
