@@ -132,3 +132,48 @@ def test_joints_have_the_stamp_of_their_reading_however_old_it_is(monkeypatch: p
         joints.next()
         stamps = [seconds(joints.next()) for _ in range(3)]
         assert max(stamps) - min(stamps) < 0.02 and time.time() - max(stamps) > 5.0
+
+
+class Goal:
+    """A goal's handle as rclpy has it, with what came of it."""
+
+    is_cancel_requested = False
+    ended = ""
+
+    def __init__(self, request: Any) -> None:
+        self.request = request
+
+    def publish_feedback(self, feedback: Any) -> None: ...
+
+    def succeed(self) -> None:
+        self.ended = "succeeded"
+
+    def abort(self) -> None:
+        self.ended = "aborted"
+
+
+def test_a_timeout_that_is_none_is_an_invalid_argument_and_nothing_is_begun() -> None:
+    with serving() as (host, graph):
+        perform = interfaces.kind("robosandbox_msgs/action/Perform").Goal
+        before = host.embedded.driver.state().q
+        for timeout in (-1.0, float("nan"), float("inf"), 1e9):
+            goal = Goal(perform(name="home", arguments="{}", timeout=timeout))
+            result = graph.actions["~/perform"](goal)
+            assert (goal.ended, result.success, result.code) == ("aborted", False, "invalid_argument"), timeout
+            assert result.message.startswith(f"timeout is {timeout:g}; give simulated seconds above 0"), result.message
+        assert host.doing is None and (host.embedded.driver.state().q == before).all()
+        goal = Goal(perform(name="open_gripper", arguments="{}", timeout=5.0))
+        assert graph.actions["~/perform"](goal).success and goal.ended == "succeeded"
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(("kind", "place"), [("rgb", "~/scene"), ("depth", "~/scene/depth")])
+def test_a_camera_is_drawn_where_somebody_hears_its_info_alone(kind: str, place: str) -> None:
+    with serving() as (_, graph):
+        pictures, info = graph.topics[f"{place}/image_raw"], graph.topics[f"{place}/camera_info"]
+        info.listeners = 1
+        told = info.next()
+        image = pictures.messages[-1]
+        assert (told.width, told.height, seconds(told)) == (image.width, image.height, seconds(image))
+        others = {"~/scene/image_raw", "~/scene/depth/image_raw"} - {f"{place}/image_raw"}
+        assert not any(graph.topics[other].messages for other in others), f"{kind} alone is asked for"

@@ -22,9 +22,9 @@ from robosandbox.workcell.orders import ORDERS, BoundOrder, OrderResult, bind_or
 from robosandbox.workcell.pictures import Kind
 from robosandbox.workcell.ros2 import messages
 from robosandbox.workcell.ros2.description import WORLD, RobotDescription
-from robosandbox.workcell.ros2.graph import SENSOR_DATA, Graph, Publisher, Qos
+from robosandbox.workcell.ros2.graph import PICTURES, Graph, Publisher, Qos
 from robosandbox.workcell.studio import Shot
-from robosandbox.workcell.zenoh.messages import STATE_HZ, Picture
+from robosandbox.workcell.zenoh.messages import MAX_TIMEOUT, STATE_HZ, Picture
 from robosandbox.workcell.zenoh.server.readings import Readings
 from robosandbox.world.operators import BoundCall, bind
 
@@ -124,11 +124,12 @@ class WorkcellNode:
         for name in self._mounts.keys() - self._cameras.keys():
             topics = {
                 "rgb": ("Image", "image_raw"),
+                "rgb info": ("CameraInfo", "camera_info"),
                 "depth": ("Image", "depth/image_raw"),
-                "info": ("CameraInfo", "camera_info"),
+                "depth info": ("CameraInfo", "depth/camera_info"),
             }
             self._cameras[name] = {
-                key: self._graph.publisher(f"sensor_msgs/msg/{kind}", f"~/{name}/{topic}", SENSOR_DATA)
+                key: self._graph.publisher(f"sensor_msgs/msg/{kind}", f"~/{name}/{topic}", PICTURES)
                 for key, (kind, topic) in topics.items()
             }
 
@@ -186,7 +187,7 @@ class WorkcellNode:
             Shot(camera, kind, "raw")
             for camera in self._mounts
             for kind in kinds
-            if self._cameras[camera][kind].get_subscription_count()
+            if any(self._cameras[camera][key].get_subscription_count() for key in (kind, f"{kind} info"))
         }
         for shot in self._streams - wanted:
             self._host.studio.stream(shot, None)
@@ -197,7 +198,7 @@ class WorkcellNode:
     def _deliver(self, publishers: dict[str, Publisher], kind: Kind) -> Callable[[bytes, Picture], None]:
         def deliver(data: bytes, picture: Picture) -> None:
             publishers[kind].publish(self._messages.image(data, picture, kind))
-            publishers["info"].publish(self._messages.camera_info(picture))
+            publishers[f"{kind} info"].publish(self._messages.camera_info(picture))
 
         return deliver
 
@@ -237,10 +238,12 @@ class WorkcellNode:
                 goal.publish_feedback(kind.Feedback(said=text))
 
         try:
-            call = bound()
-            activity = Activity[Any](
-                call.name, is_goal=True, goal_id=uuid.uuid4().hex, timeout=goal.request.timeout or None
-            )
+            call, timeout = bound(), goal.request.timeout
+            if not 0.0 <= timeout <= MAX_TIMEOUT:
+                raise InvalidArgumentError(
+                    f"timeout is {timeout:g}; give simulated seconds above 0, {MAX_TIMEOUT:g} at most, or 0 for none"
+                )
+            activity = Activity[Any](call.name, is_goal=True, goal_id=uuid.uuid4().hex, timeout=timeout or None)
             self._host.claim(activity)
             leave = self._host.events.subscribe(tell)
             try:
