@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from robosandbox import open_session
+from robosandbox.errors import InputError
 from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.ros2 import interfaces
 from robosandbox.workcell.ros2.graph import DEFAULT, Qos
@@ -68,16 +69,20 @@ class MemoryGraph:
 
 
 @contextmanager
-def serving(driver: str = "mujoco", **options: Any) -> Iterator[tuple[WorkcellHost, MemoryGraph]]:
+def serving(
+    driver: str = "mujoco", *, world: str = "world", **options: Any
+) -> Iterator[tuple[WorkcellHost, MemoryGraph]]:
     with open_session("pick_cube_franka", driver=driver, **options) as cell:
         host, graph = WorkcellHost(cell, pace="realtime"), MemoryGraph()
         host.start()
-        node = WorkcellNode(host, graph)
-        node.start()
         try:
-            yield host, graph
+            node = WorkcellNode(host, graph, world=world)
+            node.start()
+            try:
+                yield host, graph
+            finally:
+                node.close()
         finally:
-            node.close()
             host.close()
 
 
@@ -111,15 +116,20 @@ def test_joints_are_told_of_with_their_own_stamp_while_the_worlds_thread_is_busy
 
 @pytest.mark.gl
 def test_a_machine_keeps_the_topics_that_are_its_own() -> None:
-    with serving("hardware:clock=wall", perception="rgbd") as (host, graph):
+    with serving("hardware:clock=wall", world="table", perception="rgbd") as (host, graph):
         assert {topic for topic in graph.topics if not topic.startswith("~/")} == {"/tf"}
         told = graph.topics["~/joint_states"].next()
         assert "joint1" in told.name
         frames = {one.child_frame_id: one.header.frame_id for one in graph.topics["/tf"].next().transforms}
         assert frames == {
-            f"robosandbox/{camera}_optical": "world" for camera in host.embedded.driver.capabilities.cameras
+            f"robosandbox/{camera}_optical": "table" for camera in host.embedded.driver.capabilities.cameras
         }
         assert "<robot" in graph.topics["~/robot_description"].messages[0].data
+
+
+def test_the_world_of_a_simulated_robot_has_the_name_of_its_description() -> None:
+    with pytest.raises(InputError, match="--world-frame table"), serving(world="table"):
+        pass
 
 
 @pytest.mark.gl

@@ -12,7 +12,7 @@ from concurrent.futures import Future, wait
 from pathlib import Path
 from typing import Any
 
-from robosandbox.errors import InvalidArgumentError, RoboSandboxError
+from robosandbox.errors import InputError, InvalidArgumentError, RoboSandboxError
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import ArmState, ObservedScene, SkillCall, SkillResult
@@ -46,18 +46,22 @@ class WorkcellNode:
     Args:
         host: Owns the workcell, which is of this process; it has been started and stays the caller's to close.
         graph: That it is a node of; closed with it.
+        world: Name of the frame that is this package's world; a simulated robot's description begins at `world`.
 
     Raises:
-        InputError: The robot has no description.
+        InputError: The robot has no description, or the world of a simulated one is to have another name.
     """
 
-    def __init__(self, host: WorkcellHost, graph: Graph) -> None:
+    def __init__(self, host: WorkcellHost, graph: Graph, *, world: str = WORLD) -> None:
         self._host = host
         self._readings = Readings(host, boot_id="", with_truth=False)
         self._folder = tempfile.TemporaryDirectory()
+        self._world = world
         self._is_machine = host.embedded.driver.capabilities.clock == "wall"
         place, frames = ("~/", "robosandbox/") if self._is_machine else ("/", "")
-        self._graph, self._messages = graph, messages.Messages(graph.kind, frames)
+        if world != WORLD and not self._is_machine:
+            raise InputError(f"--world-frame {world}: the description of a simulated robot begins at the frame {WORLD}")
+        self._graph, self._messages = graph, messages.Messages(graph.kind, world=world, frames=frames)
         self._joints = graph.publisher("sensor_msgs/msg/JointState", f"{place}joint_states")
         self._transforms = graph.publisher("tf2_msgs/msg/TFMessage", "/tf", Qos(depth=100))
         self._description = graph.publisher(
@@ -154,7 +158,7 @@ class WorkcellNode:
         if not self._is_machine:
             frames = [self._messages.transform(*frame, stamp) for frame in self._robots.frames(arms)]
         for camera, spec in self._mounts.items():
-            parent, pose = WORLD, spec.pose
+            parent, pose = self._world, spec.pose
             if spec.arm is not None and self._is_machine:
                 pose = arms[spec.arm].tcp_pose @ pose
             elif spec.arm is not None:
