@@ -19,7 +19,7 @@ from support.processes import free_port
 from zenoh import ext
 
 from robosandbox.errors import InputError, ServiceUnavailableError
-from robosandbox.workcell.ros2.graph import SENSOR_DATA, Qos
+from robosandbox.workcell.ros2.graph import PICTURES, Qos
 from robosandbox.workcell.ros2.interfaces import Message, from_bytes, kind, to_bytes, type_hash
 from robosandbox.workcell.ros2.rmw_zenoh import RmwZenohGraph
 from robosandbox.workcell.zenoh.transport import open_connector
@@ -188,7 +188,7 @@ def test_who_comes_later_gets_what_is_latched(graph: RmwZenohGraph, visitor: zen
 
 
 def test_liveliness_tokens_name_node_topics_and_services(graph: RmwZenohGraph, visitor: zenoh.Session) -> None:
-    graph.publisher("sensor_msgs/msg/Image", "~/scene/image_raw", SENSOR_DATA)
+    graph.publisher("sensor_msgs/msg/Image", "~/scene/image_raw", PICTURES)
     graph.serve("std_srvs/srv/Trigger", "~/stop", lambda asked, given: given)
     # A token travels on its own; who is there learns of each as it comes.
     came, all_there = set[str](), threading.Event()
@@ -207,7 +207,7 @@ def test_liveliness_tokens_name_node_topics_and_services(graph: RmwZenohGraph, v
     head = f"@ros2_lv/7/{session}/0"
     assert tokens == [
         f"{head}/0/NN/%/%/robot",
-        f"{head}/1/MP/%/%/robot/%robot%scene%image_raw/sensor_msgs::msg::dds_::Image_/{type_hash(image)}/2::,5:,:,:,,",
+        f"{head}/1/MP/%/%/robot/%robot%scene%image_raw/sensor_msgs::msg::dds_::Image_/{type_hash(image)}/::,5:,:,:,,",
         f"{head}/2/SS/%/%/robot/%robot%stop/std_srvs::srv::dds_::Trigger_/{type_hash(trigger)}/::,10:,:,:,,",
     ]
 

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from robosandbox import open_session
+from robosandbox.errors import InputError
 from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.ros2 import interfaces
 from robosandbox.workcell.ros2.graph import DEFAULT, Qos
@@ -68,16 +69,20 @@ class MemoryGraph:
 
 
 @contextmanager
-def serving(driver: str = "mujoco", **options: Any) -> Iterator[tuple[WorkcellHost, MemoryGraph]]:
+def serving(
+    driver: str = "mujoco", *, world: str = "world", **options: Any
+) -> Iterator[tuple[WorkcellHost, MemoryGraph]]:
     with open_session("pick_cube_franka", driver=driver, **options) as cell:
         host, graph = WorkcellHost(cell, pace="realtime"), MemoryGraph()
         host.start()
-        node = WorkcellNode(host, graph)
-        node.start()
         try:
-            yield host, graph
+            node = WorkcellNode(host, graph, world=world)
+            node.start()
+            try:
+                yield host, graph
+            finally:
+                node.close()
         finally:
-            node.close()
             host.close()
 
 
@@ -111,15 +116,20 @@ def test_joints_are_told_of_with_their_own_stamp_while_the_worlds_thread_is_busy
 
 @pytest.mark.gl
 def test_a_machine_keeps_the_topics_that_are_its_own() -> None:
-    with serving("hardware:clock=wall", perception="rgbd") as (host, graph):
+    with serving("hardware:clock=wall", world="table", perception="rgbd") as (host, graph):
         assert {topic for topic in graph.topics if not topic.startswith("~/")} == {"/tf"}
         told = graph.topics["~/joint_states"].next()
         assert "joint1" in told.name
         frames = {one.child_frame_id: one.header.frame_id for one in graph.topics["/tf"].next().transforms}
         assert frames == {
-            f"robosandbox/{camera}_optical": "world" for camera in host.embedded.driver.capabilities.cameras
+            f"robosandbox/{camera}_optical": "table" for camera in host.embedded.driver.capabilities.cameras
         }
         assert "<robot" in graph.topics["~/robot_description"].messages[0].data
+
+
+def test_the_world_of_a_simulated_robot_has_the_name_of_its_description() -> None:
+    with pytest.raises(InputError, match="--world-frame table"), serving(world="table"):
+        pass
 
 
 @pytest.mark.gl
@@ -132,3 +142,48 @@ def test_joints_have_the_stamp_of_their_reading_however_old_it_is(monkeypatch: p
         joints.next()
         stamps = [seconds(joints.next()) for _ in range(3)]
         assert max(stamps) - min(stamps) < 0.02 and time.time() - max(stamps) > 5.0
+
+
+class Goal:
+    """A goal's handle as rclpy has it, with what came of it."""
+
+    is_cancel_requested = False
+    ended = ""
+
+    def __init__(self, request: Any) -> None:
+        self.request = request
+
+    def publish_feedback(self, feedback: Any) -> None: ...
+
+    def succeed(self) -> None:
+        self.ended = "succeeded"
+
+    def abort(self) -> None:
+        self.ended = "aborted"
+
+
+def test_a_timeout_that_is_none_is_an_invalid_argument_and_nothing_is_begun() -> None:
+    with serving() as (host, graph):
+        perform = interfaces.kind("robosandbox_msgs/action/Perform").Goal
+        before = host.embedded.driver.state().q
+        for timeout in (-1.0, float("nan"), float("inf"), 1e9):
+            goal = Goal(perform(name="home", arguments="{}", timeout=timeout))
+            result = graph.actions["~/perform"](goal)
+            assert (goal.ended, result.success, result.code) == ("aborted", False, "invalid_argument"), timeout
+            assert result.message.startswith(f"timeout is {timeout:g}; give simulated seconds above 0"), result.message
+        assert host.doing is None and (host.embedded.driver.state().q == before).all()
+        goal = Goal(perform(name="open_gripper", arguments="{}", timeout=5.0))
+        assert graph.actions["~/perform"](goal).success and goal.ended == "succeeded"
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize(("kind", "place"), [("rgb", "~/scene"), ("depth", "~/scene/depth")])
+def test_a_camera_is_drawn_where_somebody_hears_its_info_alone(kind: str, place: str) -> None:
+    with serving() as (_, graph):
+        pictures, info = graph.topics[f"{place}/image_raw"], graph.topics[f"{place}/camera_info"]
+        info.listeners = 1
+        told = info.next()
+        image = pictures.messages[-1]
+        assert (told.width, told.height, seconds(told)) == (image.width, image.height, seconds(image))
+        others = {"~/scene/image_raw", "~/scene/depth/image_raw"} - {f"{place}/image_raw"}
+        assert not any(graph.topics[other].messages for other in others), f"{kind} alone is asked for"

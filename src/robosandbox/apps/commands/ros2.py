@@ -27,6 +27,13 @@ _WAKE_SECONDS = 0.2
 def ros2(
     world: WorkcellOptions,
     name: Annotated[str, typer.Option("--name", help="Of the node, before its topics and actions.")] = "robosandbox",
+    world_frame: Annotated[
+        str,
+        typer.Option(
+            "--world-frame",
+            help="Frame of tf that is the world of what is told, where a driver of a real arm has another than `world`.",
+        ),
+    ] = "world",
     pace: Annotated[str, typer.Option("--pace", help="realtime, or fast.")] = "realtime",
     rmw_zenoh: Annotated[
         str | None,
@@ -66,7 +73,7 @@ def ros2(
     with open_here(world) as cell:
         host = WorkcellHost(cell, pace="fast" if pace == "fast" else "realtime", record=settings)
         host.start()
-        node = WorkcellNode(host, graph)
+        node = WorkcellNode(host, graph, world=world_frame)
         with ending_with_threads("robo-sandbox"):
             node.start()
             print(f"node /{name}: {cell.task.name} with {cell.robot_name}", flush=True)

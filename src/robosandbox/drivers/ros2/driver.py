@@ -78,8 +78,8 @@ class Ros2(WallClockDriver):
         cameras: Names joined by "+", each before `/image_raw`, `/depth/image_raw` (as seen by the same lens), `/camera_info`.
         world: The frame of tf that is this package's world: x forward from the robot's base, z up, the table at its height.
         tick: Seconds between two looks at guards and limits.
-        link_timeout: Seconds without joint states after which the arm is lost.
-        stamped: Whether joint states are stamped by a clock that agrees with this computer's; else they count as new.
+        link_timeout: Seconds without joint states after which the arm is lost; a wrench and a transform that moves may be as old.
+        stamped: Whether messages are stamped by a clock that agrees with this computer's; else they count as new.
         answer: Seconds in which a controller has to answer, and a camera to deliver.
         discovery: Seconds in which everything has to be found when it is opened.
 
@@ -133,13 +133,14 @@ class Ros2(WallClockDriver):
             gripper=gripper,
             wrench=wrench,
             stamped=stamped,
+            oldest=link_timeout,
             world=world,
             cameras=topics,
         )
         self._hand = hand
         self._arm = _RosArm(self, spec, self._joints, planning.kinematics(), hand)
         self.arms = {ARM: self._arm}
-        senses = RosSenses(self, self.link, topics, self.posture, answer, self._began)
+        senses = RosSenses(self, self.link, topics, self.posture, answer, link_timeout, self._began)
         self.senses = senses
         try:
             told = [*self._joints, *([] if hand is None else [hand.joint])]

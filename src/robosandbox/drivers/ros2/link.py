@@ -44,6 +44,8 @@ _COLOURS: Mapping[str, tuple[int, tuple[int, int, int]]] = {
 }
 # Depth: type, and metres of one unit.
 _DEPTHS: Mapping[str, tuple[str, float]] = {"32FC1": ("f4", 1.0), "16UC1": ("u2", 1e-3), "mono16": ("u2", 1e-3)}
+# How far the length of a quaternion may be off 1 (tf2's own), and transforms may differ that are the same, metres and of a matrix.
+_UNIT, _SAME = 1e-2, 1e-6
 _ERROR_NAMES = {
     value: name
     for name, value in vars(FollowJointTrajectory.Result).items()
@@ -81,6 +83,32 @@ class Shot:
     time: float
     frame: str
     pixels: Any
+
+
+@frozen(kw_only=True)
+class _Step:
+    """A transform from a frame into its parent.
+
+    Attributes:
+        parent: Name of the frame that it leads to.
+        pose: Of the frame in that one.
+        told: When it was so, seconds of `time.monotonic`; infinity where it does not move.
+    """
+
+    parent: str
+    pose: Pose
+    told: float
+
+    @property
+    def moves(self) -> bool:
+        """Whether it does not hold for good."""
+        return self.told < math.inf
+
+    def is_as(self, other: _Step) -> bool:
+        """Tell whether it leads to the same place."""
+        turn = np.abs(self.pose.rotation - other.pose.rotation).max()
+        way = np.abs(self.pose.position - other.pose.position).max()
+        return self.parent == other.parent and bool(max(turn, way) < _SAME)
 
 
 class Sent:
@@ -157,7 +185,8 @@ class RosLink:
         controller: Its action is `<controller>/follow_joint_trajectory`.
         gripper: The gripper's action; None without one.
         wrench: A topic of WrenchStamped; None without one.
-        stamped: Whether the joint states' stamps are by this computer's clock; else they are as old as their arrival.
+        stamped: Whether stamps are by this computer's clock; else what is told is as old as its arrival.
+        oldest: Seconds after which a transform that moves is not one any more.
         world: The transform frame that is the world of this package.
         cameras: Names before `/image_raw`, `/depth/image_raw` and `/camera_info`.
 
@@ -174,6 +203,7 @@ class RosLink:
         gripper: str | None,
         wrench: str | None,
         stamped: bool,
+        oldest: float,
         world: str,
         cameras: Sequence[str],
     ) -> None:
@@ -181,11 +211,14 @@ class RosLink:
         self._readings: dict[str, Reading] = {}
         # Joints that are told of without a position.
         self._unread: set[str] = set()
-        self._transforms: dict[str, tuple[str, Pose, bool]] = {}
+        self._steps: dict[str, _Step] = {}
+        # Frames that are told of as fixed at two places, and why a camera's lens is not known, in words.
+        self._disputed: dict[str, str] = {}
         self._lenses: dict[str, Intrinsics] = {}
+        self._unknown_lenses: dict[str, str] = {}
         self._shots: dict[tuple[str, str], Shot] = {}
         self._force: tuple[float, str, Array] | None = None
-        self._stamped, self._world, self._skew = stamped, world, 0.0  # of the last joint state
+        self._stamped, self._oldest, self._world, self._skew = stamped, oldest, world, 0.0  # of the last joint state
         self._wrench, self._cameras = wrench, cameras
         self._context = rclpy.Context()
         rclpy.init(context=self._context)
@@ -269,7 +302,7 @@ class RosLink:
         if self._gripper is not None and not self._fingers_ready(self._gripper):
             return f"nobody serves the gripper's action {self._gripper}; {self._actions('control_msgs/action/')}"
         if self._wrench is not None and self.force() is None:
-            return f"no wrench comes on {self._wrench}" if self._force is None else self._astray(self._force[1])
+            return f"no wrench comes on {self._wrench}" if self._force is None else self.astray(self._force[1])
         for camera in self._cameras:
             if missing := self._not_seen(camera):
                 return missing
@@ -277,6 +310,8 @@ class RosLink:
 
     def _not_seen(self, camera: str) -> str:
         if self.lens(camera) is None:
+            if camera in self._unknown_lenses:
+                return self._unknown_lenses[camera]
             return f"nobody tells of {camera}/camera_info"
         for kind, topic in (("rgb", "image_raw"), ("depth", "depth/image_raw")):
             shot = self._shots.get((camera, kind))
@@ -284,11 +319,13 @@ class RosLink:
                 known = ", ".join(_COLOURS if kind == "rgb" else _DEPTHS)
                 return f"no pictures of {known} come on {camera}/{topic}"
             if self.frame(shot.frame) is None:
-                return self._astray(shot.frame)
+                return self.astray(shot.frame)
         return ""
 
-    def _astray(self, frame: str) -> str:
-        return f"/tf leads from {frame or 'a message without a frame'} to no {self._world}; publish where that is"
+    def astray(self, frame: str) -> str:
+        """Return why it is not known where a frame is."""
+        way = self._way(frame)
+        return way if isinstance(way, str) else f"{frame} was not known a moment ago"
 
     def _actions(self, kind: str) -> str:
         found = [name for name, types in get_action_names_and_types(self._node) if types[0].startswith(kind)]
@@ -330,17 +367,25 @@ class RosLink:
         return self._shots.get((camera, kind))
 
     def frame(self, name: str) -> tuple[Pose, bool] | None:
-        """Return where a frame is in the world, and whether it moves; None where no transforms lead there."""
-        pose, moves = Pose(xyz=(0.0, 0.0, 0.0), quat_xyzw=(0.0, 0.0, 0.0, 1.0)), False
+        """Return where a frame is in the world, and whether it moves; None where that is not known, as `astray` tells."""
+        way = self._way(name)
+        return None if isinstance(way, str) else way
+
+    def _way(self, frame: str) -> tuple[Pose, bool] | str:
+        """Return where a frame is in the world, and whether it moves, or why that is not known."""
+        pose, moves, name = Pose(xyz=(0.0, 0.0, 0.0), quat_xyzw=(0.0, 0.0, 0.0, 1.0)), False, frame
         with self._lock:
-            for _ in range(len(self._transforms) + 1):
+            for _ in range(len(self._steps) + 1):
                 if name == self._world:
                     return pose, moves
-                if name not in self._transforms:
-                    return None
-                name, step, dynamic = self._transforms[name]
-                pose, moves = step @ pose, moves or dynamic
-        return None
+                if name in self._disputed:
+                    return self._disputed[name]
+                if (step := self._steps.get(name)) is None:
+                    break
+                if (age := time.monotonic() - step.told) > self._oldest:
+                    return f"/tf told {age:.3f} s ago where {name} is, and {self._oldest:g} are allowed"
+                name, pose, moves = step.parent, step.pose @ pose, moves or step.moves
+        return f"/tf leads from {frame or 'a message without a frame'} to no {self._world}; publish where that is"
 
     # What is sent.
 
@@ -401,7 +446,7 @@ class RosLink:
             )
 
     def _on_joints(self, message: Any) -> None:
-        told = self._told(message.header)
+        told, self._skew = self._told(message.header)
         speeds = message.velocity if len(message.velocity) == len(message.name) else [None] * len(message.name)
         with self._lock:
             for name, position, speed in zip(message.name, message.position, speeds, strict=False):
@@ -414,37 +459,43 @@ class RosLink:
                 known = speed is not None and math.isfinite(speed)
                 self._readings[name] = Reading(time=told, position=position, velocity=speed if known else None)
 
-    def _told(self, header: Any) -> float:
-        """Return when a message was true, by `time.monotonic`; in the future is now."""
+    def _told(self, header: Any) -> tuple[float, float]:
+        """Return when a message was true, by `time.monotonic`, where the future is now, and how long ago its stamp says, seconds."""
         now = time.monotonic()
         if not self._stamped or not (header.stamp.sec or header.stamp.nanosec):
-            return now
-        self._skew = (self._node.get_clock().now() - Time.from_msg(header.stamp)).nanoseconds * 1e-9
-        return now - max(0.0, self._skew)
+            return now, 0.0
+        skew = (self._node.get_clock().now() - Time.from_msg(header.stamp)).nanoseconds * 1e-9
+        return now - max(0.0, skew), skew
 
     def _on_wrench(self, message: Any) -> None:
-        force = message.wrench.force
-        self._force = time.monotonic(), message.header.frame_id, np.array([force.x, force.y, force.z])
+        force, (told, _) = message.wrench.force, self._told(message.header)
+        self._force = told, message.header.frame_id, np.array([force.x, force.y, force.z])
 
     def _on_transforms(self, message: Any, *, moves: bool) -> None:
         with self._lock:
             for one in message.transforms:
-                where, turn = one.transform.translation, one.transform.rotation
-                pose = Pose(xyz=(where.x, where.y, where.z), quat_xyzw=(turn.x, turn.y, turn.z, turn.w))
-                self._transforms[one.child_frame_id] = one.header.frame_id, pose, moves
+                child, pose = one.child_frame_id, _pose(one.transform)
+                if pose is None:
+                    continue
+                step = _Step(
+                    parent=one.header.frame_id, pose=pose, told=self._told(one.header)[0] if moves else math.inf
+                )
+                before = self._steps.get(child)
+                if before is not None and not moves and not before.moves and not step.is_as(before):
+                    self._disputed[child] = (
+                        f"/tf_static has {child} twice: {_xyz(before.pose)} in {before.parent} and {_xyz(pose)} in "
+                        f"{step.parent}; have it published once, or name another frame"
+                    )
+                self._steps[child] = step
 
     def _lens_of(self, camera: str) -> Callable[[Any], None]:
         def on_info(message: Any) -> None:
-            k, d = message.k, [*message.d, 0.0, 0.0, 0.0, 0.0, 0.0]
-            self._lenses[camera] = Intrinsics(
-                width=message.width,
-                height=message.height,
-                fx=k[0],
-                fy=k[4],
-                cx=k[2],
-                cy=k[5],
-                distortion=(d[0], d[1], d[2], d[3], d[4]),
-            )
+            lens = _lens(message)
+            if isinstance(lens, str):
+                self._lenses.pop(camera, None)
+                self._unknown_lenses[camera] = f"{camera}/camera_info {lens}"
+            else:
+                self._lenses[camera] = lens
 
         return on_info
 
@@ -452,10 +503,45 @@ class RosLink:
         def on_image(message: Any) -> None:
             pixels = _pixels(message, kind)
             if pixels is not None:
-                told = self._told(message.header)
+                told, _ = self._told(message.header)
                 self._shots[camera, kind] = Shot(time=told, frame=message.header.frame_id, pixels=pixels)
 
         return on_image
+
+
+def _pose(transform: Any) -> Pose | None:
+    """Return a transform as a pose; None where it is none, as tf2 has it."""
+    where, turn = transform.translation, transform.rotation
+    xyz, quat = (where.x, where.y, where.z), (turn.x, turn.y, turn.z, turn.w)
+    if not np.isfinite([*xyz, *quat]).all() or abs(math.hypot(*quat) - 1.0) > _UNIT:
+        return None
+    return Pose(xyz=xyz, quat_xyzw=quat)
+
+
+def _xyz(pose: Pose) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in pose.xyz) + ")"
+
+
+def _lens(message: Any) -> Intrinsics | str:
+    """Return the pinhole and lens that a camera info tells of, or why none is known from it."""
+    k, d = [*message.k], [*message.d]
+    if not np.isfinite([*k, *d]).all() or min(k[0], k[4]) <= 0.0 or not message.width or not message.height:
+        return f"tells of no calibrated camera: fx is {k[0]:g}, fy {k[4]:g}, and both are above 0 pixels"
+    if any(d) and (message.distortion_model != "plumb_bob" or any(d[5:])):
+        return (
+            f"tells of a lens of the model {message.distortion_model or 'without a name'}, and only plumb_bob is known here: "
+            "publish rectified pictures, with a d of zeros"
+        )
+    d += [0.0] * 5
+    return Intrinsics(
+        width=message.width,
+        height=message.height,
+        fx=k[0],
+        fy=k[4],
+        cx=k[2],
+        cy=k[5],
+        distortion=(d[0], d[1], d[2], d[3], d[4]),
+    )
 
 
 def _pixels(message: Any, kind: str) -> Any:

@@ -25,6 +25,7 @@ class RosSenses(BareSenses):
         topics: Names of cameras before `/image_raw`; each camera is called by its name without the first "/".
         posture: Returns how the arms stand.
         answer: Seconds in which a picture has to come.
+        oldest: How old a wrench may be, seconds.
         began: When the driver's clock began, seconds of `time.monotonic`.
     """
 
@@ -35,10 +36,11 @@ class RosSenses(BareSenses):
         topics: Sequence[str],
         posture: Callable[[], Mapping[str, Posture]],
         answer: float,
+        oldest: float,
         began: float,
     ) -> None:
         super().__init__(driver)
-        self._link, self._posture, self._answer = link, posture, answer
+        self._link, self._posture, self._answer, self._oldest = link, posture, answer, oldest
         self._topics = {topic.lstrip("/"): topic for topic in topics}
         self._began = began
 
@@ -47,12 +49,17 @@ class RosSenses(BareSenses):
 
         Args:
             tcp_pose: The TCP in the world: a camera whose transforms move rides on the hand.
+
+        Raises:
+            InputError: It is not known any more where one is.
         """
         found = {}
         for name, topic in self._topics.items():
             lens, shot = self._link.lens(topic), self._link.shot(topic, "rgb")
-            place = None if shot is None else self._link.frame(shot.frame)
-            assert lens is not None and place is not None, "waited for"
+            assert lens is not None and shot is not None, "waited for"
+            place = self._link.frame(shot.frame)
+            if place is None:
+                raise InputError(f"--driver ros2: camera {name}: {self._link.astray(shot.frame)}")
             pose, moves = place
             mount = tcp_pose.inverse() @ pose if moves else pose
             found[name] = CameraSpec(intrinsics=lens, pose=mount, arm=ARM if moves else None)
@@ -73,8 +80,10 @@ class RosSenses(BareSenses):
         topic, asked = self._topics[camera], time.monotonic()
         rgb, depth = self._next(topic, "rgb", asked), self._next(topic, "depth", asked)
         lens, place = self._link.lens(topic), self._link.frame(rgb.frame)
-        if lens is None or place is None:
-            raise SensorError(f"{camera}: nothing tells any more where {rgb.frame} is")
+        if place is None:
+            raise SensorError(f"{camera}: {self._link.astray(rgb.frame)}")
+        if lens is None:
+            raise SensorError(f"{camera}: its camera_info tells of no lens that is known here any more")
         if rgb.pixels.shape[:2] != depth.pixels.shape or depth.pixels.shape != (lens.height, lens.width):
             raise SensorError(
                 f"{camera}: colour is {rgb.pixels.shape[:2]}, depth {depth.pixels.shape} and camera_info "
@@ -95,13 +104,15 @@ class RosSenses(BareSenses):
 
         Raises:
             UnsupportedError: There is no such sensor.
-            SensorError: It has not told anything for the time in which it has to.
+            SensorError: What it told last is too old, or nothing tells how it is turned.
         """
         del object_id, arm
         require(self.driver, "wrist_wrench", "a force was asked for")
         told = self._link.force()
-        if told is None or time.monotonic() - told[0] > self._answer:
-            raise SensorError(f"the wrench is {self._answer:g} s old, or nothing tells how its sensor is turned")
+        if told is None:
+            raise SensorError("nothing tells any more how the sensor of the wrench is turned")
+        if (age := time.monotonic() - told[0]) > self._oldest:
+            raise SensorError(f"the wrench is {age:.3f} s old, and {self._oldest:g} are allowed")
         return told[1]
 
     def _next(self, topic: str, kind: Literal["rgb", "depth"], since: float) -> Shot:

@@ -17,16 +17,15 @@ class Qos:
     Attributes:
         depth: Messages that are kept for one who is slow.
         latched: Those that come later get the last ones as well (`TRANSIENT_LOCAL`).
-        lossy: As sensor data: what is lost is not sent again (`BEST_EFFORT`).
     """
 
     depth: int = 10
     latched: bool = False
-    lossy: bool = False
 
 
-# As ROS 2 has it where nothing is said, and for sensor data.
-DEFAULT, SENSOR_DATA = Qos(), Qos(depth=5, lossy=True)
+# As ROS 2 has it where nothing is said; and for pictures, of which a few are kept. Both are sent again where they are lost
+# (`RELIABLE`): that is what RViz asks for, and those hear it as well who do not ask.
+DEFAULT, PICTURES = Qos(), Qos(depth=5)
 
 
 class Publisher(Protocol):

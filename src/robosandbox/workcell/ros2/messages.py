@@ -26,11 +26,12 @@ class Messages:
 
     Args:
         kind: Returns the class of a message of that name, as `sensor_msgs/msg/Image`.
+        world: Name of the frame that is this package's world.
         frames: Before the names of the cameras' frames.
     """
 
-    def __init__(self, kind: Callable[[str], Any], frames: str = "") -> None:
-        self._kind, self._frames = kind, frames
+    def __init__(self, kind: Callable[[str], Any], *, world: str = WORLD, frames: str = "") -> None:
+        self._kind, self._world, self._frames = kind, world, frames
 
     def _new(self, name: str, **values: Any) -> Any:
         return self._kind(name)(**values)
@@ -40,9 +41,10 @@ class Messages:
         whole = int(seconds)
         return self._new("builtin_interfaces/msg/Time", sec=whole, nanosec=int((seconds - whole) * 1e9))
 
-    def header(self, seconds: float, frame: str = WORLD) -> Any:
-        """Return a header."""
-        return self._new("std_msgs/msg/Header", stamp=self.stamp(seconds), frame_id=frame)
+    def header(self, seconds: float, frame: str | None = None) -> Any:
+        """Return a header, in the world where no frame is named."""
+        frame_id = self._world if frame is None else frame
+        return self._new("std_msgs/msg/Header", stamp=self.stamp(seconds), frame_id=frame_id)
 
     def optical(self, camera: str) -> str:
         """Return the name of a camera's optical frame."""

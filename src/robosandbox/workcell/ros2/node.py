@@ -12,7 +12,7 @@ from concurrent.futures import Future, wait
 from pathlib import Path
 from typing import Any
 
-from robosandbox.errors import InvalidArgumentError, RoboSandboxError
+from robosandbox.errors import InputError, InvalidArgumentError, RoboSandboxError
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.tasks.loader import find_task
 from robosandbox.types import ArmState, ObservedScene, SkillCall, SkillResult
@@ -22,9 +22,9 @@ from robosandbox.workcell.orders import ORDERS, BoundOrder, OrderResult, bind_or
 from robosandbox.workcell.pictures import Kind
 from robosandbox.workcell.ros2 import messages
 from robosandbox.workcell.ros2.description import WORLD, RobotDescription
-from robosandbox.workcell.ros2.graph import SENSOR_DATA, Graph, Publisher, Qos
+from robosandbox.workcell.ros2.graph import PICTURES, Graph, Publisher, Qos
 from robosandbox.workcell.studio import Shot
-from robosandbox.workcell.zenoh.messages import STATE_HZ, Picture
+from robosandbox.workcell.zenoh.messages import MAX_TIMEOUT, STATE_HZ, Picture
 from robosandbox.workcell.zenoh.server.readings import Readings
 from robosandbox.world.operators import BoundCall, bind
 
@@ -46,18 +46,22 @@ class WorkcellNode:
     Args:
         host: Owns the workcell, which is of this process; it has been started and stays the caller's to close.
         graph: That it is a node of; closed with it.
+        world: Name of the frame that is this package's world; a simulated robot's description begins at `world`.
 
     Raises:
-        InputError: The robot has no description.
+        InputError: The robot has no description, or the world of a simulated one is to have another name.
     """
 
-    def __init__(self, host: WorkcellHost, graph: Graph) -> None:
+    def __init__(self, host: WorkcellHost, graph: Graph, *, world: str = WORLD) -> None:
         self._host = host
         self._readings = Readings(host, boot_id="", with_truth=False)
         self._folder = tempfile.TemporaryDirectory()
+        self._world = world
         self._is_machine = host.embedded.driver.capabilities.clock == "wall"
         place, frames = ("~/", "robosandbox/") if self._is_machine else ("/", "")
-        self._graph, self._messages = graph, messages.Messages(graph.kind, frames)
+        if world != WORLD and not self._is_machine:
+            raise InputError(f"--world-frame {world}: the description of a simulated robot begins at the frame {WORLD}")
+        self._graph, self._messages = graph, messages.Messages(graph.kind, world=world, frames=frames)
         self._joints = graph.publisher("sensor_msgs/msg/JointState", f"{place}joint_states")
         self._transforms = graph.publisher("tf2_msgs/msg/TFMessage", "/tf", Qos(depth=100))
         self._description = graph.publisher(
@@ -124,11 +128,12 @@ class WorkcellNode:
         for name in self._mounts.keys() - self._cameras.keys():
             topics = {
                 "rgb": ("Image", "image_raw"),
+                "rgb info": ("CameraInfo", "camera_info"),
                 "depth": ("Image", "depth/image_raw"),
-                "info": ("CameraInfo", "camera_info"),
+                "depth info": ("CameraInfo", "depth/camera_info"),
             }
             self._cameras[name] = {
-                key: self._graph.publisher(f"sensor_msgs/msg/{kind}", f"~/{name}/{topic}", SENSOR_DATA)
+                key: self._graph.publisher(f"sensor_msgs/msg/{kind}", f"~/{name}/{topic}", PICTURES)
                 for key, (kind, topic) in topics.items()
             }
 
@@ -153,7 +158,7 @@ class WorkcellNode:
         if not self._is_machine:
             frames = [self._messages.transform(*frame, stamp) for frame in self._robots.frames(arms)]
         for camera, spec in self._mounts.items():
-            parent, pose = WORLD, spec.pose
+            parent, pose = self._world, spec.pose
             if spec.arm is not None and self._is_machine:
                 pose = arms[spec.arm].tcp_pose @ pose
             elif spec.arm is not None:
@@ -186,7 +191,7 @@ class WorkcellNode:
             Shot(camera, kind, "raw")
             for camera in self._mounts
             for kind in kinds
-            if self._cameras[camera][kind].get_subscription_count()
+            if any(self._cameras[camera][key].get_subscription_count() for key in (kind, f"{kind} info"))
         }
         for shot in self._streams - wanted:
             self._host.studio.stream(shot, None)
@@ -197,7 +202,7 @@ class WorkcellNode:
     def _deliver(self, publishers: dict[str, Publisher], kind: Kind) -> Callable[[bytes, Picture], None]:
         def deliver(data: bytes, picture: Picture) -> None:
             publishers[kind].publish(self._messages.image(data, picture, kind))
-            publishers["info"].publish(self._messages.camera_info(picture))
+            publishers[f"{kind} info"].publish(self._messages.camera_info(picture))
 
         return deliver
 
@@ -237,10 +242,12 @@ class WorkcellNode:
                 goal.publish_feedback(kind.Feedback(said=text))
 
         try:
-            call = bound()
-            activity = Activity[Any](
-                call.name, is_goal=True, goal_id=uuid.uuid4().hex, timeout=goal.request.timeout or None
-            )
+            call, timeout = bound(), goal.request.timeout
+            if not 0.0 <= timeout <= MAX_TIMEOUT:
+                raise InvalidArgumentError(
+                    f"timeout is {timeout:g}; give simulated seconds above 0, {MAX_TIMEOUT:g} at most, or 0 for none"
+                )
+            activity = Activity[Any](call.name, is_goal=True, goal_id=uuid.uuid4().hex, timeout=timeout or None)
             self._host.claim(activity)
             leave = self._host.events.subscribe(tell)
             try:

@@ -49,7 +49,7 @@ class RclpyGraph:
         profile = QoSProfile(
             depth=qos.depth,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if qos.latched else DurabilityPolicy.VOLATILE,
-            reliability=ReliabilityPolicy.BEST_EFFORT if qos.lossy else ReliabilityPolicy.RELIABLE,
+            reliability=ReliabilityPolicy.RELIABLE,
         )
         publisher: Publisher = self._node.create_publisher(self.kind(kind), topic, profile)
         return publisher

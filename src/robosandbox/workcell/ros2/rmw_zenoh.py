@@ -26,7 +26,7 @@ from robosandbox.workcell.zenoh.transport import is_loopback, open_connector
 
 _LOG = logging.getLogger(__name__)
 # Depth that a token leaves out, and the numbers of the policies that differ from what it leaves out.
-_DEFAULT_DEPTH, _TRANSIENT_LOCAL, _BEST_EFFORT = 42, 1, 2
+_DEFAULT_DEPTH, _TRANSIENT_LOCAL = 42, 1
 _STATUS = Qos(depth=1, latched=True)
 # Seconds for which a result can be asked for, as rcl's action servers keep theirs.
 _RESULT_SECONDS = 10.0
@@ -102,7 +102,7 @@ class RmwZenohGraph:
     def advertise(self, interface: type[Message], topic: str, qos: Qos) -> _Publisher:
         """Advertise a topic of a class of messages."""
         key, gid = self._key(interface, topic), self._declare("MP", interface, topic, qos)
-        reliability = zenoh.Reliability.BEST_EFFORT if qos.lossy else zenoh.Reliability.RELIABLE
+        reliability = zenoh.Reliability.RELIABLE
         if not qos.latched:
             return _Publisher(self._session.declare_publisher(key, reliability=reliability), gid)
         cache = ext.CacheConfig(qos.depth)
@@ -155,9 +155,9 @@ def _dds(interface: type[Message]) -> str:
 
 
 def _qos(qos: Qos) -> str:
-    """Return how a token writes QoS: what differs from the default, of reliability, durability, history and three durations."""
+    """Return how a token writes QoS: what differs from the default, of reliability (none does), durability, history and three durations."""
     depth = "" if qos.depth == _DEFAULT_DEPTH else qos.depth
-    return f"{_BEST_EFFORT if qos.lossy else ''}:{_TRANSIENT_LOCAL if qos.latched else ''}:,{depth}:,:,:,,"
+    return f":{_TRANSIENT_LOCAL if qos.latched else ''}:,{depth}:,:,:,,"
 
 
 class _Publisher:

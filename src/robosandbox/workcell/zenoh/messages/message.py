@@ -28,6 +28,8 @@ KEPT_RESULTS = 256
 KEPT_CHECKPOINTS = 64
 # Messages a second on `obs/state`; chosen so that what follows the arm moves smoothly; benchmarks/service.py measures it.
 STATE_HZ = 50.0
+# The longest that a goal may be given, simulated seconds.
+MAX_TIMEOUT = 1e6
 JSON = "application/json"
 
 RobotId = Annotated[str, Field(pattern=r"^[a-z0-9_-]{1,64}$")]

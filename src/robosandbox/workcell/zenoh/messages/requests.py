@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from robosandbox.workcell.zenoh.messages.message import MAX_MESSAGE_BYTES, Count, FromClient, GoalId
+from robosandbox.workcell.zenoh.messages.message import MAX_MESSAGE_BYTES, MAX_TIMEOUT, Count, FromClient, GoalId
 
 
 class Ask(FromClient):
@@ -30,7 +30,7 @@ class SendGoal(FromClient):
 
     goal_id: GoalId
     arguments: dict[str, Any] = Field(default_factory=dict, max_length=64)
-    timeout: Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False)] | None = None
+    timeout: Annotated[float, Field(gt=0.0, le=MAX_TIMEOUT, allow_inf_nan=False)] | None = None
     queue: bool = False
     client_id: GoalId | None = None
     boot_id: Annotated[str, Field(max_length=64)] | None = None
