@@ -411,10 +411,15 @@ def a_silent_robot_is_lost_though_the_node_tells_of_it() -> str:
             assert told == {"plant"}, told
             assert set(visitor.next(JointState, "/robosandbox/joint_states").name) >= {"joint1"}
             cut: list[float] = []
-            timer = threading.Timer(4.0, lambda: cut.append(plant.referee.inject("silent")))
-            timer.start()
+            began = time.monotonic()
+
+            def fall_silent() -> None:
+                while sum(speed > 0.1 for _, speed in plant.referee.speeds(began)) < 30:
+                    time.sleep(0.02)
+                cut.append(plant.referee.inject("silent"))
+
+            threading.Thread(target=fall_silent, daemon=True).start()
             ended = visitor.perform("pick", object="red_cube")
-            timer.join()
             assert not ended.success and "last heard of" in ended.message, ended.message
             time.sleep(0.5)
             moved = stood_after(plant, cut[0])

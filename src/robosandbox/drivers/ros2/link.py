@@ -272,7 +272,7 @@ class RosLink:
 
         Args:
             joints: Those that have to be told of.
-            oldest: How old what is told of them may be when it comes, seconds.
+            oldest: How old what is told of them may be, seconds.
             seconds: How long to wait.
         """
         end = time.monotonic() + seconds
@@ -286,7 +286,7 @@ class RosLink:
         if self.ended:
             return self.ended
         with self._lock:
-            told, unread = [*self._readings], self._unread.intersection(joints)
+            told, unread = dict(self._readings), self._unread.intersection(joints)
         silent = [joint for joint in joints if joint not in told]
         if unread:
             return f"the position of {', '.join(sorted(unread))} is told as NaN: its state interface is not there"
@@ -297,6 +297,9 @@ class RosLink:
                 f"joint states are stamped {self._skew:.3f} s before they come, and {oldest:g} are allowed: set both computers' "
                 "clocks by the same time; stamped=false where the stamps are of a simulation's clock"
             )
+        newest = max((told[joint].time for joint in joints), default=math.inf)
+        if (age := time.monotonic() - newest) > oldest:
+            return f"the robot was last heard of {age:.3f} s ago, and {oldest:g} are allowed"
         if not self._trajectories.server_is_ready():
             return f"no controller serves {self._action}; {self._actions('control_msgs/action/FollowJointTrajectory')}"
         if self._gripper is not None and not self._fingers_ready(self._gripper):
