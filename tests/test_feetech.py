@@ -574,6 +574,11 @@ def test_after_a_fault_nothing_moves_until_somebody_recovers(
             sweep(driver, 1.2, 2.0)
         spoil.join()
         stands, sent = plant.at_rest(), len(plant.goals())
+        assert driver.fault_log is not None and driver.fault_log.path is not None
+        *rows, last = map(json.loads, driver.fault_log.path.read_text().splitlines())
+        assert re.search(says, last["fault"]) and rows[-1]["mode"] in ("fault", "lost")
+        moved = [row["states"]["arm"]["q"][0] for row in rows]
+        assert max(moved) - min(moved) > 0.05 and rows[-1]["time"] - rows[0]["time"] > 0.6
         for move in (lambda: sweep(driver, -0.1, 1.0), lambda: driver.hands["hand"].set_gripper(1.0)):
             with pytest.raises(FaultError, match="nothing moves before recover"):
                 move()

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Self
 
 from robosandbox.driver.clamps import Clamps
+from robosandbox.driver.fault_log import FaultLog
 from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand
 from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode
 from robosandbox.driver.safety import Safety
@@ -113,6 +114,7 @@ class SafeDriver(PassingDriver):
 
     Attributes:
         safety: What is kept, and how the robot stands.
+        fault_log: The last ten seconds before each fault; None where time is simulated.
 
     Raises:
         UnsupportedError: The robot's own limits name a force, and the driver feels none.
@@ -123,6 +125,7 @@ class SafeDriver(PassingDriver):
         self.safety: Safety = Safety(inner)
         self._arms = {name: SafeArm(arm, inner, self.safety) for name, arm in inner.arms.items()}
         self._hands = {name: SafeHand(hand, self.safety) for name, hand in inner.hands.items()}
+        self.fault_log: FaultLog | None = FaultLog(inner) if inner.capabilities.clock == "wall" else None
         self._guards: list[Guard] = [*inner.guards]
         inner.guards[:] = [self._after_tick]
         if inner.simulation is not None:
@@ -228,6 +231,8 @@ class SafeDriver(PassingDriver):
     def _after_tick(self) -> Exception | None:
         """Return why the motion has to end, or None; the one guard of the driver behind."""
         error: Exception | None = self.safety.ticked()
+        if self.fault_log is not None:
+            self.fault_log.ticked(self.mode, self.fault)
         if error is not None or self.safety.is_braking:
             return error
         for guard in self._guards:
