@@ -23,6 +23,7 @@ from robosandbox.driver import (
     refusal,
     require,
 )
+from robosandbox.motion.fixed_surroundings import meetings
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -119,7 +120,10 @@ class Hardware(BareDriver):
         )
         hand = None if spec.gripper is None else _HardwareHand(self, spec.gripper, encoder_noise)
         self.hands = {} if hand is None else {hand.name: hand}
-        self.arms = {ARM: _HardwareArm(self, spec, planning.kinematics(), hand, encoder_noise)}
+        arm = _HardwareArm(self, spec, planning.kinematics(), hand, encoder_noise)
+        if clock == "wall":
+            arm.meets = meetings(planning)
+        self.arms = {ARM: arm}
         self.senses = _HardwareSenses(self)
         self._ticks = 0
         # Seconds of the wall's clock when it was switched on; None where that clock is not this driver's.

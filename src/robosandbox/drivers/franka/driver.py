@@ -28,6 +28,7 @@ from robosandbox.driver import (
 from robosandbox.errors import FaultError, InputError, LimitError, Phase
 from robosandbox.evidence import LimitEvidence
 from robosandbox.extras import missing_extra
+from robosandbox.motion.fixed_surroundings import meetings
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.loader import robots_of
@@ -127,6 +128,7 @@ class Franka(WallClockDriver):
         self._hand = hand
         self.hands = {} if hand is None else {hand.name: hand}
         self._arm = _FrankaArm(self, spec, planning.kinematics(), hand)
+        self._arm.meets = meetings(planning)
         self.arms = {ARM: self._arm}
         self._cameras: Mapping[str, CameraSpec] = {}
         try:

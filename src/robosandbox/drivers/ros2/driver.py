@@ -21,6 +21,7 @@ from robosandbox.driver import (
     refusal,
 )
 from robosandbox.errors import FaultError, InputError, Phase
+from robosandbox.motion.fixed_surroundings import meetings
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.loader import robots_of
@@ -139,6 +140,7 @@ class Ros2(WallClockDriver):
         )
         self._hand = hand
         self._arm = _RosArm(self, spec, self._joints, planning.kinematics(), hand)
+        self._arm.meets = meetings(planning)
         self.arms = {ARM: self._arm}
         senses = RosSenses(self, self.link, topics, self.posture, answer, link_timeout, self._began)
         self.senses = senses
