@@ -312,8 +312,9 @@ class Safety:
             self._check_host()
             self._check_robot()
         elif self._driver.fault and self.mode in ("ready", "stopped"):
-            # It happened between two commands.
+            # It happened between two commands: the next one is refused, and time goes on.
             self._check_robot()
+            return None
         if self.fault != was:
             return self._error(f"{self.fault}; nothing moves before recover() is called")
         for watch in self._arms.values():
