@@ -28,7 +28,7 @@ import threading
 from robosandbox.apps.commands import sim
 from robosandbox.workcell.host import WorkcellHost
 sim._MOST_SILENT_SECONDS = 1.0
-WorkcellHost.perform = lambda *_: threading.Event().wait()
+WorkcellHost.perform = lambda *_, **__: threading.Event().wait()
 """
 
 

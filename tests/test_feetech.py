@@ -224,7 +224,7 @@ def test_of_lekiwi_s_servos_the_arm_s_are_taken(names: list[str], tmp_path: Path
 
 
 def test_an_arm_without_a_calibration_is_told_how_to_come_by_one() -> None:
-    with pytest.raises(InputError, match=r"no calibration .* calibration=FILE .*drivers\.feetech range --port PORT"):
+    with pytest.raises(InputError, match=r"calibration: none is given, .* calibration=FILE .*drivers\.feetech range --port PORT"):
         require_calibration(None)
 
 

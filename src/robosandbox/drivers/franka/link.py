@@ -164,7 +164,7 @@ class FrankaLink:
     """
 
     def __init__(self, host: str, *, enforce_realtime: bool, hand: bool, period: float, deadline: float) -> None:
-        self._deadline = deadline
+        self._deadline, self._period = deadline, period
         realtime = franky.RealtimeConfig.Enforce if enforce_realtime else franky.RealtimeConfig.Ignore
         try:
             self._robot: franky.Robot | None = _within(
@@ -265,8 +265,14 @@ class FrankaLink:
 
     def recover(self) -> None:
         """Have the controller end its errors; raises LinkError where it does not."""
-        if not _within(self._deadline, "recovery", self._controller.recover_from_errors):
-            raise LinkError("the controller did not end its errors")
+        if _within(self._deadline, "recovery", self._controller.recover_from_errors):
+            return
+        # What it was asked may have come before its next state, in which they are over.
+        end = time.monotonic() + self._deadline
+        while self.arm.errors:
+            if time.monotonic() > end:
+                raise LinkError("the controller did not end its errors")
+            time.sleep(self._period)
 
     # Motions.
 
