@@ -224,7 +224,9 @@ def test_of_lekiwi_s_servos_the_arm_s_are_taken(names: list[str], tmp_path: Path
 
 
 def test_an_arm_without_a_calibration_is_told_how_to_come_by_one() -> None:
-    with pytest.raises(InputError, match=r"calibration: none is given, .* calibration=FILE .*drivers\.feetech range --port PORT"):
+    with pytest.raises(
+        InputError, match=r"calibration: none is given, .* calibration=FILE .*drivers\.feetech range --port PORT"
+    ):
         require_calibration(None)
 
 
@@ -473,24 +475,6 @@ def test_a_bus_without_servos_is_no_success(plant: Plant, capsys: pytest.Capture
     assert set_up(["scan", "--port", str(plant.folder / "bus"), "--last", "3"]) == 2
     said = capsys.readouterr()
     assert "no servo answers with an id of 1 to 3" in said.err and "have power" in said.err and not said.out
-
-
-@by_the_clock
-def test_a_range_over_the_encoder_s_end_is_no_whole_turn(
-    so101: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
-        joints = servo_joints(
-            read_calibration(tmp_path / "calibration.json"), [*_JOINTS], [*_JOINTS.values()], counts=4096
-        )
-        # The elbow's horn sits so that it goes over the encoder's end.
-        plant.inject("slip", ANY_SERVO, 1500)
-        given = ("range", "--port", f"{tmp_path}/bus", "--seconds", "6", "--out", f"{tmp_path}/arm.json")
-        with led_by_hand(plant, joints):
-            assert set_up([*given]) == 2
-        said = capsys.readouterr().err
-        assert "range: elbow_flex went over the end of the encoder" in said and "call middle" in said
-        assert not (tmp_path / "arm.json").exists()
 
 
 def test_a_joint_that_went_all_around_has_a_whole_turn() -> None:
