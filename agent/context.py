@@ -350,7 +350,7 @@ class AgentContext(GoalContext):
 
     @property
     def mode(self) -> Mode:
-        """How the cell stands."""
+        """Mode of the cell."""
         return self._safety.mode
 
     @property

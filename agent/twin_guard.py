@@ -23,7 +23,7 @@ _TICKS = 2
 
 @frozen(kw_only=True)
 class Track:
-    """How an arm went in one call.
+    """Course of an arm in one call.
 
     Attributes:
         q: Joint positions at each control tick, rad or m, shape (k, n).
@@ -133,14 +133,16 @@ class TwinGuard:
 
     def _position(self) -> SkillError | None:
         q = self._ctx.arm.state().q
+        closest: Array = np.full(len(q), np.inf)
         # The last way first: it is mostly the one.
-        closest = min(
-            (way.nearest(q, self._off) for way in reversed(self._ways)), key=lambda off: (off / self._off).max()
-        )
+        for way in reversed(self._ways):
+            off = way.nearest(q, self._off)
+            if (off <= self._off).all():
+                return None
+            if (off / self._off).max() < (closest / self._off).max():
+                closest = off
         joint = int((closest / self._off).argmax())
         value, most, name = float(closest[joint]), float(self._off[joint]), self._ctx.arm.spec.joints[joint]
-        if value <= most:
-            return None
         return self._differs(
             f"position: {name} is {value:.3f} rad (or m) off the way that it takes on the twin, and {most:.3f} are usual",
             f"{name}: distance from the twin's way, rad or m",

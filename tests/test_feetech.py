@@ -37,7 +37,6 @@ from robosandbox.drivers.feetech.calibration import (
     ServoJoint,
     check_ranges,
     read_calibration,
-    require_calibration,
     servo_joints,
 )
 from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
@@ -227,7 +226,7 @@ def test_an_arm_without_a_calibration_is_told_how_to_come_by_one() -> None:
     with pytest.raises(
         InputError, match=r"calibration: none is given, .* calibration=FILE .*drivers\.feetech range --port PORT"
     ):
-        require_calibration(None)
+        load_driver("feetech:port=/dev/ttyACM0", find_task("pick_cube_franka").scene)
 
 
 def test_an_old_file_of_lerobot_s_is_known_and_told_what_to_do(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ _SECONDS, _FILES = 10.0, 20
 
 
 class FaultLog:
-    """How the arms of a machine that goes by the wall's clock stood at each control tick of the last ten seconds.
+    """Record of the last ten seconds, tick by tick, of the arms of a machine that goes by the wall's clock.
 
     At a fault it is written as a file of JSON lines: `time` in seconds of the driver, `mode`, and of each arm its joints `q` (rad or
     m), their speeds `qd`, and how far its gripper is `closed` and was `commanded`, 0 to 1; the last line is the `fault`.

@@ -46,13 +46,14 @@ class _ArmWatch:
         if isinstance(arm, BareArm) and arm.meets is not None:
             self.surroundings = SurroundingsGuard(arm, arm.meets)
         self._limits: list[Limits] = []
-        self._workspaces: list[WorkspaceGuard] = []
+        # Where it may be: its workspaces, and outside of what stands there.
+        self._places: list[Callable[[], LimitError | None]] = [] if self.surroundings is None else [self.surroundings]
 
     def limit(self, limits: Limits) -> None:
         """Keep these limits from now on, besides those that are kept already."""
         self._limits.append(limits)
         if limits.workspace is not None:
-            self._workspaces.append(WorkspaceGuard(self.arm, limits.workspace))
+            self._places.append(WorkspaceGuard(self.arm, limits.workspace))
         if self.force is not None:
             self.force.allow(*force_limits(*self._limits))
 
@@ -68,10 +69,7 @@ class _ArmWatch:
 
     def over_limit(self) -> SkillError | None:
         """Return what is wrong with where the arm is or what it presses; None where nothing is."""
-        places: list[Callable[[], LimitError | None]] = [*self._workspaces]
-        if self.surroundings is not None:
-            places.append(self.surroundings)
-        for guard in places:
+        for guard in self._places:
             # An arm that brakes outside is on its way to a stop already.
             if (error := guard()) is not None and self.stop_began is None:
                 return error

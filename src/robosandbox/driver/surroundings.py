@@ -1,4 +1,4 @@
-"""What an arm would meet of itself and of what stands there fixed: nothing is commanded into it, and the arm stops where it comes into it."""
+"""Guard of an arm against itself and what stands there fixed: nothing is commanded into that, and the arm stops where it comes into it."""
 
 from __future__ import annotations
 
@@ -13,17 +13,14 @@ from robosandbox.evidence import LimitEvidence
 from robosandbox.types import Array, Trajectory
 from robosandbox.values import frozen
 
-# Seconds between two rows of a trajectory that are looked at; chosen so that an arm of a metre at 1 rad/s goes 20 mm meanwhile.
-_EVERY = 0.02
-
 
 @frozen
 class Meeting:
-    """What a part of an arm is in.
+    """Part of an arm that is within something.
 
     Attributes:
         part: Of the arm.
-        other: What it is in: another part of the arm, or a fixture.
+        other: Another part of the arm, or a fixture.
         depth: How far, metres.
     """
 
@@ -62,9 +59,10 @@ class SurroundingsGuard:
                 raise self._error(met, "would be", "; nothing has moved: choose a way that clears it")
 
     def check_trajectory(self, trajectory: Trajectory) -> None:
-        """Check a trajectory, its last row as well; errors as of `check`."""
-        stride = max(1, round(_EVERY / trajectory.dt))
-        self.check(np.concatenate([trajectory.q[::stride], trajectory.q[-1:]]))
+        """Check the rows of a trajectory between which no point of the arm goes farther than it may be in something; errors as of `check`."""
+        gone = self._arm.spec.reach[1] * np.abs(np.diff(trajectory.q, axis=0)).sum(axis=1)
+        numbers = np.unique((np.concatenate([[0.0], np.cumsum(gone)]) / TOLERANCE).astype(int), return_index=True)[1]
+        self.check(np.concatenate([trajectory.q[numbers], trajectory.q[-1:]]))
 
     def __call__(self) -> LimitError | None:
         """Return what is wrong with where the arm is: it is in something and went deeper."""

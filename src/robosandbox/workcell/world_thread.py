@@ -46,6 +46,7 @@ class WorldThread:
         self.looks: int = 0
         self.started: bool = False
         self._driver = driver
+        self._on_wall = driver is not None and driver.capabilities.clock == "wall"
         self._next_job = next_job
         self._reads: deque[Job] = deque()
         self._stopping = False
@@ -72,7 +73,7 @@ class WorldThread:
 
     def own(self, driver: Driver) -> Callable[[], None]:
         """Own this driver from now on; in the thread, or before it starts. Return what lets it go."""
-        self._driver = driver
+        self._driver, self._on_wall = driver, driver.capabilities.clock == "wall"
         self._rebase()
         return driver.subscribe(self._between_ticks)
 
@@ -127,7 +128,7 @@ class WorldThread:
     @property
     def _ticks_idle(self) -> bool:
         """Whether control ticks go on between jobs: a machine that goes on by itself is looked after all the time."""
-        return self.pace == "realtime" or (self._driver is not None and self._driver.capabilities.clock == "wall")
+        return self.pace == "realtime" or self._on_wall
 
     def _idle(self) -> None:
         assert self._driver is not None

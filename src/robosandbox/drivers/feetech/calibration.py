@@ -131,20 +131,13 @@ def read_calibration(path: Path) -> dict[str, ServoCalibration]:
     return found
 
 
-def require_calibration(path: Path | None) -> dict[str, ServoCalibration]:
-    """Return the servos of a file, as `read_calibration` does; raises InputError where none is given."""
-    if path is None:
-        raise InputError(NO_CALIBRATION)
-    return read_calibration(path)
-
-
 def write_calibration(path: Path, servos: Mapping[str, ServoCalibration]) -> None:
     """Write a file that LeRobot reads as well."""
     path.write_text(json.dumps(_FILE.dump_python(dict(servos)), indent=4) + "\n", encoding="utf-8")
 
 
 def servo_joints(
-    servos: Mapping[str, ServoCalibration] | None,
+    servos: Mapping[str, ServoCalibration],
     names: Sequence[str],
     limits: Sequence[tuple[float, float]],
     counts: int,
@@ -157,8 +150,7 @@ def servo_joints(
     where LeRobot homes the servo, is the model's zero. A gripper's jaws meet at one end, whatever the other is.
 
     Args:
-        servos: As calibrated; without them ids count up from 1, from the base to the gripper, with the middle of the encoder in
-            the middle of each joint's limits.
+        servos: As calibrated.
         names: Joints from base to gripper, in the same order.
         limits: Of each joint, rad.
         counts: Of a turn.
@@ -167,12 +159,6 @@ def servo_joints(
     Raises:
         InputError: The file has other joints, and not as many.
     """
-    if servos is None:
-        servos = {
-            name: ServoCalibration(id=index + 1, range_min=max(0, counts // 2 - reach), range_max=counts // 2 + reach)
-            for index, (name, (lower, upper)) in enumerate(zip(names, limits, strict=True))
-            for reach in (min(round((upper - lower) / (4.0 * math.pi) * counts), counts // 2 - 1),)
-        }
     servos = _of_arm(servos, names)
     joints = []
     for name, (lower, upper) in zip(names, limits, strict=True):

@@ -101,7 +101,7 @@ class _Step:
 
     @property
     def moves(self) -> bool:
-        """Whether it does not hold for good."""
+        """True of one that holds for a moment alone."""
         return self.told < math.inf
 
     def is_as(self, other: _Step) -> bool:
