@@ -423,16 +423,16 @@ def test_an_id_lies_where_scan_looks_and_a_servo_with_torque_takes_none(
         port = ("--servos", "dynamixel", "--port", f"{tmp_path}/bus")
         for servo in (1, 2, 3, 4, 6):
             plant.inject("silent", servo, 1)
-        assert set_up(["id", *port, "--to", "31"]) == 2
-        assert "give --to, 1 to 30" in capsys.readouterr().err
-        assert set_up(["id", *port, "--to", "40", "--last", "40"]) == 0
-        assert capsys.readouterr().out == "servo 5 has the id 40 now\n"
-        assert set_up(["scan", *port, "--last", "40"]) == 0
-        assert "servo 40: XL330-M288" in capsys.readouterr().out
+        assert set_up(["id", *port, "--to", "7", "--last", "6"]) == 2
+        assert "give --to, 1 to 6" in capsys.readouterr().err
+        assert set_up(["id", *port, "--to", "8", "--last", "8"]) == 0
+        assert capsys.readouterr().out == "servo 5 has the id 8 now\n"
+        assert set_up(["scan", *port, "--last", "8"]) == 0
+        assert "servo 8: XL330-M288" in capsys.readouterr().out
         # With its torque on a Dynamixel keeps the id that it has.
         plant.inject("torque", 5, 1)
-        assert set_up(["id", *port, "--to", "7", "--last", "40"]) == 2
-        assert "the torque of servo 40 is on" in capsys.readouterr().err
+        assert set_up(["id", *port, "--to", "7", "--last", "8"]) == 2
+        assert "the torque of servo 8 is on" in capsys.readouterr().err
 
 
 @by_the_clock
@@ -453,14 +453,14 @@ def test_servos_of_another_speed_are_found_and_set(
         for servo in range(1, 7):
             # As delivered: 57600.
             plant.inject("baud", servo, 1)
-        port = ("--port", f"{tmp_path}/bus")
+        port = ("--port", f"{tmp_path}/bus", "--last", "7")
         assert set_up(["id", *port, "--to", "3"]) == 2
         assert "give --servos dynamixel --baud 57600" in capsys.readouterr().err
         assert set_up(["scan", *port]) == 0
         said = capsys.readouterr().out
         assert "servo 4: XL330-M288" in said and "6 servos answer as dynamixel at 57600 baud" in said
         (command,) = re.findall(r"`python -m robosandbox.drivers.feetech (.*)`", said)
-        assert set_up(shlex.split(command)) == 0
+        assert set_up([*shlex.split(command), "--last", "7"]) == 0
         assert "6 servos answer at 1000000 baud now" in capsys.readouterr().out
         assert set_up(["scan", *port, "--servos", "dynamixel"]) == 0
         assert capsys.readouterr().out.endswith("6 servos answer\n")
@@ -685,16 +685,16 @@ def test_an_arm_that_is_held_back_stops_at_any_speed_and_does_not_leap_when_it_i
 
 @by_the_clock
 def test_a_gripper_goes_at_its_share_of_the_speed(plant: Plant, so101: Path) -> None:
-    with opened(plant, so101, ",speed=0.1") as driver:
+    with opened(plant, so101, ",speed=0.2") as driver:
         hand = driver.hands["hand"]
         hand.set_gripper(0.0)
-        driver.wait(4.0)
+        driver.wait(2.0)
         opened_to = plant.joints()[6][0]
         hand.set_gripper(1.0)
-        driver.wait(1.0)
-        # A tenth of the 6.1 rad/s that the servo makes without a load.
+        driver.wait(0.5)
+        # A fifth of the 6.1 rad/s that the servo makes without a load.
         assert 0.4 < abs(plant.joints()[6][0] - opened_to) < 0.8
-        driver.wait(3.0)
+        driver.wait(1.5)
         assert hand.state().closed > 0.9
 
 
