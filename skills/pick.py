@@ -118,16 +118,17 @@ class Pick(Skill):
                 if looks < _LOOKS and changed(scene, arm.look(*around(seen, scene))):
                     looks, scene = looks + 1, arm.settle(object)
                     continue
-                return self._execute(arm, target, plan, firm=tries.slipped)
+                return self._execute(arm, target, plan, tries)
             except (GraspError, TrackingError, LimitError) as error:
                 arm.ctx.doubt()
                 tries.failed(plan, seen, error)
                 scene = arm.look()
 
-    def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan, *, firm: bool) -> SkillResult:
+    def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan, tries: _Tries) -> SkillResult:
         scene = take_hold(arm, target, plan)
         width = arm.gripper.width
-        after = _lift(arm, arm.find(target.id, scene), plan.grasp.width, firm=firm, out=plan.out)
+        held = arm.find(target.id, scene)
+        after = _lift(arm, held, plan.grasp.width, firm=tries.slipped, slowly=tries.stuck, out=plan.out)
         return SkillResult(
             skill=self.name,
             detail={
@@ -170,13 +171,14 @@ class _Tries:
     Attributes:
         felt: By how much (3,) the object lies elsewhere than it is seen, as fingers that came down on it tell; metres.
         slipped: Whether it came out of one of them: the next holds as hard as it can.
+        stuck: Whether it did not come up with one of them: with the next it is lifted slowly, as it may come free and meet what holds it.
     """
 
     def __init__(
         self, arm: Manipulator, object: str, *, met: Callable[[Grasp, bool], Obstruction | None] | None
     ) -> None:
         self.felt: Array = np.zeros(3)
-        self.slipped = False
+        self.slipped = self.stuck = False
         self._arm = arm
         self._object = object
         self._met = met
@@ -210,6 +212,7 @@ class _Tries:
             raise error
         self._failure = error
         self.slipped = self.slipped or _reason(error) == "slipped"
+        self.stuck = self.stuck or _reason(error) in _LOAD_FAILURES
         self._excluded.append(in_frame(plan.grasp, seen))
         # No other grasp frees fingers that stick.
         last = len(self._excluded) >= _ATTEMPTS or _reason(error) == "gripper_stuck"
@@ -250,7 +253,13 @@ def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
 
 
 def _lift(
-    arm: Manipulator, target: DetectedObject, width: float, *, firm: bool = False, out: Array | None = None
+    arm: Manipulator,
+    target: DetectedObject,
+    width: float,
+    *,
+    firm: bool = False,
+    slowly: bool = False,
+    out: Array | None = None,
 ) -> DetectedObject:
     """Lift what the fingers have closed on, and return where it is seen when it is still.
 
@@ -259,6 +268,7 @@ def _lift(
         target: The object as it lies between the fingers.
         width: Its extent between them, metres.
         firm: Hold as hard as the fingers can.
+        slowly: Rise as slowly as what is heavy.
         out: Level way (3,) on which it comes out from under what is over it, metres; None where that is not known.
 
     Raises:
@@ -276,11 +286,11 @@ def _lift(
         others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
         arm.motion.allow("table", *(item.id for item in others if nearer(target, item, _BESIDE)))
         try:
-            rise = rise_with(arm, target, scene, width, grip)
+            rise = rise_with(arm, target, scene, width, grip, slowly=slowly)
         except CollisionError:
             arm.allow_touched()
             try:
-                rise = rise_with(arm, target, scene, width, grip)
+                rise = rise_with(arm, target, scene, width, grip, slowly=slowly)
             except CollisionError as above:
                 other = above.evidence.other if isinstance(above.evidence, CollisionEvidence) else ""
                 if all(item.id != other for item in others):

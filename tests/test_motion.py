@@ -380,6 +380,24 @@ def test_a_way_with_room_goes_before_one_that_grazes(sim, planner):
     assert checker.first_touch(way.q) is None and not checker.is_narrow(way.q, 0.008)
 
 
+def test_a_corner_is_rounded_only_where_there_is_room(sim, planner) -> None:
+    """Towards the post and aside before it: half a millimetre off it, a curve through the corner would swing into it."""
+    start = planner.ik(down(0.15, -0.25, 0.3))
+    slowest = {}
+    for nearest in (-0.15, -0.1355):
+        corner, end = down(0.15, nearest, 0.3), down(0.35, nearest, 0.3)
+        lines = planner._line_path(start, corner)
+        lines = np.concatenate([lines, planner._line_path(lines[-1], end)[1:]])
+        rounded = planner._timed(lines, 0.5)
+        way = planner.plan_through(start, [corner, end], speed=0.5)
+        assert planner._collisions.first_touch(way.q) is None
+        assert (planner._collisions.first_touch(rounded.q) is None) is (nearest == -0.15)
+        speed = np.abs(np.diff(way.q, axis=0)).max(axis=1) / way.dt
+        within = len(speed) // 8
+        slowest[nearest] = speed[within:-within].min()
+    assert slowest[-0.1355] < 0.2 * slowest[-0.15]
+
+
 def test_what_the_hand_alone_may_touch_no_link_before_it_may() -> None:
     with open_session(Scene()) as session:
         q = session.mujoco.robot.home_q

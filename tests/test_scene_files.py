@@ -845,6 +845,32 @@ def test_what_glides_on_two_slides_is_a_thing_that_is_pushed_to_a_point(tmp_path
         assert np.hypot(x - 0.52, y - 0.05) < 0.015
 
 
+BESET = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="2 2 0.1"/>
+    <body name="table" pos="0.4 0 0.2"><geom type="box" size="0.4 0.5 0.2"/></body>
+    <body name="post" pos="0.4 0 0.42"><geom type="box" size="0.02 0.02 0.02"/></body>
+    <body name="wall" pos="0.28 0 0.42"><geom type="box" size="0.01 0.25 0.02"/></body>
+    <body name="slab" pos="0.4 -0.2 0.415"><freejoint/><geom type="box" size="0.05 0.05 0.015" mass="0.2"/></body>
+    <body name="die" pos="0.54 0.02 0.415"><freejoint/><geom type="box" size="0.015 0.015 0.015" mass="0.02"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_what_is_loose_is_cleared_from_the_one_way_that_nothing_fixed_bars(tmp_path: Path) -> None:
+    """A slab too wide to be taken: straight on stands a post, on one side a wall, and a die in the way around."""
+    path = tmp_path / "room.xml"
+    path.write_text(BESET)
+    with open_here(WorkcellOptions(scene=path, robot_base=(0.0, 0.0, 0.4, 0.0))) as cell:
+        episode = cell.run("at(slab, 0.4, 0.2)")
+        assert episode.success, episode.final_detail
+        x, y, _ = cell.truth().objects["slab"].pose.xyz
+        assert np.hypot(x - 0.4, y - 0.2) < 0.015
+        assert {step.call.skill for step in episode.steps[:-1]} & {"stack", "place_at"}
+
+
 def test_what_is_pushed_has_room_under_what_is_over_it(tmp_path: Path) -> None:
     path = tmp_path / "room.xml"
     path.write_text(GLIDING)

@@ -35,7 +35,15 @@ class _Rubs(Exception):
     """The hand presses on something else, too; the driver holds the arm."""
 
 
-def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: float, grip: Guard) -> float:
+def rise_with(
+    arm: Manipulator,
+    held: DetectedObject,
+    scene: ObservedScene,
+    width: float,
+    grip: Guard,
+    *,
+    slowly: bool = False,
+) -> float:
     """Rise by the height of a lift, or as far as can be reached; return how far, metres.
 
     Args:
@@ -44,6 +52,7 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
         scene: As it was when the fingers had closed.
         width: Its extent between them, metres.
         grip: Holds it as hard as it has to be held.
+        slowly: As slowly from the start as what turned out to be heavy.
 
     Raises:
         UnreachableError: Not even a quarter of it can be reached.
@@ -66,7 +75,7 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
 
     begin = arm.state.tcp_pose.xyz[2]
     guards = [grip, *([heavy] if has.wrist_wrench else []), *([rubs] if has.contact == "named" else [])]
-    gone, speed = 0.0, arm.tempo.lift
+    gone, speed = 0.0, CAREFUL.lower if slowly else arm.tempo.lift
     while gone < LIFT_HEIGHT:
         try:
             gone += arm.rise(LIFT_HEIGHT - gone, Phase.LIFT, speed=speed, guards=guards)

@@ -10,7 +10,7 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence
-from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, most_telling, raised
+from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, raised
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
 from robosandbox.types.robot import RobotSpec
 from robosandbox.values import frozen
@@ -108,7 +108,7 @@ def plan_stroke(
             return Stroke(approach, descent, push, (x, y), distance, aperture)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
-    raise most_telling(failures)
+    raise arm.clearest(failures)
 
 
 def plan_push_to(
@@ -137,7 +137,7 @@ def plan_push_to(
             return strokes[0]
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
-    raise most_telling(failures)
+    raise arm.clearest(failures)
 
 
 def _bends(target: DetectedObject, goal: Array) -> Iterator[tuple[Array, ...]]:

@@ -219,7 +219,9 @@ class DLSMotionPlanner:
         return self._timed(path, speed)
 
     def plan_through(self, q_start: Array, tcp_poses: Sequence[Pose], *, speed: Speed = 0.5) -> Trajectory:
-        """Return a trajectory that takes the TCP through poses on straight lines, without a stop, checked all along.
+        """Return a trajectory that takes the TCP through poses on straight lines, checked all along.
+
+        It stops at the poses between only where something is so near that there is no room to round them.
 
         Args:
             q_start: Shape (n,).
@@ -230,14 +232,17 @@ class DLSMotionPlanner:
             UnreachableError: A point of the way is out of reach, or only with another arm posture.
             CollisionError: Something is in the way.
         """
-        parts = [np.array([q_start])]
+        lines = [np.array([q_start])]
         for pose in tcp_poses:
-            parts.append(self._line_path(parts[-1][-1], pose)[1:])
-        path = np.concatenate(parts)
+            lines.append(self._line_path(lines[-1][-1], pose))
+        path = np.concatenate([lines[0], *(line[1:] for line in lines[1:])])
         error = self._collision(path)
         if error is not None:
             raise error
-        return self._timed(path, speed)
+        rounded = self._timed(path, speed)
+        if len(tcp_poses) == 1 or self._collision(rounded.q) is None:
+            return rounded
+        return join([self._timed(line, speed) for line in lines[1:]])
 
     def _line_path(self, q_start: Array, tcp_pose: Pose) -> Array:
         return line_path(self._kinematics, self._robot, q_start, tcp_pose, most_waypoints=self.n_waypoints)

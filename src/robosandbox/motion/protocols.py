@@ -55,7 +55,7 @@ class MotionPlanner(Protocol):
         ...
 
     def plan_through(self, q_start: Array, tcp_poses: Sequence[Pose], *, speed: Speed = 0.5) -> Trajectory:
-        """Return straight TCP lines through poses, without a stop; raises UnreachableError or CollisionError."""
+        """Return straight TCP lines through poses, with a stop only where there is no room for none; raises UnreachableError or CollisionError."""
         ...
 
     def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: Speed = 0.5) -> Trajectory:
