@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import warnings
 from pathlib import Path
 from typing import Any
@@ -233,5 +234,27 @@ def test_wrong_kinds_are_told() -> None:
     wrong: Any = {"observation": "smell"}
     with pytest.raises(InputError, match="observation: 'smell' is not one of state, pixels"):
         ManipulationEnv("home", **wrong)
-    with pytest.raises(InputError, match="control_hz: 30 does not divide"):
-        ManipulationEnv("home", control_hz=30)
+    for rate in (0.0, -1.0, 101.0, math.nan):
+        with pytest.raises(InputError, match=r"control_hz: .* give more than 0, to 100"):
+            ManipulationEnv("home", control_hz=rate)
+
+
+@pytest.mark.parametrize("rate", [30.0, 60.0, 7.0, 100.0])
+def test_actions_of_any_rate_begin_at_the_tick_nearest_to_their_time(rate: float) -> None:
+    """As of a data set of 30 pictures a second, which no whole number of control ticks lies between."""
+    env = ManipulationEnv("home", control_hz=rate, action="joint", observation="state")
+    try:
+        env.reset(seed=1)
+        driver, spec = env.session.driver, env.session.ctx.arm.spec
+        begun, tick = driver.time, driver.control_timestep
+        rng, fastest = np.random.default_rng(3), 0.0
+        for count in range(1, round(2.0 * rate) + 1):
+            before = env.controller.commanded[0]
+            began = driver.time
+            env.step(rng.uniform(-1.0, 1.0, env.action_space.shape))
+            assert abs(driver.time - begun - count / rate) <= 0.5 * tick + 1e-9
+            speed = np.abs(env.controller.commanded[0] - before) / (driver.time - began)
+            fastest = max(fastest, float((speed / spec.velocity_limits).max()))
+        assert 0.05 < fastest <= 1.0 + 1e-9
+    finally:
+        env.close()

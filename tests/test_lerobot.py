@@ -26,6 +26,7 @@ CLAIMS = (
     "the_red_cube_is_picked_up",
     "an_episode_is_recorded_with_the_skills_as_its_teleoperator",
     "the_skills_teleoperate",
+    "what_was_sent_is_what_an_action_returns",
     "a_policy_is_evaluated",
 )
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import struct
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Final, cast
 
 import numpy as np
@@ -25,8 +28,9 @@ from robosandbox.driver import (
     simulated,
 )
 from robosandbox.driver.clamps import TOLERANCES
+from robosandbox.driver.stop_switch import StopSwitch
 from robosandbox.drivers.hardware import Hardware
-from robosandbox.errors import FaultError, LimitError, UnsupportedError
+from robosandbox.errors import FaultError, InputError, LimitError, UnsupportedError
 from robosandbox.evidence import LimitEvidence
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.motion.time_optimal import optimal_trajectory
@@ -44,6 +48,7 @@ from robosandbox.types import (
     frozen_array,
 )
 from robosandbox.types.robot import GripperSpec, RobotSpec
+from robosandbox.workcell.session import open_session
 
 
 class Arrays(BareDriver):
@@ -566,6 +571,94 @@ def test_a_robot_that_is_heard_of_no_more_is_lost_and_found_again() -> None:
     inner.heard, inner.qd = inner.time, np.zeros(7)
     driver.recover()
     driver.arms["arm"].trim(driver.state().q)
+
+
+def in_time(driver: SafeDriver, act: Callable[[], object], after: float) -> Callable[[], None]:
+    """Return a listener that does something once, so many seconds from now."""
+    due = [driver.time + after]
+
+    def listen() -> None:
+        if due and driver.time >= due[0]:
+            due.clear()
+            act()
+
+    return listen
+
+
+def test_a_file_that_somebody_makes_stops_the_arm_in_mid_motion_and_between_commands(
+    driver: SafeDriver, tmp_path: Path
+) -> None:
+    file, spec = tmp_path / "stop", driver.arms["arm"].spec
+    driver.safety.switches.append(StopSwitch(file))
+    q = driver.state().q
+    goal = moved(spec, q, 0, 1.0)
+    driver.subscribe(in_time(driver, file.touch, 0.3))
+    began = driver.time
+    with pytest.raises(
+        FaultError, match=r"stop is there, which asks for a stop; remove it; nothing moves before recover"
+    ):
+        driver.arms["arm"].follow(timed(spec, q, goal, 0.5))
+    assert driver.time - began < 0.34 and driver.mode == "fault"
+    driver.wait(1.0)
+    assert driver.state().q[0] < q[0] + 0.7
+    for command in (lambda: driver.arms["arm"].trim(driver.state().q), lambda: driver.hands["hand"].set_gripper(1.0)):
+        with pytest.raises(FaultError, match="which asks for a stop"):
+            command()
+    with pytest.raises(FaultError, match="it is not over"):
+        driver.recover()
+    file.unlink()
+    driver.recover()
+    here = driver.state().q
+    driver.arms["arm"].follow(timed(spec, here, moved(spec, here, 0, 0.1)))
+    # Nothing moves now, and nothing is to.
+    file.touch()
+    with pytest.raises(FaultError, match="which asks for a stop"):
+        driver.arms["arm"].follow(timed(spec, here, moved(spec, here, 0, 0.2)))
+
+
+@pytest.mark.parametrize(
+    ("name", "still", "press"),
+    [
+        # What a joystick tells of its buttons as it is opened, a stick, a button that is let go; then one that is pressed.
+        ("js0", [(9, 1, 0x81, 2), (9, 32767, 0x02, 1), (9, 0, 0x01, 2)], (12, 1, 0x01, 3)),
+        ("event5", [(1, 2, 3, 0, 128), (1, 2, 0, 0, 0), (1, 2, 1, 304, 0)], (1, 3, 1, 304, 1)),
+    ],
+)
+def test_a_button_stops_the_arm_and_nothing_else_that_a_gamepad_sends_does(
+    tmp_path: Path, name: str, still: list[tuple[int, ...]], press: tuple[int, ...]
+) -> None:
+    device, form = tmp_path / name, struct.Struct("=IhBB" if name == "js0" else "@llHHi")
+    os.mkfifo(device)
+    driver = made_safe(Arrays())
+    spec, q = driver.arms["arm"].spec, driver.state().q
+    driver.safety.switches.append(StopSwitch(device))
+    with device.open("wb", buffering=0) as pad:
+        pad.write(b"".join(form.pack(*event) for event in still))
+        driver.arms["arm"].follow(timed(spec, q, moved(spec, q, 0, 0.2)))
+        # In two writes, as a pipe may bring it.
+        whole = form.pack(*press)
+        pad.write(whole[:5])
+        here = driver.state().q
+        driver.subscribe(in_time(driver, lambda: pad.write(whole[5:]), 0.2))
+        began = driver.time
+        with pytest.raises(FaultError, match=rf"button (3|304) of .*{name} was pressed"):
+            driver.arms["arm"].follow(timed(spec, here, moved(spec, here, 0, 1.0), 0.5))
+        assert driver.time - began < 0.24
+        with pytest.raises(FaultError, match="was pressed"):
+            driver.arms["arm"].trim(driver.state().q)
+        driver.wait(1.0)
+        driver.recover()
+        driver.arms["arm"].trim(driver.state().q)
+    device.unlink()
+    with pytest.raises(FaultError, match="No such file"):
+        driver.safety.switches[0].reset()
+        driver.arms["arm"].trim(driver.state().q)
+    driver.close()
+
+
+def test_a_stop_switch_that_is_not_there_is_refused_at_the_opening() -> None:
+    with pytest.raises(InputError, match=r"stop switch /dev/input/js99: No such file or directory; plug it in"):
+        open_session("home", stop_switch="/dev/input/js99")
 
 
 # The face.

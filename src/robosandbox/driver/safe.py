@@ -220,6 +220,8 @@ class SafeDriver(PassingDriver):
     def close(self) -> None:
         """Let go of the robot, and of listeners and guards."""
         self._guards.clear()
+        for switch in self.safety.switches:
+            switch.close()
         self._inner.close()
 
     def __enter__(self) -> Self:

@@ -16,6 +16,7 @@ from robosandbox.driver.clamps import TOLERANCES, braking_seconds
 from robosandbox.driver.force import ForceGuard
 from robosandbox.driver.protocols import Arm, Driver, Mode
 from robosandbox.driver.sliding import SlideGuard
+from robosandbox.driver.stop_switch import StopSwitch
 from robosandbox.driver.surroundings import SurroundingsGuard
 from robosandbox.driver.workspace import WorkspaceGuard
 from robosandbox.errors import FaultError, LimitError, Phase, SkillError
@@ -88,6 +89,7 @@ class Safety:
         fault: Why it moves nothing; "" where there is no fault.
         stopped_after: In how many seconds the last stop was over; None where none was seen to the end.
         is_braking: Whether a stop is waited for now.
+        switches: What somebody stops the arms with from outside of this program.
 
     Raises:
         UnsupportedError: The robot's own limits name a force, and the driver feels none.
@@ -111,6 +113,7 @@ class Safety:
         self.fault: str = ""
         self.stopped_after: float | None = None
         self.is_braking: bool = False
+        self.switches: list[StopSwitch] = []
         self._evidence: LimitEvidence | None = None
         self._ticked_at = 0.0
         for name, watch in self._arms.items():
@@ -286,9 +289,11 @@ class Safety:
         """End a fault, somebody having looked after it.
 
         Raises:
-            FaultError: What was the matter still is: an arm moves, or the link is lost.
+            FaultError: What was the matter still is: an arm moves, the link is lost, or a stop is asked for.
         """
         self.anew()
+        for switch in self.switches:
+            switch.reset()
         self._check_robot()
         speed = max(watch.speed for watch in self._arms.values())
         if not self.fault and speed > TOLERANCES.still:
@@ -309,7 +314,7 @@ class Safety:
         if self.mode == "moving":
             self._check_host()
             self._check_robot()
-        elif self._driver.fault and self.mode in ("ready", "stopped"):
+        elif self.mode in ("ready", "stopped") and (self._driver.fault or self._asked_to_stop):
             # It happened between two commands: the next one is refused, and time goes on.
             self._check_robot()
             return None
@@ -366,8 +371,8 @@ class Safety:
         """Look whether the robot has a fault of its own, and when it was last heard of."""
         # Asked first: a robot that has not been heard of for some time may see only now what is the matter.
         age = 0.0 if self._link_timeout is None else self._driver.time - self._oldest_state
-        if self._driver.fault:
-            self.mode, self.fault, self._evidence = "fault", self._driver.fault, None
+        if why := self._asked_to_stop or self._driver.fault:
+            self.mode, self.fault, self._evidence = "fault", why, None
             self._forget_stops()
             _log.error("%s: %s", robot_name(self._driver), self.fault)
         elif self._link_timeout is not None and age > self._link_timeout:
@@ -378,6 +383,11 @@ class Safety:
                 age,
                 self._link_timeout,
             )
+
+    @property
+    def _asked_to_stop(self) -> str:
+        """Why nothing is to move, as somebody outside asks; "" where nobody does."""
+        return next((why for switch in self.switches if (why := switch.pressed())), "")
 
     @property
     def _oldest_state(self) -> float:

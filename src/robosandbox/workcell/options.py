@@ -50,6 +50,7 @@ class WorkcellOptions:
         what_if: Whether skills may try repairs on the twin, a simulation of what is believed.
         confirm: Whether each plan is tried on the twin before anything moves, shown, and confirmed, or refused where nobody can
             be asked; None where the driver's clock is the wall's.
+        stop_switch: A file that stops the arms while it exists, or a device any button of which does, as `/dev/input/js0`.
         render_size: (height, width) of camera pictures, pixels.
     """
 
@@ -79,6 +80,7 @@ class WorkcellOptions:
     max_replans: int = 3
     what_if: bool = True
     confirm: bool | None = None
+    stop_switch: Path | str | None = None
     render_size: tuple[int, int] = (240, 320)
 
 

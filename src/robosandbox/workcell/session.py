@@ -16,6 +16,7 @@ from robosandbox.agent.context import AgentContext
 from robosandbox.agent.gate import Gate
 from robosandbox.agent.planners import make_planner
 from robosandbox.driver import SafeDriver, driver_factory, fitted
+from robosandbox.driver.stop_switch import StopSwitch
 from robosandbox.errors import InputError
 from robosandbox.grasp.protocols import GraspPlanner
 from robosandbox.motion.protocols import MotionPlanner
@@ -91,6 +92,8 @@ def _open_task(options: WorkcellOptions, wait_hook: Callable[[], None] | None) -
     # With a robot of the caller's own the task is not to blame.
     driver = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
     try:
+        if options.stop_switch is not None:
+            driver.safety.switches.append(StopSwitch(Path(options.stop_switch)))
         if options.camera is not None and options.camera not in driver.capabilities.cameras:
             cameras = ", ".join(driver.capabilities.cameras)
             raise InputError(f"{task.name}: camera {options.camera!r} is not one of {cameras}")

@@ -19,7 +19,7 @@ class RobosandboxEnv(EnvConfig):
     Attributes:
         task: A bundled task's name, or a file.
         robot: A model file or a bundled robot's name, in place of the task's.
-        fps: Actions a second; the control rate divided by a whole number.
+        fps: Actions a second, up to the control rate.
         cameras: Whose pictures are observed.
         height: Of pictures, pixels.
         width: Likewise.
@@ -28,7 +28,7 @@ class RobosandboxEnv(EnvConfig):
 
     task: str | None = "pick_cube_franka"
     robot: str | None = None
-    fps: int = 25
+    fps: int = 30
     cameras: list[str] = field(default_factory=lambda: ["scene"])
     height: int = 120
     width: int = 160

@@ -16,7 +16,7 @@ class RobosandboxConfig(RobotConfig):
         task: A bundled task's name, or a file.
         robot: A model file or a bundled robot's name, in place of the task's.
         seed: The layout that it begins with.
-        fps: Actions a second, as of LeRobot's command; the control rate divided by a whole number.
+        fps: Actions a second, as of LeRobot's command.
         views: Cameras whose pictures are observed.
         height: Of pictures, pixels.
         width: Likewise.
@@ -25,7 +25,7 @@ class RobosandboxConfig(RobotConfig):
     task: str = "pick_cube_franka"
     robot: str | None = None
     seed: int = 0
-    fps: int = 25
+    fps: int = 30
     views: list[str] = field(default_factory=lambda: ["scene"])
     height: int = 120
     width: int = 160

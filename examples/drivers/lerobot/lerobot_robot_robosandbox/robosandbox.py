@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from typing import Any, ClassVar
 from weakref import WeakValueDictionary
 
@@ -14,6 +15,8 @@ from robosandbox_lerobot.cell import Cell, Numbers, arm_of
 from lerobot_robot_robosandbox.config_robosandbox import RobosandboxConfig
 
 _log = logging.getLogger(__name__)
+# Seconds of actions after which their rate on the wall's clock is looked at, and the share by which it may be off what was said.
+_LOOKED_AT, _OFF = 2.0, 0.2
 
 
 class Robosandbox(Robot):
@@ -32,6 +35,8 @@ class Robosandbox(Robot):
         self._cell: Cell | None = None
         self._seen: dict[str, Any] = {}
         self._acted = False
+        # How many actions came, and when the first of them did.
+        self._count, self._began = 0, 0.0
         self.known[config.id] = self
 
     @property
@@ -91,17 +96,18 @@ class Robosandbox(Robot):
 
     @check_if_not_connected
     def send_action(self, action: RobotAction) -> RobotAction:
-        """Let an action's period pass with the arm on its way to where the action has it.
+        """Let an action's period pass with the arm on its way to where the action has it; return where it was sent.
 
-        Where a limit of the arm or the task is passed, it holds, and the log says which.
+        That is short of the action where the arm's limits are. Where a limit of the task is passed, it holds, and the log says which.
         """
         assert self._cell is not None
         wanted = [float(action[key]) for key in self._keys]
         self._acted = True
+        self._pace()
         self._seen, _, _, _, info = self._cell.step(wanted)
         if "stopped" in info:
             _log.warning("%s", info["stopped"])
-        return dict(zip(self._keys, wanted, strict=True))
+        return dict(zip(self._keys, self._cell.commanded().tolist(), strict=True))
 
     @check_if_not_connected
     def disconnect(self) -> None:
@@ -110,6 +116,22 @@ class Robosandbox(Robot):
         self._tell()
         self._cell.close()
         self._cell = None
+
+    def _pace(self) -> None:
+        """Tell once where actions come at another rate than the simulation takes them for."""
+        fps, now = self.config.fps, time.perf_counter()
+        if self._count == 0:
+            self._began = now
+        elif self._count == round(_LOOKED_AT * fps):
+            rate = self._count / (now - self._began)
+            if abs(rate / fps - 1.0) > _OFF:
+                _log.warning(
+                    "%.0f actions a second come, and fps is %d: simulated time passes %.1f times as fast as the clock's",
+                    rate,
+                    fps,
+                    rate / fps,
+                )
+        self._count += 1
 
     def _tell(self) -> None:
         """Put into the log whether the task has succeeded, judged on the simulated state, if anything was done for it."""

@@ -67,7 +67,7 @@ class Cell(gymnasium.Wrapper[Any, Any, Any, Any]):
         task: A bundled task's name, or a file.
         robot: A model file or a bundled robot's name, in place of the task's.
         cameras: Whose pictures are observed.
-        fps: Actions a second; the control rate divided by a whole number.
+        fps: Actions a second, up to the control rate.
         height: Of pictures, pixels.
         width: Likewise.
         render_mode: As of `ManipulationEnv`.
@@ -79,7 +79,7 @@ class Cell(gymnasium.Wrapper[Any, Any, Any, Any]):
         *,
         robot: str | None = None,
         cameras: Sequence[str] = ("scene",),
-        fps: int = 25,
+        fps: int = 30,
         height: int = 120,
         width: int = 160,
         render_mode: str | None = None,
@@ -119,6 +119,11 @@ class Cell(gymnasium.Wrapper[Any, Any, Any, Any]):
         """Start over, as `ManipulationEnv` does."""
         seen, info = self.inner.reset(seed=seed, options=options)
         return self._said(seen), info
+
+    def commanded(self) -> NDArray[np.float32]:
+        """Return the numbers of where the arm was sent last: as far as its limits let it on the way to where an action has it."""
+        q, closed = self.inner.controller.commanded
+        return self.numbers.told(q.tolist(), closed)
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Send the joints on to where an action has them, as far as they get within their limits in a period."""

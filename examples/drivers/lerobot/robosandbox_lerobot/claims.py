@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import yaml
 from lerobot.robots.so_follower import SO101Follower, SO101FollowerConfig
+from lerobot_robot_robosandbox import Robosandbox, RobosandboxConfig
 from support.models import wheel_files
 from support.plant_runs import run_tasks, stood_after
 from support.servo_bus import Plant, emulated
@@ -44,7 +45,7 @@ from robosandbox_lerobot.channels import ServoChannel, channels
 CLAIMS: dict[str, Callable[[], str]] = {}
 TASK = "pick_cube_franka"
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
-FPS = 25
+FPS = 30
 ENV = ("--env.type=robosandbox", f"--env.task={TASK}", f"--env.fps={FPS}")
 ROBOT = ("--robot.type=robosandbox", f"--robot.task={TASK}", f"--robot.fps={FPS}")
 # Layouts of a task that are looked through for one in which the arm has room.
@@ -326,6 +327,26 @@ def the_skills_teleoperate() -> str:
     )
     assert "layout 0: succeeded" in said, said[-2000:]
     return "layout 0: succeeded"
+
+
+@claim
+def what_was_sent_is_what_an_action_returns() -> str:
+    told = []
+    for fps in (25, 30, 60):
+        robot = Robosandbox(RobosandboxConfig(id=f"sent at {fps}", fps=fps, views=[]))
+        robot.connect()
+        try:
+            here = robot.get_observation()
+            far = {key: here[key] + (30.0 if key == "joint1.pos" else 0.0) for key in robot.action_features}
+            first = robot.send_action(far)
+            assert 0.0 < first["joint1.pos"] - here["joint1.pos"] < 1.0, (here, first)
+            for _ in range(2 * fps):
+                last = robot.send_action(far)
+            assert abs(last["joint1.pos"] - far["joint1.pos"]) < 1e-3, (far, last)
+            told.append(f"{fps}: {first['joint1.pos'] - here['joint1.pos']:.2f} of 30 degrees with the first")
+        finally:
+            robot.disconnect()
+    return "; ".join(told)
 
 
 @claim

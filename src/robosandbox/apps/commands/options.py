@@ -128,6 +128,15 @@ Confirm = Annotated[
 ]
 
 
+StopSwitchPath = Annotated[
+    Path | None,
+    typer.Option(
+        "--stop-switch",
+        help="A file that stops the arms while it exists, or a gamepad or button that does, as /dev/input/js0.",
+    ),
+]
+
+
 def _uncached(value: bool) -> bool:
     if value:
         # Worker processes are to do likewise, and they inherit the environment.

@@ -33,6 +33,7 @@ from robosandbox.apps.commands.options import (
     Seed,
     SensorName,
     SidecarFile,
+    StopSwitchPath,
     TaskName,
     TempoName,
     TimeLimit,
@@ -69,6 +70,7 @@ OF_THE_WORLD = (
     "tempo",
     "seed",
     "confirm",
+    "stop_switch",
 )
 
 
@@ -103,6 +105,7 @@ _OPTIONS: dict[str, Any] = {
     "max_replans": MaxReplans,
     "what_if": WhatIf,
     "confirm": Confirm,
+    "stop_switch": StopSwitchPath,
 }
 _OF_THE_PLANNER = ("base_url", "model", "mode", "model_limits", "cassette", "time_limit")
 _DEFAULTS: dict[str, Any] = {"no_cache": False, **{field.name: field.default for field in fields(WorkcellOptions)}}

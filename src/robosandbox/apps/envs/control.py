@@ -21,6 +21,8 @@ _RADIANS_PER_SECOND = 2.0
 # that is let loose does not leap.
 _LEAD_METRES = 0.03
 _FULL_TURN = np.pi
+# Share by which a rate may be beyond that of control; chosen above what its inverse is rounded by.
+_ROUNDING = 1e-9
 
 
 class Controller:
@@ -34,16 +36,25 @@ class Controller:
         kind: `ee`: translation and rotation of the TCP, world axes, and the gripper; `joint`: where each joint is to be
             between its limits, and the gripper. The gripper, -1 open and 1 closed, comes last; an arm without one has no
             such number.
-        period: Seconds that an action takes.
+        rate: Actions a second: where the control rate is no multiple of it, they take one control tick more or less than others.
         arm: The arm's name.
+
+    Raises:
+        InputError: The rate is not above 0, or beyond that of control.
     """
 
-    def __init__(self, driver: Driver, world: MuJoCoBackend, kind: ActionKind, period: float, arm: str) -> None:
+    def __init__(self, driver: Driver, world: MuJoCoBackend, kind: ActionKind, rate: float, arm: str) -> None:
+        most = 1.0 / driver.control_timestep
+        if not 0.0 < rate <= most * (1.0 + _ROUNDING):
+            raise InputError(f"control_hz: {rate:g} actions a second; give more than 0, to {most:g}, the control rate")
+        self._tick = driver.control_timestep
+        self._ticks_of_one = most / rate
+        self._actions = 0
         self._arm = driver.arms[arm]
         self._hands = [hand for hand in driver.hands.values() if hand.arm == arm]
         self._world = world
         self._kind = kind
-        self._period = period
+        self._period = 0.0
         robot = self._arm.spec
         self._solver = Kinematics.of(world.model, world.robots[arm])
         self._low = np.where(np.isfinite(robot.lower), robot.lower, -_FULL_TURN)
@@ -59,17 +70,23 @@ class Controller:
         """The number of an action's components."""
         return (6 if self._kind == "ee" else self._arm.spec.n) + len(self._hands)
 
+    @property
+    def commanded(self) -> tuple[Array, float]:
+        """Configuration (n,) that the arm was sent to last, and how far its gripper is to be closed, 0 to 1; 0 without one."""
+        return self._q.copy(), self._hands[0].state().commanded if self._hands else 0.0
+
     def reset(self) -> None:
         """Begin where the arm stands."""
         if self._solver.model is not self._world.model:
             # A layout with other things in it is another model.
             self._solver = Kinematics.of(self._world.model, self._world.robots[self._arm.name])
+        self._actions = 0
         self._q = self._arm.state().q.copy()
         self._velocity = np.zeros(len(self._q))
         self._position, self._rotation = self._solver.forward(self._q)
 
     def apply(self, action: Array) -> None:
-        """Let one period pass with an action, shape (size,), each component in -1..1.
+        """Let the period of one action pass with it, shape (size,), each component in -1..1.
 
         Raises:
             InputError: It has another shape, or numbers that are not finite; nothing has moved.
@@ -82,6 +99,8 @@ class Controller:
         if not np.isfinite(given).all():
             raise InputError(f"action: {given.tolist()} holds a number that is not finite; give numbers in -1..1")
         action = np.clip(given, -1.0, 1.0)
+        begin, self._actions = round(self._actions * self._ticks_of_one), self._actions + 1
+        self._period = (round(self._actions * self._ticks_of_one) - begin) * self._tick
         for hand in self._hands:
             hand.set_gripper(0.5 * (float(action[-1]) + 1.0))
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span

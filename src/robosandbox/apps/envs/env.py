@@ -21,7 +21,6 @@ from robosandbox.tasks.evaluate import longest_hold
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array
 from robosandbox.workcell.embedded import EmbeddedWorkcell
-from robosandbox.workcell.recording.settings import rows_per_frame
 from robosandbox.workcell.session import open_session
 
 ObservationKind = Literal["state", "pixels"]
@@ -62,7 +61,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         observation: `state` or `pixels`.
         action: `ee`: translation (3) and rotation (3) of the TCP in world axes, 1 being 0.4 m/s and 2 rad/s; `joint`:
             where each joint is to be, -1 and 1 its limits. The gripper comes last, -1 open and 1 closed.
-        control_hz: Actions per simulated second; the control rate divided by a whole number.
+        control_hz: Actions per simulated second, up to the control rate; each begins at the control tick nearest to its time.
         cameras: Those of `pixels`.
         reward: `sparse` or `dense`.
         penalty: What passing a limit of robot or task costs, 0 or more; 1 is as much as success earns.
@@ -111,14 +110,13 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         )
         world = self._world
         self._arm = self.session.ctx.arm.name
-        rows_per_frame(control_hz, world.control_timestep, "control_hz")
         self.render_mode = render_mode
         self._cameras = tuple(cameras) if observation == "pixels" else ()
         if observation == "pixels" and not self._cameras:
             raise InputError(f"cameras: pixels need one; the world has {', '.join(world.cameras)}")
         for camera in self._cameras:
             world.camera_in_model(camera)
-        self._controller = Controller(self.session.driver, world, action, 1.0 / control_hz, self._arm)
+        self._controller = Controller(self.session.driver, world, action, control_hz, self._arm)
         self._begun = False
         self._held_since: float | None = None
         self._dense = reward == "dense"
