@@ -84,6 +84,8 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
         ),
         ("close the gripper and end up open", RefusalCode.IMPOSSIBLE, "open in the end"),
         ("go up 5 cm, higher", RefusalCode.UNRECOGNIZED, "higher"),
+        ("go up 5 cm, move left 3 cm, go back up", RefusalCode.UNRECOGNIZED, "Back up to where"),
+        ("hover over the red cube, go left 5 cm, come back down", RefusalCode.UNRECOGNIZED, "Back down to where"),
         ("open the gripper to 5 cm, less", RefusalCode.UNRECOGNIZED, ""),
         ("push the red cube with the tool", RefusalCode.OBJECT_NOT_FOUND, "tool"),
         ("juggle the cubes", RefusalCode.UNSUPPORTED, "juggle"),

@@ -36,7 +36,7 @@ from robosandbox.agent.language.logic import If, While, commands_of
 from robosandbox.agent.language.orders import Fits
 from robosandbox.agent.language.readings import check_sides, fused, is_tower, swapped
 from robosandbox.agent.language.skill_words import resolved, ways_of, words_of
-from robosandbox.agent.language.terms import UNTOUCHED
+from robosandbox.agent.language.terms import ONE_MOTION, UNTOUCHED
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
 from robosandbox.types import BEFORE, ObservedScene, RefusalCode, Side, SkillCall
@@ -530,7 +530,24 @@ class _Builder(Deciding):
         z = max((top(item) for item in self.world.objects.values()), default=self.world.table_height) + _ABOVE
         self._add("move_to", x=round(x, 4), y=round(y, 4), z=round(z, 4))
 
+    def _go_back_along(self, way: str) -> None:
+        """As in "go up 5 cm, wait 4 seconds, and come back down": by as much as the hand went the other way."""
+        axis, sign = {"up": ("dz", 1), "down": ("dz", -1), "left": ("dy", 1), "right": ("dy", -1)}[way]
+        moves = [step.call for step in self.steps if step.call.skill in ONE_MOTION]
+        gone = sum(float(call.arguments.get(axis, 0.0)) for call in moves)
+        if gone * sign >= 0.0 or any(call.skill != "move_by" for call in moves):
+            raise RefusedError(RefusalCode.UNRECOGNIZED, f"Back {way} to where?", ())
+        if all({*call.arguments} <= {axis, "until_force"} for call in moves):
+            self._go_to_pose(_START)
+        elif any("until_force" in call.arguments for call in moves):
+            raise RefusedError(RefusalCode.UNRECOGNIZED, f"Back {way} by how much?", ())
+        else:
+            self._add("move_by", **{axis: round(-gone, 4)})
+
     def _home(self, command: Command) -> None:
+        if command.direction in ("up", "down", "left", "right"):
+            self._go_back_along(command.direction)
+            return
         if (
             command.direction in ("back", "return")
             and self.steps

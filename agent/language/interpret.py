@@ -238,6 +238,9 @@ def choose(
         best = cost if not plans else best
         if not any(_same_in_the_end(_effect(draft), other) for other in plans):
             plans[_effect(draft)] = (draft, context)
+    named = [calls for calls, (draft, _) in plans.items() if _goes_by_name(draft)]
+    if len(plans) > 1 and named:
+        plans = {named[0]: plans[named[0]]}
     if len(plans) > 1:
         both = " or ".join("; ".join(calls) or "nothing" for calls in list(plans)[:2])
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
@@ -254,6 +257,17 @@ def choose(
     if discourse is not None:
         discourse.become(context)
     return draft
+
+
+def _goes_by_name(draft: Draft) -> bool:
+    """Tell whether a plan goes to a pose by the name that it gives it first: "save this as start, go up, then back to start"."""
+    saved: set[object] = set()
+    for call in draft.calls:
+        if call.skill == "move_to_pose" and call.arguments["pose"] in saved:
+            return True
+        if call.skill == "save_pose":
+            saved.add(call.arguments["pose"])
+    return False
 
 
 def _leeway(error: RefusedError, reading: Sentence) -> float:

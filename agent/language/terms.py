@@ -14,7 +14,7 @@ from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.types import SLOWEST, TEMPOS, RefusalCode, SkillCall
 
 # Calls that are one motion, which may last as long as it is told to.
-_ONE_MOTION = frozenset(
+ONE_MOTION = frozenset(
     {
         "move_by",
         "move_to",
@@ -30,7 +30,7 @@ _ONE_MOTION = frozenset(
 # What is slower than the careful tempo.
 _VERY_SLOWLY = re.compile(r"\b(?:very|really|so|extremely|as)\b.*\bslow(?:ly)?\b|\bslow motion\b", re.IGNORECASE)
 # Calls that touch nothing, and those that grip nothing, by what they may be asked to be.
-UNTOUCHED = _ONE_MOTION | {
+UNTOUCHED = ONE_MOTION | {
     "move_beside",
     "move_through",
     "move_joints",
@@ -224,7 +224,7 @@ def _timed(tempos: Sequence[str], draft: Draft, skills: Sequence[str]) -> tuple[
         raise RefusedError(RefusalCode.UNSUPPORTED, "This needs 'set_tempo', which this robot has no skill for.")
     (tempo,) = told
     lasts = tempo.endswith(" s")
-    if lasts and (len(draft.calls) != 1 or draft.calls[0].skill not in _ONE_MOTION):
+    if lasts and (len(draft.calls) != 1 or draft.calls[0].skill not in ONE_MOTION):
         raise RefusedError(RefusalCode.UNSUPPORTED, "I can say how long one motion of the hand takes, and not this.")
     if lasts:
         return tempo, f"The motion lasts {tempo} or longer."
