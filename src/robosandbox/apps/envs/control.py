@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from robosandbox.driver import Driver
-from robosandbox.errors import InputError
+from robosandbox.errors import InputError, SkillError
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector
@@ -21,6 +21,8 @@ _RADIANS_PER_SECOND = 2.0
 # that is let loose does not leap.
 _LEAD_METRES = 0.03
 _FULL_TURN = np.pi
+# Seconds for which a joint keeps one speed at most; chosen as those over which the clamps look at what a command does.
+_ONE_SPEED = 0.05
 # Share by which a rate may be beyond that of control; chosen above what its inverse is rounded by.
 _ROUNDING = 1e-9
 
@@ -61,6 +63,8 @@ class Controller:
         self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
         self._q: Array = robot.home_q.copy()
         self._velocity: Array = np.zeros(robot.n)
+        # Seconds for which it has kept that speed.
+        self._lasted: float = np.inf
         self._position: Array = np.zeros(3)
         self._rotation: Array = np.eye(3)
         self.reset()
@@ -81,8 +85,12 @@ class Controller:
             # A layout with other things in it is another model.
             self._solver = Kinematics.of(self._world.model, self._world.robots[self._arm.name])
         self._actions = 0
+        self._begin_here()
+
+    def _begin_here(self) -> None:
+        """Take where the arm stands for where it was sent."""
         self._q = self._arm.state().q.copy()
-        self._velocity = np.zeros(len(self._q))
+        self._velocity, self._lasted = np.zeros(len(self._q)), np.inf
         self._position, self._rotation = self._solver.forward(self._q)
 
     def apply(self, action: Array) -> None:
@@ -100,24 +108,35 @@ class Controller:
             raise InputError(f"action: {given.tolist()} holds a number that is not finite; give numbers in -1..1")
         action = np.clip(given, -1.0, 1.0)
         begin, self._actions = round(self._actions * self._ticks_of_one), self._actions + 1
-        self._period = (round(self._actions * self._ticks_of_one) - begin) * self._tick
+        ticks = round(self._actions * self._ticks_of_one) - begin
+        self._period = ticks * self._tick
         for hand in self._hands:
             hand.set_gripper(0.5 * (float(action[-1]) + 1.0))
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
-        start, self._q = self._q, self._step_towards(goal)
-        self._velocity = (self._q - start) / self._period
-        self._arm.follow(Trajectory(q=np.stack([start, self._q]), dt=self._period, goes_on=True))
+        steps = -(-ticks // max(1, round(_ONE_SPEED / self._tick)))
+        try:
+            for k in range(steps):
+                gone = ticks * k // steps
+                lasts = (ticks * (k + 1) // steps - gone) * self._tick
+                start, self._q = self._q, self._step_towards(goal, lasts, (ticks - gone) * self._tick)
+                self._velocity = (self._q - start) / lasts
+                self._arm.follow(Trajectory(q=np.stack([start, self._q]), dt=lasts, goes_on=True))
+        except SkillError:
+            self._begin_here()
+            raise
 
-    def _step_towards(self, goal: Array) -> Array:
-        """Return the configuration after a period on the way to another, within the joints' limits.
+    def _step_towards(self, goal: Array, period: float, left: float) -> Array:
+        """Return the configuration after some seconds on the way to another, within the joints' limits, to be there after so many.
 
-        A joint changes its speed by what it can in a period, and is never quicker than it can brake from before its goal.
+        A joint changes its speed by what it can in that period, or in the one before if that was shorter, and is never quicker
+        than it can brake from before its goal.
         """
-        robot, period = self._arm.spec, self._period
-        change, away = robot.acceleration_limits * period, np.clip(goal, robot.lower, robot.upper) - self._q
+        robot = self._arm.spec
+        lasted, self._lasted = min(period, self._lasted), period
+        change, away = robot.acceleration_limits * lasted, np.clip(goal, robot.lower, robot.upper) - self._q
         # The most at which whole periods of braking, this one included, end at the goal.
         braking = np.sqrt(0.25 * change**2 + 2.0 * robot.acceleration_limits * np.abs(away)) - 0.5 * change
-        wanted = np.sign(away) * np.minimum.reduce([np.abs(away) / period, braking, robot.velocity_limits])
+        wanted = np.sign(away) * np.minimum.reduce([np.abs(away) / left, braking, robot.velocity_limits])
         velocity = np.clip(wanted, self._velocity - change, self._velocity + change)
         found: Array = np.clip(self._q + velocity * period, robot.lower, robot.upper)
         return found
