@@ -251,8 +251,10 @@ def test_actions_of_any_rate_begin_at_the_tick_nearest_to_their_time(rate: float
         for count in range(1, round(2.0 * rate) + 1):
             before = env.controller.commanded[0]
             began = driver.time
-            *_, info = env.step(rng.uniform(-1.0, 1.0, env.action_space.shape))
+            action = rng.uniform(-1.0, 1.0, env.action_space.shape)
+            *_, info = env.step(action)
             assert "stopped" not in info, info
+            assert env.controller.commanded[1] == pytest.approx(0.5 * (action[-1] + 1.0))
             assert abs(driver.time - begun - count / rate) <= 0.5 * tick + 1e-9
             speed = np.abs(env.controller.commanded[0] - before) / (driver.time - began)
             fastest = max(fastest, float((speed / spec.velocity_limits).max()))

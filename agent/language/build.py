@@ -542,7 +542,8 @@ class _Builder(Deciding):
         elif any("until_force" in call.arguments for call in moves):
             raise RefusedError(RefusalCode.UNRECOGNIZED, f"Back {way} by how much?", ())
         else:
-            self._add("move_by", **{axis: round(-gone, 4)})
+            back: dict[str, Any] = {axis: round(-gone, 4)}
+            self._add("move_by", **back)
 
     def _home(self, command: Command) -> None:
         if command.direction in ("up", "down", "left", "right"):

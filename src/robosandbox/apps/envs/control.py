@@ -63,6 +63,7 @@ class Controller:
         self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
         self._q: Array = robot.home_q.copy()
         self._velocity: Array = np.zeros(robot.n)
+        self._closed = 0.0
         # Seconds for which it has kept that speed.
         self._lasted: float = np.inf
         self._position: Array = np.zeros(3)
@@ -77,7 +78,7 @@ class Controller:
     @property
     def commanded(self) -> tuple[Array, float]:
         """Configuration (n,) that the arm was sent to last, and how far its gripper is to be closed, 0 to 1; 0 without one."""
-        return self._q.copy(), self._hands[0].state().commanded if self._hands else 0.0
+        return self._q.copy(), self._closed
 
     def reset(self) -> None:
         """Begin where the arm stands."""
@@ -90,6 +91,7 @@ class Controller:
     def _begin_here(self) -> None:
         """Take where the arm stands for where it was sent."""
         self._q = self._arm.state().q.copy()
+        self._closed = min(max(self._hands[0].state().closed, 0.0), 1.0) if self._hands else 0.0
         self._velocity, self._lasted = np.zeros(len(self._q)), np.inf
         self._position, self._rotation = self._solver.forward(self._q)
 
@@ -111,7 +113,8 @@ class Controller:
         ticks = round(self._actions * self._ticks_of_one) - begin
         self._period = ticks * self._tick
         for hand in self._hands:
-            hand.set_gripper(0.5 * (float(action[-1]) + 1.0))
+            self._closed = 0.5 * (float(action[-1]) + 1.0)
+            hand.set_gripper(self._closed)
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
         steps = -(-ticks // max(1, round(_ONE_SPEED / self._tick)))
         try:
