@@ -11,7 +11,7 @@ from lerobot.motors import MotorNormMode
 from lerobot.motors.motors_bus import SerialMotorsBus
 from lerobot.robots import Robot
 
-from robosandbox.drivers.feetech.calibration import ServoCalibration, ServoJoint, servo_joints
+from robosandbox.drivers.feetech.calibration import ServoCalibration, ServoJoint, check_ranges, servo_joints
 from robosandbox.errors import InputError
 
 Units = Literal["degrees", "radians", "normalized"]
@@ -147,7 +147,8 @@ def channels(
     # A robot of two arms has each as a robot of its own, `left_arm`, without the prefix.
     bus = getattr(getattr(robot, f"{prefix}arm", robot), "bus", None)
     if isinstance(bus, SerialMotorsBus):
-        return _of_servos(bus, keys, [called[name] for name in names], names, ends)
+        closed = gripper[1] if gripper else None
+        return _of_servos(bus, keys, [called[name] for name in names], names, ends, closed)
     if units is None:
         raise InputError(
             f"nothing says in which units {type(robot).__name__} tells its joints: give units=degrees, radians or normalized "
@@ -187,7 +188,9 @@ def _of_servos(
     motors: Sequence[str],
     names: Sequence[str],
     ends: Sequence[tuple[float, float]],
+    closed: float | None,
 ) -> list[Channel]:
+    """Return the joints of a calibrated bus, their ranges held against the model's; `closed` is where its jaws meet."""
     missing = [motor for motor in motors if motor not in bus.calibration]
     if missing:
         raise InputError(f"{', '.join(missing)} of {bus.port} have no calibration: run lerobot-calibrate")
@@ -197,6 +200,12 @@ def _of_servos(
     files: Mapping[str, ServoCalibration] = {
         name: ServoCalibration(**asdict(bus.calibration[motor])) for name, motor in zip(names, motors, strict=True)
     }
+    found = servo_joints(files, names, ends, counts.pop(), closed=closed)
+    check_ranges(
+        found,
+        gripper=closed is not None,
+        remedy="run lerobot-calibrate again, each joint from its middle to both its ends",
+    )
     return [
         ServoChannel(
             key=key + POSITION,
@@ -204,5 +213,5 @@ def _of_servos(
             mode=bus.motors[motor].norm_mode,
             flips=bool(bus.apply_drive_mode and joint.calibration.drive_mode),
         )
-        for key, motor, joint in zip(keys, motors, servo_joints(files, names, ends, counts.pop()), strict=True)
+        for key, motor, joint in zip(keys, motors, found, strict=True)
     ]

@@ -29,6 +29,7 @@ from robosandbox.driver import (
     refusal,
 )
 from robosandbox.errors import FaultError, InputError, Phase
+from robosandbox.motion.fixed_surroundings import meetings
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.types import (
@@ -110,6 +111,7 @@ class LeRobot(WallClockDriver):
         self._hand = hand
         self.hands = {} if hand is None else {hand.name: hand}
         self._arm = _LeRobotArm(self, spec, self._channels[: spec.n], planning.kinematics(), hand)
+        self._arm.meets = meetings(planning, None if hand is None else hand.last_joint)
         self.arms = {ARM: self._arm}
         self._eyes: RobotSenses | None = None
         self._connect()
@@ -394,6 +396,10 @@ class _LeRobotHand(BareHand):
             force=None,
             commanded=min(max(closed, 0.0), 1.0) if self._closed is None else self._closed,
         )
+
+    def last_joint(self) -> float:
+        """Return what the robot told last, as a joint value."""
+        return self._cell.reading(self._joint)
 
     def set_gripper(self, closed: float, force: float | None = None) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.

@@ -23,6 +23,7 @@ _LEAST_LESS, _MOST_MORE = math.radians(7.0), math.radians(25.0)
 # joint that turns farthest else has 220.
 _NEARLY_WHOLE = 1.5 * math.pi
 _AGAIN = "python -m robosandbox.drivers.feetech range --port PORT --out FILE"
+_REMEDY = f"put it into its middle, call `middle`, and calibrate it again: `{_AGAIN}`"
 
 NO_CALIBRATION = (
     "calibration: none is given, and the encoders alone do not tell where the arm stands: it is off by as much as each horn was put on; "
@@ -193,12 +194,13 @@ def _of_arm(servos: Mapping[str, ServoCalibration], names: Sequence[str]) -> Map
     return dict(zip(names, sorted((servos[each] for each in arms), key=lambda servo: servo.id), strict=True))
 
 
-def check_ranges(joints: Sequence[ServoJoint], *, gripper: bool) -> None:
+def check_ranges(joints: Sequence[ServoJoint], *, gripper: bool, remedy: str = _REMEDY) -> None:
     """See whether every joint was calibrated for the way that it has in the model, so that its zero is the model's.
 
     Args:
         joints: Of an arm, from base to gripper.
         gripper: Whether the last one is a gripper, whose jaws meet at one end: it may open wider than the model's by any angle.
+        remedy: What to do, for the error.
 
     Raises:
         InputError: One was led through a part of its way, or counted over its encoder's end; it says which.
@@ -218,8 +220,7 @@ def check_ranges(joints: Sequence[ServoJoint], *, gripper: bool) -> None:
             continue
         raise InputError(
             f"calibration: {joint.said} goes through {math.degrees(span):.0f} degrees, and {math.degrees(wanted):.0f} in the model: "
-            f"{why}, and its zero may be {math.degrees(abs(span - wanted) / 2.0):.0f} degrees off; put it into its middle, call "
-            f"`middle`, and calibrate it again: `{_AGAIN}`"
+            f"{why}, and its zero may be {math.degrees(abs(span - wanted) / 2.0):.0f} degrees off; {remedy}"
         )
 
 
