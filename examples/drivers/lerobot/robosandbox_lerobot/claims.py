@@ -164,7 +164,7 @@ def numbers_are_those_that_lerobot_sends_and_reads() -> str:
         for degrees in (True, False):
             config = SO101FollowerConfig(port="none", id="arm", calibration_dir=folder, use_degrees=degrees)
             robot = SO101Follower(config)
-            for channel in channels(robot, JOINTS, [(-2.0, 1.5)] * 5, (1.5, -0.2), None, ""):
+            for channel in channels(robot, JOINTS, [(-2.0, 2.2)] * 5, (1.5, -0.2), None, ""):
                 assert isinstance(channel, ServoChannel)
                 servo = channel.servo
                 for value in np.linspace(servo.lower, servo.upper, 997).tolist():
@@ -173,6 +173,14 @@ def numbers_are_those_that_lerobot_sends_and_reads() -> str:
                     (read,) = robot.bus._normalize({servo.id: count}).values()
                     assert abs(channel.value(read) - servo.value(count)) < 1e-9
                     tried_ += 1
+        # Led through less than its way, or another arm's: its zero is not the model's.
+        for wrong in (3.7, 4.8):
+            try:
+                channels(robot, JOINTS, [(-wrong / 2.0, wrong / 2.0)] * 5, (1.5, -0.2), None, "")
+            except InputError as error:
+                assert "run lerobot-calibrate again" in str(error), error
+            else:
+                raise AssertionError(f"ranges of 4.2 rad pass for {wrong}")
     return f"{tried_} values in degrees and ranges, each the nearest count, each read back"
 
 
