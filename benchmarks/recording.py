@@ -197,8 +197,9 @@ def record_until_killed(folder: Path) -> None:
             nonlocal due
             print(session.driver.time, flush=True)
             # Not to catch up either: what is lost is written within so many seconds of the clock, and told in simulated ones.
-            due = max(due + session.driver.control_timestep, time.monotonic())
-            time.sleep(max(0.0, due - time.monotonic()))
+            now = time.monotonic()
+            due = max(due + session.driver.control_timestep, now)
+            time.sleep(due - now)
 
         session.driver.subscribe(keep_pace)
         print("begun", flush=True)

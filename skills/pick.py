@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -285,20 +285,7 @@ def _lift(
         # Going up, it leaves whatever it stands on, in or against.
         others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
         arm.motion.allow("table", *(item.id for item in others if nearer(target, item, _BESIDE)))
-        try:
-            rise = rise_with(arm, target, scene, width, grip, slowly=slowly)
-        except CollisionError:
-            arm.allow_touched()
-            try:
-                rise = rise_with(arm, target, scene, width, grip, slowly=slowly)
-            except CollisionError as above:
-                other = above.evidence.other if isinstance(above.evidence, CollisionEvidence) else ""
-                if all(item.id != other for item in others):
-                    raise
-                said = (
-                    f"{target.id} cannot be lifted as the hand holds it: {above}; try another grasp, or clear the way"
-                )
-                raise wedged(arm, target, width, (other,), said) from None
+        rise = _rise(arm, target, scene, others, width, grip, slowly=slowly)
     except TrackingError:
         raise lift_error(arm, target, width, load) from None
     except LimitError as error:
@@ -321,6 +308,35 @@ def _lift(
         grip.close()
         after = _still_held(arm, target, width, rise, load)
     return after
+
+
+def _rise(
+    arm: Manipulator,
+    target: DetectedObject,
+    scene: ObservedScene,
+    others: Sequence[DetectedObject],
+    width: float,
+    grip: Grip,
+    *,
+    slowly: bool,
+) -> float:
+    """Rise with what is held, out of what it touches where it does; return how far, metres; errors as of `rise_with`.
+
+    Raises:
+        GraspError: One of the others is above it.
+    """
+    try:
+        return rise_with(arm, target, scene, width, grip, slowly=slowly)
+    except CollisionError:
+        arm.allow_touched()
+    try:
+        return rise_with(arm, target, scene, width, grip, slowly=slowly)
+    except CollisionError as above:
+        other = above.evidence.other if isinstance(above.evidence, CollisionEvidence) else ""
+        if all(item.id != other for item in others):
+            raise
+        said = f"{target.id} cannot be lifted as the hand holds it: {above}; try another grasp, or clear the way"
+        raise wedged(arm, target, width, (other,), said) from None
 
 
 def _still_held(arm: Manipulator, target: DetectedObject, width: float, rise: float, load: LoadMeter) -> DetectedObject:

@@ -6,6 +6,7 @@ import os
 import stat
 import struct
 from pathlib import Path
+from select import PIPE_BUF
 
 from robosandbox.errors import InputError
 
@@ -13,8 +14,6 @@ from robosandbox.errors import InputError
 # seconds, microseconds, type, code and value.
 _JOYSTICK, _INPUT = struct.Struct("=IhBB"), struct.Struct("@llHHi")
 _JOYSTICK_BUTTON, _INPUT_KEY = 1, 1
-# Events that are read at a time; chosen: more than a device sends in a control tick.
-_EVENTS = 64
 
 
 class StopSwitch:
@@ -44,7 +43,7 @@ class StopSwitch:
         if self._device is None:
             return self._why
         try:
-            self._rest += os.read(self._device, _EVENTS * self._event.size)
+            self._rest += os.read(self._device, PIPE_BUF)
         except BlockingIOError:
             pass
         except OSError as error:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @takes_world(
-    without=("planner", "time_limit", "camera", "grasp", "motion", "max_replans", "what_if", "confirm"),
+    without=("planner", "time_limit", "camera", "grasp", "motion", "max_replans", "what_if", "confirm", "stop_switch"),
     perception="rgbd",
     sensor="realsense",
 )

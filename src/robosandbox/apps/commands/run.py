@@ -98,7 +98,7 @@ def agent(connection: Connection, world: WorkcellOptions, prompt: Prompt = None,
         return _carry_out(session, session.task.prompt if prompt is None else prompt, json)
 
 
-@takes_world(without=("calibration", "grasp", "motion", "max_replans", "what_if", "confirm"))
+@takes_world(without=("calibration", "grasp", "motion", "max_replans", "what_if", "confirm", "stop_switch"))
 def plan(world: WorkcellOptions, prompt: Prompt = None, steps: Steps = None, json: Json = False) -> int:
     """Print the plan for a prompt, or check somebody else's; nothing moves."""
     if steps is not None:

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from robosandbox.driver import Driver
+from robosandbox.driver.clamps import TOLERANCES
 from robosandbox.errors import InputError, SkillError
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -21,10 +22,6 @@ _RADIANS_PER_SECOND = 2.0
 # that is let loose does not leap.
 _LEAD_METRES = 0.03
 _FULL_TURN = np.pi
-# Seconds for which a joint keeps one speed at most; chosen as those over which the clamps look at what a command does.
-_ONE_SPEED = 0.05
-# Share by which a rate may be beyond that of control; chosen above what its inverse is rounded by.
-_ROUNDING = 1e-9
 
 
 class Controller:
@@ -47,7 +44,7 @@ class Controller:
 
     def __init__(self, driver: Driver, world: MuJoCoBackend, kind: ActionKind, rate: float, arm: str) -> None:
         most = 1.0 / driver.control_timestep
-        if not 0.0 < rate <= most * (1.0 + _ROUNDING):
+        if not 0.0 < rate <= most:
             raise InputError(f"control_hz: {rate:g} actions a second; give more than 0, to {most:g}, the control rate")
         self._tick = driver.control_timestep
         self._ticks_of_one = most / rate
@@ -116,7 +113,8 @@ class Controller:
             self._closed = 0.5 * (float(action[-1]) + 1.0)
             hand.set_gripper(self._closed)
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
-        steps = -(-ticks // max(1, round(_ONE_SPEED / self._tick)))
+        # A joint keeps one speed for no longer than the clamps look at.
+        steps = -(-ticks // max(1, round(TOLERANCES.window / self._tick)))
         try:
             for k in range(steps):
                 gone = ticks * k // steps
