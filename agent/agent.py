@@ -341,7 +341,8 @@ class Agent(Generic[WorldT]):
         self.thinks = True
         try:
             return course.next(scene, report)
-        except KeyboardInterrupt:
+        except (Exception, KeyboardInterrupt):
+            # An interrupt may come out of a library as another error.
             if not self.left:
                 raise
             raise PlannerCancelledError("cancelled while planning; the arm holds where it was") from None

@@ -15,6 +15,7 @@ from robosandbox.agent.language.front import ENGLISH, language_of, learn_words
 from robosandbox.agent.language.interpret import interpret, resumed
 from robosandbox.agent.language.remarks import is_stated, without_remarks
 from robosandbox.agent.language.replan import replan
+from robosandbox.agent.language.text import MAX_CHARACTERS
 from robosandbox.agent.language.viewer import Frame, turned_attempts, turned_calls, turned_scene
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
@@ -99,7 +100,7 @@ class StubPlanner:
     def _planned_for(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt]) -> Plan | Refusal:
         draft: Draft | Refusal
         discourse = self._dialogue.discourse if self._dialogue else Discourse()
-        asked = not history and language_of(prompt) == ENGLISH
+        asked = not history and len(prompt) <= MAX_CHARACTERS and language_of(prompt) == ENGLISH
         reply = answered(prompt, scene, discourse, self._skills, self._told) if asked else None
         if isinstance(reply, Answer):
             if reply.about:

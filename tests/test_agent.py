@@ -263,6 +263,17 @@ def test_deadline_stops_a_skill_with_the_time_it_took() -> None:
     ctx.driver.wait(5.0)
 
 
+def test_what_a_planner_makes_of_ctrl_c_ends_the_episode_as_cancelled() -> None:
+    class Interrupted(Script):
+        def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
+            agent.left = True
+            raise RuntimeError("event loop is closed")
+
+    agent, _, _ = make(Interrupted(NO), Act("pick"))
+    ep = agent.run("go")
+    assert ep.final_reason is FinalReason.CANCELLED and not ep.steps
+
+
 def test_cancel_before_a_goal_does_not_reach_it() -> None:
     _, ctx, _ = make(Script(calls("pick")))
     ctx.cancel()

@@ -417,9 +417,10 @@ def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path, mode: st
                 time.sleep(0.05)
             program.send_signal(signal.SIGINT)
             # The answer stalls for good, so that only the signal can end it.
-            out, _ = program.communicate(timeout=120)
+            out, said = program.communicate(timeout=120)
+    assert program.returncode == 1, said
     document = json.loads(out)
-    assert program.returncode == 1 and document["final_reason"] == "cancelled" and document["steps"] == []
+    assert document["final_reason"] == "cancelled" and document["steps"] == []
     assert document["final_detail"].startswith("cancelled while planning")
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -157,9 +158,11 @@ def cancel_on_interrupt(ctx: GoalContext, agent: Agent[Any]) -> Iterator[None]:
 
     def handle(number: int, frame: FrameType | None) -> None:
         del number, frame
-        print("stopping; Ctrl-C again quits", file=sys.stderr)
         signal.signal(signal.SIGINT, before)
         agent.left = True
+        # Not by print: the interrupted code may be within it, and a buffer is not entered twice.
+        with suppress(OSError):
+            os.write(2, b"stopping; Ctrl-C again quits\n")
         if agent.thinks:
             raise KeyboardInterrupt
         ctx.cancel()
