@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Any, Literal
 
 from robosandbox.values import frozen
 
@@ -85,6 +85,14 @@ class Words:
     returns: bool = False
     pace: str = ""
     means: tuple[tuple[str, float | str], ...] = ()
+
+    def __hash__(self) -> int:
+        # Each reading of a sentence holds them and is told apart from others by its hash; verbs alone may be hundreds.
+        return hash((self.verbs[:1], self.body, self.object, len(self.slots)))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Words:
+        # Nothing in them changes, and what was spoken of, which holds them, is copied for each reading.
+        return self
 
 
 # What somebody means who says "a little", metres and rad. Chosen: seen across a table, and short of what is beside.

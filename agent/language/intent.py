@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
 
+from robosandbox.skills.words import Words
 from robosandbox.values import frozen
 
 if TYPE_CHECKING:
     from robosandbox.agent.language.logic import Control
-    from robosandbox.skills.words import Words
 
 N = TypeVar("N", bound=NamedTuple)
 Determiner = Literal["the", "a", "all", "it", "bare"]
@@ -297,7 +298,19 @@ def replace(node: N, /, **changes: Any) -> N:
 
 def unseen(said: object) -> tuple[str, ...]:
     """Return the words of a reading that name nothing which can be perceived, wherever in it they stand."""
-    own = (*said.unknown, *said.claims, *said.felt) if isinstance(said, Ref) else ()
-    parts = [getattr(said, part.name) for part in fields(said)] if is_dataclass(said) else ()
-    inner = (word for part in (said if isinstance(said, tuple) else parts) for word in unseen(part))
-    return tuple(dict.fromkeys((*own, *inner)))
+    return tuple(dict.fromkeys(_unseen(said)))
+
+
+def _unseen(said: object) -> Iterator[str]:
+    if isinstance(said, Ref):
+        yield from (*said.unknown, *said.claims, *said.felt)
+    if isinstance(said, tuple):
+        parts: Iterable[object] = said
+    elif is_dataclass(said) and not isinstance(said, Words):
+        # The words of a skill are its own and not this sentence's.
+        parts = (getattr(said, part.name) for part in fields(said))
+    else:
+        return
+    for part in parts:
+        if not isinstance(part, str):
+            yield from _unseen(part)
