@@ -307,6 +307,7 @@ class MoveBy(HandMove):
             verbs=(
                 *(f"{goes} {down}" for goes in HAND_GOES for down in _DOWNWARDS),
                 *("descend", "keep descending", "keep lowering", "lower {}", "keep lowering {}"),
+                *(f"lower {{}} {down}" for down in _DOWNWARDS),
                 *(f"lower {{}} {to} the table" for to in ("onto", "to", "towards", "down to", "down onto")),
                 *(
                     f"{keep} {going} {down}"

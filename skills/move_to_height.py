@@ -30,7 +30,7 @@ _OVER = tuple(
 
 
 _HEIGHT = Slot(argument="height", kind="length", prepositions=_ENDS, endings=_OVER, bare=False)
-_AT_A_HEIGHT = Slot(
+AT_A_HEIGHT = Slot(
     argument="height",
     kind="length",
     prepositions=("to a height of", "at a height of", "to height", "to a level of"),
@@ -38,7 +38,7 @@ _AT_A_HEIGHT = Slot(
 # "lift it to 20 cm": of what is lifted it is plain over what.
 _TO = Slot(argument="height", kind="length", prepositions=("to", "up to", "down to", "to about"))
 _SECONDS = Slot(argument="seconds", kind="duration", prepositions=("for", "for about"))
-_OF_THE_HAND = Slot(argument="height", kind="length", prepositions=("", *_ENDS), endings=_OVER, bare=False)
+OF_THE_HAND = Slot(argument="height", kind="length", prepositions=("", *_ENDS), endings=_OVER, bare=False)
 
 
 class MoveToHeight(HandMove):
@@ -69,13 +69,13 @@ class MoveToHeight(HandMove):
                 ),
             ),
             body="hand",
-            slots=(_OF_THE_HAND, _AT_A_HEIGHT, _SECONDS),
+            slots=(OF_THE_HAND, AT_A_HEIGHT, _SECONDS),
             required=("height",),
         ),
         Words(
             verbs=("lower", "lift", "raise", "hold", "bring", "lower {} down"),
             object="held",
-            slots=(_HEIGHT, _AT_A_HEIGHT, _TO, _SECONDS),
+            slots=(_HEIGHT, AT_A_HEIGHT, _TO, _SECONDS),
             required=("height",),
             hand="holding",
         ),
@@ -89,7 +89,7 @@ class MoveToHeight(HandMove):
         Words(
             verbs=("hold", "keep", "hold up", "hold {} up", "hold {} still"),
             object="held",
-            slots=(_OF_THE_HAND, _AT_A_HEIGHT, _SECONDS),
+            slots=(OF_THE_HAND, AT_A_HEIGHT, _SECONDS),
             required=("height",),
             hand="holding",
         ),

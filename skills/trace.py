@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from robosandbox.skills.move_to_height import AT_A_HEIGHT, OF_THE_HAND
 from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
@@ -169,6 +170,8 @@ class Trace(HandMove):
                 kind="phrase",
                 phrases=(*_PLANES, *((f"{a} {said}", plane) for a in ("a", "an", "in a") for said, plane in _PLANES)),
             ),
+            OF_THE_HAND,
+            AT_A_HEIGHT,
             Slot(argument="times", kind="number", endings=(("times", 1.0),), bare=False, phrases=(("twice", 2.0),)),
         ),
         required=("shape",),
@@ -181,6 +184,7 @@ class Trace(HandMove):
         shape: ShapeName,
         size: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1,
         plane: Literal["level", "upright"] = "level",
+        height: Annotated[float, Field(ge=0.0, le=3.0)] | None = None,
         times: Annotated[int, Field(ge=1, le=20)] = 1,
     ) -> SkillResult:
         """Move the tool centre point along a figure; what is held stays held.
@@ -191,6 +195,7 @@ class Trace(HandMove):
             shape: The figure.
             size: Its diameter, or the length of its sides, metres; of an eight the diameter of each half.
             plane: Whether it is level, or upright from side to side.
+            height: Above the table, metres, to which the hand goes straight up or down first; None begins where it is.
             times: How often it goes along it.
 
         Raises:
@@ -201,6 +206,9 @@ class Trace(HandMove):
         """
         arm = Mover(ctx)
         here = arm.state.tcp_pose
+        if height is not None:
+            here = Pose(xyz=(*here.xyz[:2], arm.start.table_height + height), quat_xyzw=here.quat_xyzw)
+            arm.arrive(arm.kept_level(arm.motion.plan_line(arm.q, here, speed=arm.speed)), here)
         corners = _figure(shape, size)
         if plane == "upright":
             corners = corners[:, [2, 1, 0]]

@@ -314,6 +314,13 @@ def test_figures_are_drawn_where_they_were_said(cell: EmbeddedWorkcell) -> None:
     assert cell.run("trace a square of 6 cm").success
     end()
     assert np.allclose(np.ptp(np.array(way), axis=0), [0.06, 0.06, 0.0], atol=0.005), "corners"
+    way.clear()
+    end = cell.driver.subscribe(lambda: way.append(cell.state().tcp_pose.position))
+    assert cell.run("trace a 6 cm square, flat, 40 cm above the table").success
+    end()
+    lowered = next(k for k, point in enumerate(way) if abs(point[2] - cell.observe().table_height - 0.4) < 0.002)
+    assert np.ptp(np.array(way[:lowered])[:, :2], axis=0).max() < 0.005, "straight down first"
+    assert np.allclose(np.ptp(np.array(way[lowered:]), axis=0), [0.06, 0.06, 0.0], atol=0.005)
 
 
 @pytest.mark.parametrize("driver", ["mujoco", "hardware:wrist_wrench=true"])
