@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robosandbox.agent.episode import Episode
-from robosandbox.agent.language.answers import Answer, answered
+from robosandbox.agent.language.answers import NOTHING_YET, Answer, answered
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.discourse import Discourse, listed
 from robosandbox.agent.language.draft import Draft
@@ -61,7 +61,7 @@ class StubPlanner:
         learn_words(known)
         self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None
-        self._told = ""
+        self._past = NOTHING_YET
 
     def remember(self, episode: Episode) -> None:
         """Take note of what came of an order, for who asks."""
@@ -70,16 +70,15 @@ class StubPlanner:
             failed = (
                 "" if episode.success else f"; then {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
             )
-            self._told = f"For “{episode.prompt}” I did {done}{failed}"
-        elif not self._told and not episode.answer:
-            self._told = (
-                f"Nothing yet; “{episode.prompt}” was {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
-            )
+            self._past = replace(self._past, told=f"For “{episode.prompt}” I did {done}{failed}")
+        elif not self._past.told and not episode.answer:
+            why = f"{episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
+            self._past = replace(self._past, told=f"Nothing yet; “{episode.prompt}” was {why}")
 
     def begin_anew(self) -> None:
         """Forget what was said: the world has started over."""
         self._dialogue = Dialogue(self._skills) if self._dialogue else None
-        self._last, self._told = None, ""
+        self._last, self._past = None, NOTHING_YET
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the skill calls for a sentence, or what remains of them after failures; an answer to a question.
@@ -101,7 +100,7 @@ class StubPlanner:
         draft: Draft | Refusal
         discourse = self._dialogue.discourse if self._dialogue else Discourse()
         asked = not history and len(prompt) <= MAX_CHARACTERS and language_of(prompt) == ENGLISH
-        reply = answered(prompt, scene, discourse, self._skills, self._told) if asked else None
+        reply = answered(prompt, scene, discourse, self._skills, self._past) if asked else None
         if isinstance(reply, Answer):
             if reply.about:
                 discourse.mention(reply.about)
@@ -122,6 +121,8 @@ class StubPlanner:
         if isinstance(draft, Refusal):
             return draft
         self._last = (prompt, draft)
+        if not history and draft.calls:
+            self._past = replace(self._past, prompt=prompt, scene=scene)
         return _plan_of(draft)
 
     def _answered_beside(self, prompt: str, scene: ObservedScene, discourse: Discourse) -> str:
@@ -132,7 +133,7 @@ class StubPlanner:
         plain, _ = without_remarks(prompt, [item.id for item in scene.objects])
         found, beside = list[Answer](), list[str]()
         for sentence in _SENTENCES.split(plain.strip()):
-            reply = answered(sentence, scene, discourse, self._skills, self._told) if "?" in sentence else None
+            reply = answered(sentence, scene, discourse, self._skills, self._past) if "?" in sentence else None
             if isinstance(reply, Answer):
                 found.append(reply)
             else:
@@ -153,7 +154,7 @@ class StubPlanner:
         if draft.question:
             discourse = self._dialogue.discourse if self._dialogue else Discourse()
             seen = turned_scene(scene) if turns else scene
-            reply = answered(draft.question, seen, discourse, self._skills)
+            reply = answered(draft.question, seen, discourse, self._skills, self._past)
             self._last = (prompt, Draft(()))
             # What was ordered is done, whether the question can be answered or not.
             told = reply.message if isinstance(reply, Refusal) else reply.text if reply else ""

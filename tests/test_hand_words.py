@@ -488,6 +488,21 @@ def test_the_hand_goes_back_to_where_it_was(cell: EmbeddedWorkcell) -> None:
     assert isinstance(unknown, Refusal) and "no pose called “dock position”" in unknown.message
 
 
+def test_what_moved_is_told_by_what_was_seen_before_the_order(cell: EmbeddedWorkcell) -> None:
+    cell.reset(seed=0)
+    assert cell.run("did anything move?").final_detail == "Nothing was done yet."
+    begun = {item.id: item.pose.position for item in cell.observe().objects}
+    pushed = cell.run("push the green cube 7 cm to the left, then tell me how far it ended up from where it was")
+    now = {item.id: item.pose.position for item in cell.observe().objects}
+    far = round(1000.0 * float(np.linalg.norm(now["green_cube"] - begun["green_cube"])))
+    assert pushed.success and f"green_cube is {far} mm from where it was" in pushed.final_detail
+    told = cell.run("what moved?").final_detail
+    assert f"green_cube is {far} mm" in told and "red_cube" not in told and "Nothing else moved" in told
+    raised = cell.run("go up 5 cm. How far did your hand move?")
+    assert "My hand is 50 mm from where it was" in raised.final_detail
+    assert "Nothing moved by more than 5 mm" in cell.run("is everything still where it was?").final_detail
+
+
 def test_what_was_asked_to_be_left_undone_is_refused(still: EmbeddedWorkcell) -> None:
     for said, why in (
         ("pick up the red cube without touching anything", "untouched"),

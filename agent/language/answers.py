@@ -37,7 +37,7 @@ from robosandbox.agent.language.seen import (
     without_articles,
 )
 from robosandbox.agent.language.world import World
-from robosandbox.types import SIDE_AXES, ArmState, DetectedObject, ObservedScene, Refusal, RefusalCode
+from robosandbox.types import SIDE_AXES, ArmState, Array, DetectedObject, ObservedScene, Refusal, RefusalCode
 from robosandbox.values import frozen
 from robosandbox.world.relations import bounds, centre, contents, gap, loose
 
@@ -55,7 +55,9 @@ _AND_ASKED = re.compile(
     r"[?.]\s+(?:and\s+)?|,?\s+and\s+(?=(?:what|which|how|where|are|is|do|does|did|can|have)\b)", re.IGNORECASE
 )
 # What is asked of the robot itself: "it", behind such a question, is its hand.
-_OWN = frozenset({"hand", "grip", "pointing", "joints", "last", "poses", "speed", "widest", "which", "joint_count"})
+_OWN = frozenset(
+    {"hand", "grip", "pointing", "joints", "last", "poses", "speed", "widest", "which", "joint_count", "moved"}
+)
 _IT = re.compile(r"\b(?:it|they|them)\b(?! (?:work|succeed|go|fail)\b)", re.IGNORECASE)
 _LESS = frozenset({"small", "short", "narrow", "near"})
 # How near the gripper is to open or closed, of the way between them, to be called so; and the speed of a joint that stands, rad/s.
@@ -63,6 +65,25 @@ _ALMOST, _STANDS = 0.05, 0.01
 # Degrees off straight down that nobody sees.
 _UPRIGHT = 0.5
 _ANYTHING = Ref(text="things", determiner="a", nouns=("thing",), plural=True)
+
+
+# Metres that a thing seems to move when nothing moves it: more than pixels err by.
+_UNMOVED = 0.005
+
+
+@frozen
+class Past:
+    """What went before a question.
+
+    Attributes:
+        told: What came of the last order, as a sentence; "" before the first.
+        prompt: The last order that was planned; "" before the first.
+        scene: What was seen before it; None before the first.
+    """
+
+    told: str = ""
+    prompt: str = ""
+    scene: ObservedScene | None = None
 
 
 @frozen
@@ -78,8 +99,11 @@ class Answer:
     about: tuple[str, ...] = ()
 
 
+NOTHING_YET = Past()
+
+
 def answered(
-    prompt: str, scene: ObservedScene, discourse: Discourse, skills: Sequence[str], told: str = ""
+    prompt: str, scene: ObservedScene, discourse: Discourse, skills: Sequence[str], past: Past = NOTHING_YET
 ) -> Answer | Refusal | None:
     """Return the answer to a question.
 
@@ -88,7 +112,7 @@ def answered(
         scene: What perception sees.
         discourse: What was spoken of before.
         skills: What the robot can do.
-        told: What came of the last order, as a sentence; "" before the first.
+        past: What went before.
 
     Returns:
         None for what is no question that is known here; a refusal where it asks for what is not there or may be several things.
@@ -98,7 +122,7 @@ def answered(
     if not asked or isinstance(asked, Refusal):
         # "how high is your hand, and which cube is nearest to it?"
         parts = _several_asked(prompt, ids)
-        answers = [answered(part, scene, discourse, skills, told) for part in parts]
+        answers = [answered(part, scene, discourse, skills, past) for part in parts]
         said = [answer for answer in answers if isinstance(answer, Answer)]
         if said and len(said) == len(parts):
             about = tuple(name for answer in said for name in answer.about)
@@ -108,7 +132,7 @@ def answered(
     refusal: Refusal | None = None
     for question in asked:
         try:
-            return _Answers(scene, discourse, skills, told).reply(question)
+            return _Answers(scene, discourse, skills, past).reply(question)
         except RefusedError as error:
             refusal = refusal or error.refusal
         except NotSeenError as error:
@@ -126,6 +150,10 @@ def _several_asked(prompt: str, ids: tuple[str, ...]) -> list[str]:
     return parts if len(parts) > 1 and own else []
 
 
+def _millimetres(way: Array) -> str:
+    return f"{1000.0 * float(np.linalg.norm(way)):.0f} mm"
+
+
 class _Answers(Seen):
     """The answers to questions, by what they ask.
 
@@ -133,13 +161,13 @@ class _Answers(Seen):
         scene: What perception sees.
         discourse: What was spoken of before.
         skills: What the robot can do.
-        told: What came of the last order.
+        past: What went before.
     """
 
-    def __init__(self, scene: ObservedScene, discourse: Discourse, skills: Sequence[str], told: str) -> None:
+    def __init__(self, scene: ObservedScene, discourse: Discourse, skills: Sequence[str], past: Past) -> None:
         super().__init__(scene, discourse)
         self._skills = skills
-        self._told = told
+        self._past = past
 
     def reply(self, asked: Question) -> Answer:
         """Return the answer to a question.
@@ -497,7 +525,29 @@ class _Answers(Seen):
         return Answer(f"{'Yes' if asked.by == 'able' else 'No'}: {self._say_abilities(asked).text}")
 
     def _say_last(self, asked: Question) -> Answer:
-        return Answer(self._told or "Nothing was done yet.")
+        return Answer(self._past.told or "Nothing was done yet.")
+
+    def _say_moved(self, asked: Question) -> Answer:
+        before = self._past.scene
+        if before is None:
+            return Answer("Nothing was done yet.")
+        if asked.by == "hand":
+            if before.arm is None:
+                raise RefusedError(RefusalCode.UNSUPPORTED, "I do not know how my own arm stood.")
+            gone = self._arm.tcp_pose.position - before.arm.tcp_pose.position
+            return Answer(f"My hand is {_millimetres(gone)} from where it was before “{self._past.prompt}”.")
+        stood = {item.id: item for item in before.objects}
+        found = self._meant(asked.things) if asked.things else self._scene.objects
+        ways = {item.id: centre(item) - centre(stood[item.id]) for item in found if item.id in stood}
+        moved = {name: way for name, way in ways.items() if np.linalg.norm(way) > _UNMOVED}
+        told = [
+            f"The middle of {name} is {_millimetres(way)} from where it was before “{self._past.prompt}”."
+            for name, way in (ways if asked.things else moved).items()
+        ]
+        if not asked.things:
+            other, then = ("else ", "then") if moved else ("", f"before “{self._past.prompt}”")
+            told.append(f"Nothing {other}moved by more than {1000.0 * _UNMOVED:.0f} mm since {then}.")
+        return Answer(" ".join(told), tuple(moved))
 
 
 def _with(what: Ref, so: Ref | None) -> Ref:

@@ -39,6 +39,7 @@ from robosandbox.agent.language.skill_words import resolved, ways_of, words_of
 from robosandbox.agent.language.terms import ONE_MOTION, UNTOUCHED
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
+from robosandbox.skills.words import Words
 from robosandbox.types import BEFORE, ObservedScene, RefusalCode, Side, SkillCall
 from robosandbox.world.parts import is_part
 from robosandbox.world.relations import top
@@ -434,7 +435,6 @@ class _Builder(Deciding):
                 for ref in with_nouns(value):
                     self._worded(replace(command, slots=((argument, ref), *kept)))
                 return
-        is_of_parts = words.object == "part"
         hand_alone = self.steps and self.steps[-1].call.skill in UNTOUCHED and not self.world.held
         if command.skill == "wait" and hand_alone and [ref.determiner for ref in command.objects] == ["it"]:
             # "tilt your hand and hold it for two seconds"
@@ -442,7 +442,9 @@ class _Builder(Deciding):
             return
         names: tuple[str, ...] = ()
         if words.object:
-            names, _ = self._objects(command, fits=self._has_opening) if is_of_parts else self._objects(command)
+            names, _ = (
+                self._objects(command, fits=self._has_opening) if words.object == "part" else self._objects(command)
+            )
         several = [
             (n, ref) for n, ref in command.slots if isinstance(ref, Ref) and (ref.plural or ref.determiner == "all")
         ]
@@ -466,31 +468,35 @@ class _Builder(Deciding):
         elif not words.object:
             self._add(command.skill, **others)
         for name in names:
-            took = words.hand == "holding" and self.world.held != name
-            if words.hand == "holding":
-                self._take(name)
-            elif words.hand == "any" and words.holds:
-                # "grab the cube, lift it 12 cm": it is lifted by so much from where it stands.
-                self._leave_standing(name)
-            elif words.hand == "empty":
-                self._leave_standing(name)
-                if self.world.held == name and words.in_hand in self.skills and _takes(words.in_hand, others):
-                    self._add(words.in_hand, **others)
-                    continue
-                self._need_empty(f"{command.skill.replace('_', ' ')} {name}")
-            if is_of_parts:
-                self._add(command.skill, **{words.object: self._part_of(name) or name, **others})
-                continue
-            if words.hand == "empty":
-                self._note_moved(name)
-            self._add(command.skill, **{words.object: name, **others})
-            if words.returns and took and "place_at" in self.skills:
-                x, y = self.discourse.origins[name][0]
-                self._add("place_at", x=round(x, 4), y=round(y, 4))
-                self.world.put(name, (x, y))
-            if words.holds and self.world.held is None:
-                self._note_moved(name)
-                self.world.take(name)
+            self._worded_with(command.skill, words, name, others)
+
+    def _worded_with(self, skill: str, words: Words, name: str, others: Mapping[str, Any]) -> None:
+        """Add the call of a skill with one thing, or with a part, and what has to be done before and after it."""
+        took = words.hand == "holding" and self.world.held != name
+        if words.hand == "holding":
+            self._take(name)
+        elif words.hand == "any" and words.holds:
+            # "grab the cube, lift it 12 cm": it is lifted by so much from where it stands.
+            self._leave_standing(name)
+        elif words.hand == "empty":
+            self._leave_standing(name)
+            if self.world.held == name and words.in_hand in self.skills and _takes(words.in_hand, others):
+                self._add(words.in_hand, **others)
+                return
+            self._need_empty(f"{skill.replace('_', ' ')} {name}")
+        if words.object == "part":
+            self._add(skill, **{words.object: self._part_of(name) or name, **others})
+            return
+        if words.hand == "empty":
+            self._note_moved(name)
+        self._add(skill, **{words.object: name, **others})
+        if words.returns and took and "place_at" in self.skills:
+            x, y = self.discourse.origins[name][0]
+            self._add("place_at", x=round(x, 4), y=round(y, 4))
+            self.world.put(name, (x, y))
+        if words.holds and self.world.held is None:
+            self._note_moved(name)
+            self.world.take(name)
 
     def _pose_called(self, name: str) -> str:
         """Return the pose of a name: "dock" may be said as "the dock position".

@@ -63,10 +63,12 @@ _ASKED_AFTERWARDS = frozenset(
         "squeezing",
         "whether",
         "pace",
+        "moved",
     }
 )
 _AND_TELL = re.compile(
-    r"[ ,.;]+(?:(?:and|then|afterwards|after that),? )*(?P<question>(?:tell|show|give) (?:me|us) (?:then |afterwards )?(?:how|where|what|which|whether|if|the|your|its|all) .+)$",
+    r"[ ,.;]+(?:(?:and|then|afterwards|after that),? )*(?P<question>(?:tell|show|give) (?:me|us) (?:then |afterwards )?(?:how|where|what|which|whether|if|the|your|its|all) .+"
+    r"|(?<=[.!;] )(?:how|what|where|which|is|are|did|has|have|does|do)\b[^.!;?]*\?)$",
     re.IGNORECASE,
 )
 _ANEW = ("once more", "one more time", "again", "instead", "rather")
@@ -93,12 +95,15 @@ def interpret(
     if isinstance(made, Draft) or language != ENGLISH or len(prompt) > _MOST_READ_IN_PARTS:
         return told_in(language, made) if isinstance(made, Refusal) else made
 
+    def read_on(sentence: str) -> Draft | Refusal:
+        return _interpreted(language, sentence, scene, names, discourse, chosen)
+
     def read_anew(sentence: str) -> Draft | Refusal:
         context = deepcopy(discourse) if discourse else None
         return _interpreted(language, sentence, scene, names, context, chosen)
 
     ids = tuple(item.id for item in scene.objects)
-    over = several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew)
+    over = several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_on)
     plain, remarks = without_remarks(prompt, ids) if over is None and made.code in _UNREAD else (prompt, ())
     if remarks:
         heard = interpret(plain, scene, names, discourse, chosen)
