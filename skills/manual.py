@@ -30,6 +30,7 @@ from robosandbox.skills.trace import Trace
 from robosandbox.skills.turn_hand import TurnHand
 from robosandbox.skills.wait import Wait
 from robosandbox.skills.weigh import Weigh
+from robosandbox.skills.wipe import Wipe
 
 MANUAL: tuple[Skill, ...] = (
     MoveTo(),
@@ -59,5 +60,6 @@ MANUAL: tuple[Skill, ...] = (
     Drop(),
     Trace(),
     PressDown(),
+    Wipe(),
 )
 """All of them, for `Agent`."""

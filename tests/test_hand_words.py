@@ -13,7 +13,7 @@ from support.processes import SimProcess
 from robosandbox.agent.episode import Planned
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance.conformance import check_words
-from robosandbox.errors import ConnectionLostError, NotHoldingError, TrackingError
+from robosandbox.errors import CollisionError, ConnectionLostError, NotHoldingError, TrackingError
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
@@ -333,6 +333,31 @@ def test_a_force_is_pressed_with(driver: str) -> None:
             detail = pressed.steps[-1].result.detail
             assert detail["force_n"] == pytest.approx(force, rel=0.05)
             assert detail["least_n"] > 0.9 * force and detail["most_n"] < 1.1 * force
+
+
+@pytest.mark.parametrize("driver", ["mujoco", "hardware:wrist_wrench=true"])
+def test_what_is_held_is_rubbed_over_the_table(driver: str) -> None:
+    eyes = "ground_truth" if driver == "mujoco" else "rgbd"
+    with open_session(TASK, driver=driver, perception=eyes, what_if=False) as session:
+        others = {item.id: item.pose.position for item in session.observe().objects if item.id != "blue_cube"}
+        assert session.run("pick up the blue cube").success
+        above = session.state().tcp_pose.position
+        way: list[np.ndarray] = []
+        session.driver.subscribe(lambda: way.append(session.state().tcp_pose.position - above))
+        wiped = session.run("wipe the table with it over 6 cm with 4 newtons")
+        assert wiped.success, wiped.final_detail
+        detail = wiped.steps[-1].result.detail
+        assert detail["force_n"] == pytest.approx(4.0, rel=0.05) and detail["most_n"] < 10.0 and detail["felt"] > 0.95
+        low = np.array([point for point in way if point[2] < -0.15])
+        assert np.allclose(np.ptp(low[:, :2], axis=0), 0.06, atol=0.004)
+        seen = {item.id: item.pose.position for item in session.observe().objects}
+        assert session.observe().held == "blue_cube"
+        assert all(np.linalg.norm(seen[name] - place) < 0.004 for name, place in others.items())
+        begun = session.state().tcp_pose.position
+        session.do("move_to", x=0.17, y=0.03, z=float(begun[2]))
+        with pytest.raises(CollisionError, match="green_cube"):
+            session.do("wipe", held="blue_cube", size=0.1)
+        assert np.allclose(session.state().tcp_pose.position, [0.17, 0.03, begun[2]], atol=0.002), "it went nowhere"
 
 
 def test_what_is_not_met_is_not_pressed_on(cell: EmbeddedWorkcell, monkeypatch: pytest.MonkeyPatch) -> None:
