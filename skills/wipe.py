@@ -25,6 +25,8 @@ from robosandbox.world.relations import bounds, top
 _DEEPEST = 0.5
 # m/s along, and m/s up or down for each newton too much or too little: those of a thing that is dragged by its top.
 _SPEED, _GIVE = 0.02, 0.001
+# Seconds for each metre of a stroke until it is given up: five times what it takes.
+_SECONDS_PER_METRE = 5.0 / _SPEED
 # Metres by which what is wiped may be lower or higher than where it was met.
 _UNEVEN = 0.005
 # Metres between two strokes where nothing is held: a fingertip's breadth.
@@ -184,12 +186,19 @@ def _under(arm: Mover) -> list[DetectedObject]:
 
 
 def _stroke(arm: Mover, corner: Pose, felt: Callable[[], float], force: float) -> list[float]:
-    """Rub in a straight line to above or below a corner; return what was felt at each control tick, N."""
+    """Rub in a straight line to above or below a corner; return what was felt at each control tick, N.
+
+    Raises:
+        TrackingError: The hand caught on something and did not come free.
+    """
     here = arm.state.tcp_pose
     goal = Pose(xyz=(*corner.xyz[:2], here.xyz[2]), quat_xyzw=corner.quat_xyzw)
     path = StraightPath.of(arm, arm.motion.plan_line(arm.q, goal, speed=arm.tempo.lower))
     tick, place, lift, forces = arm.driver.control_timestep, 0.0, 0.0, list[float]()
+    deadline = arm.driver.time + _SECONDS_PER_METRE * path.length
     while place < path.length:
+        if arm.driver.time > deadline:
+            raise TrackingError(f"the hand is caught {1000.0 * place:.0f} mm along a stroke", phase=Phase.PUSH)
         now = felt()
         forces.append(now)
         lift = float(np.clip(lift + _GIVE * (now - force) * tick, -_UNEVEN, _UNEVEN))

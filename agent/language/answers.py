@@ -73,7 +73,7 @@ _UNMOVED = 0.005
 
 @frozen
 class Past:
-    """What went before a question.
+    """The last order and what came of it, for questions about it.
 
     Attributes:
         told: What came of the last order, as a sentence; "" before the first.
