@@ -341,11 +341,11 @@ class Agent(Generic[WorldT]):
         self.thinks = True
         try:
             return course.next(scene, report)
-        except (Exception, KeyboardInterrupt):
+        except (Exception, KeyboardInterrupt) as error:
             # An interrupt may come out of a library as another error.
             if not self.left:
                 raise
-            raise PlannerCancelledError("cancelled while planning; the arm holds where it was") from None
+            raise PlannerCancelledError("cancelled while planning; the arm holds where it was") from error
         finally:
             self.thinks = False
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robosandbox.agent.episode import Episode
-from robosandbox.agent.language.answers import NOTHING_YET, Answer, answered
+from robosandbox.agent.language.answers import NOTHING_YET, Answer, Past, answered
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.discourse import Discourse, listed
 from robosandbox.agent.language.draft import Draft
@@ -88,10 +88,19 @@ class StubPlanner:
             scene: What perception sees now.
             history: The attempts so far, oldest first; the new plan covers what they left undone.
         """
-        if not self._turns(prompt):
-            return self._planned_for(prompt, scene, history)
-        answer = self._planned_for(prompt, turned_scene(scene), turned_attempts(history, scene))
-        return _turned_back(answer, scene)
+        if self._turns(prompt):
+            answer = self._planned_for(prompt, turned_scene(scene), turned_attempts(history, scene))
+            answer = _turned_back(answer, scene)
+        else:
+            answer = self._planned_for(prompt, scene, history)
+        if isinstance(answer, Plan) and answer.steps and not history:
+            self._past = replace(self._past, prompt=prompt, scene=scene)
+        return answer
+
+    def _past_of(self, prompt: str) -> Past:
+        """Return what went before, its scene turned as that in which a prompt is read."""
+        before = self._past.scene
+        return replace(self._past, scene=turned_scene(before)) if before and self._turns(prompt) else self._past
 
     def _turns(self, prompt: str) -> bool:
         return self._is_turned and not _IN_BASE.search(prompt)
@@ -100,7 +109,7 @@ class StubPlanner:
         draft: Draft | Refusal
         discourse = self._dialogue.discourse if self._dialogue else Discourse()
         asked = not history and len(prompt) <= MAX_CHARACTERS and language_of(prompt) == ENGLISH
-        reply = answered(prompt, scene, discourse, self._skills, self._past) if asked else None
+        reply = answered(prompt, scene, discourse, self._skills, self._past_of(prompt)) if asked else None
         if isinstance(reply, Answer):
             if reply.about:
                 discourse.mention(reply.about)
@@ -121,8 +130,6 @@ class StubPlanner:
         if isinstance(draft, Refusal):
             return draft
         self._last = (prompt, draft)
-        if not history and draft.calls:
-            self._past = replace(self._past, prompt=prompt, scene=scene)
         return _plan_of(draft)
 
     def _answered_beside(self, prompt: str, scene: ObservedScene, discourse: Discourse) -> str:
@@ -131,9 +138,9 @@ class StubPlanner:
         As in "Sorry, I looked away. Are you holding anything?" and "How far open is the gripper? I need to know."
         """
         plain, _ = without_remarks(prompt, [item.id for item in scene.objects])
-        found, beside = list[Answer](), list[str]()
+        found, beside, past = list[Answer](), list[str](), self._past_of(prompt)
         for sentence in _SENTENCES.split(plain.strip()):
-            reply = answered(sentence, scene, discourse, self._skills, self._past) if "?" in sentence else None
+            reply = answered(sentence, scene, discourse, self._skills, past) if "?" in sentence else None
             if isinstance(reply, Answer):
                 found.append(reply)
             else:
@@ -154,7 +161,7 @@ class StubPlanner:
         if draft.question:
             discourse = self._dialogue.discourse if self._dialogue else Discourse()
             seen = turned_scene(scene) if turns else scene
-            reply = answered(draft.question, seen, discourse, self._skills, self._past)
+            reply = answered(draft.question, seen, discourse, self._skills, self._past_of(prompt))
             self._last = (prompt, Draft(()))
             # What was ordered is done, whether the question can be answered or not.
             told = reply.message if isinstance(reply, Refusal) else reply.text if reply else ""

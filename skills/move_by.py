@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -15,8 +15,6 @@ from robosandbox.skills.primitives.hand_move import HAND_GOES, LIGHT, HandMove, 
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import A_LITTLE, Slot, Words
 from robosandbox.types import Pose, SkillResult
-from robosandbox.world.contracts import Contract
-from robosandbox.world.facts import fact
 
 _Way = Annotated[float, Field(ge=-2.0, le=2.0)]
 
@@ -352,11 +350,6 @@ class MoveBy(HandMove):
         ),
     )
     translations: ClassVar[Mapping[str, str]] = {"german": _GERMAN, "spanish": _SPANISH}
-
-    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
-        """Return that what is to be moved is held, and stays so."""
-        del others
-        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
 
     def run(
         self,

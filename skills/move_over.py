@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -11,8 +11,6 @@ from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
-from robosandbox.world.contracts import Contract
-from robosandbox.world.facts import fact
 from robosandbox.world.relations import centre, top
 
 _TOP = tuple(
@@ -191,11 +189,6 @@ class MoveOver(HandMove):
             verbs=("hold", "keep"), object="held", slots=_over("over", "above"), required=("object",), hand="holding"
         ),
     )
-
-    def contract(self, *, object: str, held: str | None = None, **others: Any) -> Contract:
-        """Return that what is to be held there is held, and stays so."""
-        del object, others
-        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
 
     def run(
         self,

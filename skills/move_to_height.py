@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
@@ -10,8 +10,6 @@ from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
-from robosandbox.world.contracts import Contract
-from robosandbox.world.facts import fact
 
 _ENDS = (
     *(
@@ -94,11 +92,6 @@ class MoveToHeight(HandMove):
             hand="holding",
         ),
     )
-
-    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
-        """Return that what is to be held there is held, and stays so."""
-        del others
-        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
 
     def run(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -12,8 +12,6 @@ from robosandbox.skills.primitives.hand_move import HandMove
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
-from robosandbox.world.contracts import Contract
-from robosandbox.world.facts import fact
 
 # What is done after some time.
 _ENGLISH = """
@@ -224,11 +222,6 @@ class Wait(HandMove):
         ),
     )
     translations: ClassVar[Mapping[str, str]] = {"english": _ENGLISH, "german": _GERMAN, "spanish": _SPANISH}
-
-    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
-        """Return that what is to be held meanwhile is held, and stays so."""
-        del others
-        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
 
     def run(
         self, ctx: SkillContext, *, seconds: Annotated[float, Field(gt=0.0, le=3600.0)], held: str | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -17,8 +17,6 @@ from robosandbox.skills.primitives.pressing import StraightPath
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import DetectedObject, Pose, SkillResult
-from robosandbox.world.contracts import Contract
-from robosandbox.world.facts import fact
 from robosandbox.world.relations import bounds, top
 
 # Metres below where the hand is down to which it looks for something to wipe.
@@ -29,12 +27,10 @@ _SPEED, _GIVE = 0.02, 0.001
 _SECONDS_PER_METRE = 5.0 / _SPEED
 # Metres by which what is wiped may be lower or higher than where it was met.
 _UNEVEN = 0.005
-# Metres between two strokes where nothing is held: a fingertip's breadth.
-_TIP = 0.015
-# Metres over what is wiped at which it is looked whether there is room: what is seen as lower than it is is not touched there.
-_OVER = 0.003
-# N at most: a cube of 30 mm between two fingers is rubbed steadily with 5 N, and with 10 N it rocks and catches, as measured.
+# N at most: a cube of 30 mm between two fingers is rubbed steadily with 5 N, and with 10 N it catches, as measured.
 _HARDEST = 6.0
+# Times the force asked for from where on it is not dragged on.
+_CATCHES = 1.5
 # Share of the way on which it has to be felt to have been wiped.
 _MOST_OF_IT = 0.8
 
@@ -79,16 +75,11 @@ class Wipe(HandMove):
         holds=True,
     )
 
-    def contract(self, *, held: str | None = None, **others: Any) -> Contract:
-        """Return that what is held stays held."""
-        del others
-        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
-
     def run(
         self,
         ctx: SkillContext,
         *,
-        held: str | None = None,
+        held: str,
         size: Annotated[float, Field(gt=0.0, le=0.5)] = 0.1,
         force: Annotated[float, Field(ge=LIGHT, le=_HARDEST)] = 4.0,
         times: Annotated[int, Field(ge=1, le=20)] = 1,
@@ -96,7 +87,7 @@ class Wipe(HandMove):
         """Come down on what is below, and go to and fro over a square of it; then rise to where the hand was.
 
         Args:
-            held: Id of what is held; without it the fingertips rub.
+            held: Id of what is held.
             size: Side of the square that the middle of what is held goes over, metres; the hand is over its middle at first.
             force: With which it presses, N.
             times: How often it goes over the square.
@@ -111,13 +102,15 @@ class Wipe(HandMove):
         arm = Mover(ctx)
         require(ctx.driver, "wrist_wrench", "what the hand rubs with is felt")
         above = arm.state.tcp_pose
-        first, *corners = _corners(above, size, self._breadth(arm, held))
+        low, high = bounds(arm.find(held))
+        # As broad as what rubs is, the less of both ways.
+        first, *corners = _corners(above, size, float((high - low)[:2].min()))
         below = _under(arm)
+        arm.motion.allow("table", *(item.id for item in below))
         _check_free(arm, [first, *corners], max([arm.start.table_height, *(top(item) for item in below)]))
         arm.arrive(arm.kept_level(arm.motion.plan_line(arm.q, first, speed=arm.speed)), first)
         arm.come_down_near()
         before = float(arm.pressed()[2])
-        arm.motion.allow("table", *(item.id for item in below))
         here = arm.state.tcp_pose
         deepest = Pose(xyz=(*here.xyz[:2], here.xyz[2] - _DEEPEST), quat_xyzw=here.quat_xyzw)
 
@@ -141,13 +134,6 @@ class Wipe(HandMove):
             detail={"force_n": float(np.mean(forces)), "most_n": max(forces), "felt": touched, "size_m": size},
         )
 
-    def _breadth(self, arm: Mover, held: str | None) -> float:
-        """Return how broad what rubs is, the less of both ways, metres."""
-        if held is None:
-            return _TIP
-        low, high = bounds(arm.find(held))
-        return float((high - low)[:2].min())
-
 
 def _corners(middle: Pose, size: float, breadth: float) -> list[Pose]:
     """Return where strokes from side to side over a square begin and end, one behind the other."""
@@ -167,7 +153,7 @@ def _check_free(arm: Mover, corners: list[Pose], height: float) -> None:
         UnreachableError: It cannot be there.
         CollisionError: Something stands in its way.
     """
-    z = height + arm.hangs + _OVER
+    z = height + arm.hangs
     low = [Pose(xyz=(*corner.xyz[:2], z), quat_xyzw=corner.quat_xyzw) for corner in corners]
     q = arm.motion.plan_line(arm.q, corners[0]).q[-1]
     for corner in low:
@@ -202,7 +188,7 @@ def _stroke(arm: Mover, corner: Pose, felt: Callable[[], float], force: float) -
         now = felt()
         forces.append(now)
         lift = float(np.clip(lift + _GIVE * (now - force) * tick, -_UNEVEN, _UNEVEN))
-        if now < 1.5 * force:
+        if now < _CATCHES * force:
             # What catches is not dragged on before the hand has given way.
             place = min(place + _SPEED * tick, path.length)
         arm.trim(path.at(place, lift))

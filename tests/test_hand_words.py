@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -526,6 +527,16 @@ def test_what_moved_is_told_by_what_was_seen_before_the_order(cell: EmbeddedWork
     raised = cell.run("go up 5 cm. How far did your hand move?")
     assert "My hand is 50 mm from where it was" in raised.final_detail
     assert "Nothing moved by more than 5 mm" in cell.run("is everything still where it was?").final_detail
+
+
+def test_what_moved_is_told_alike_to_a_viewer_who_faces_the_robot(still: EmbeddedWorkcell) -> None:
+    planner, scene = StubPlanner(load_skills(), moves=MANUAL, frame="viewer"), still.observe()
+    assert isinstance(planner.plan("push the green cube 5 cm to the left in the base frame", scene), Plan)
+    told = planner.plan("what moved?", scene)
+    assert isinstance(told, Plan) and told.answer.startswith("Nothing moved by more than 5 mm")
+    fewer = replace(scene, objects=tuple(item for item in scene.objects if item.id != "red_cube"))
+    gone = planner.plan("what moved?", fewer)
+    assert isinstance(gone, Plan) and "I no longer see red_cube." in gone.answer
 
 
 def test_what_was_asked_to_be_left_undone_is_refused(still: EmbeddedWorkcell) -> None:

@@ -544,7 +544,10 @@ class _Answers(Seen):
             f"The middle of {name} is {_millimetres(way)} from where it was before “{self._past.prompt}”."
             for name, way in (ways if asked.things else moved).items()
         ]
+        told += [f"I did not see {item.id} before that." for item in found if asked.things and item.id not in stood]
         if not asked.things:
+            gone_from_sight = stood.keys() - {item.id for item in self._scene.objects}
+            told += [f"I no longer see {name}." for name in stood if name in gone_from_sight]
             other, then = ("else ", "then") if moved else ("", f"before “{self._past.prompt}”")
             told.append(f"Nothing {other}moved by more than {1000.0 * _UNMOVED:.0f} mm since {then}.")
         return Answer(" ".join(told), tuple(moved))

@@ -103,7 +103,7 @@ def interpret(
         return _interpreted(language, sentence, scene, names, context, chosen)
 
     ids = tuple(item.id for item in scene.objects)
-    over = several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_on)
+    over = several_times(prompt, ids, read_anew) or _with_question(prompt, ids, read_anew, read_on)
     plain, remarks = without_remarks(prompt, ids) if over is None and made.code in _UNREAD else (prompt, ())
     if remarks:
         heard = interpret(plain, scene, names, discourse, chosen)
@@ -138,8 +138,17 @@ def _interpreted(
     return _once_each(prompt if language == ENGLISH else "then" * says_in_turn(language, prompt), made)
 
 
-def _with_question(prompt: str, ids: tuple[str, ...], read: Callable[[str], Draft | Refusal]) -> Draft | None:
-    """Return the plan of an order behind which something is asked, as in "weigh it and tell me how wide it is"."""
+def _with_question(
+    prompt: str, ids: tuple[str, ...], read: Callable[[str], Draft | Refusal], read_on: Callable[[str], Draft | Refusal]
+) -> Draft | None:
+    """Return the plan of an order behind which something is asked, as in "weigh it and tell me how wide it is".
+
+    Args:
+        prompt: What was said.
+        ids: Those of the scene.
+        read: Reads an order, and what was spoken of stays as it is.
+        read_on: Reads one that is carried out: what it is about is spoken of.
+    """
     told = _AND_TELL.search(prompt)
     asked = questions_in(ENGLISH, told["question"], ids) if told else ()
     if told is None or not asked or isinstance(asked, Refusal):
@@ -149,10 +158,13 @@ def _with_question(prompt: str, ids: tuple[str, ...], read: Callable[[str], Draf
     order = prompt[: told.start()]
     if asked[0].about == "weight":
         # What is not seen is felt.
-        weighed = read(f"{order} and weigh it")
+        weighed = read_on(f"{order} and weigh it")
         return weighed if isinstance(weighed, Draft) else None
     draft = read(order)
-    return replace(draft, question=told["question"]) if isinstance(draft, Draft) and draft.rest is None else None
+    if isinstance(draft, Refusal) or draft.rest is not None:
+        return None
+    draft = read_on(order)
+    return replace(draft, question=told["question"]) if isinstance(draft, Draft) else None
 
 
 def _once_each(prompt: str, made: Draft) -> Draft | Refusal:

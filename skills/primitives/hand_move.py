@@ -17,6 +17,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.types import Array, Pose, Speed, Trajectory
 from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 from robosandbox.world.relations import bottom, bounds, centre, top
 
 # Configurations at random from which others are looked for where those at hand touch something.
@@ -74,9 +75,10 @@ class HandMove(Skill):
     """A skill that moves the hand or its arm, and promises nothing but that what is held stays held."""
 
     def contract(self, *args: Any, **arguments: Any) -> Contract:
-        """Return that what is held stays held."""
-        del args, arguments
-        return Contract(keeps_hold=True)
+        """Return that what is to be held meanwhile is held, and that what is held stays so."""
+        del args
+        held = arguments.get("held")
+        return Contract(needs=() if held is None else (fact("holding", held),), keeps_hold=True)
 
 
 class Mover(Manipulator):
