@@ -286,12 +286,12 @@ class Agent(Generic[WorldT]):
         self._emit(Planned(answer, told.replans))
         self._approve(answer, course, told)
         begun = len(told.steps)
-        # Who decides call by call has asked for each of them.
-        failed = None if last is None or course.goes_on else last.failure
-        asked = answer.steps if failed is None else (*failed.completed, failed.failed, *failed.remaining)
+        if last is None or last.failure is None or course.goes_on:
+            # Who decides call by call has asked for each of them; the ways around one failure are not asked for after the next.
+            told.asked = answer.steps
         try:
             with self._at(answer.tempo):
-                failure = self._execute(answer, calls, told.steps, monitor, asked, ends=not course.goes_on)
+                failure = self._execute(answer, calls, told.steps, monitor, told.asked, ends=not course.goes_on)
         except SkillError as error:
             # The tempo could not be set, and nothing was done.
             failure = Attempt(completed=(), failed=answer.steps[0], error=error.failure, remaining=answer.steps[1:])
@@ -405,7 +405,8 @@ class Agent(Generic[WorldT]):
             left = plan.steps[index + 1 :]
             undone = self._undone(monitor, at_the_end=ends and not left)
             if undone is not None:
-                return replace(undone, remaining=(*undone.remaining, *left))
+                # A way around an earlier failure was for how things stood then.
+                return replace(undone, remaining=(*undone.remaining, *(later for later in left if later in asked)))
         return None
 
     def _undone(self, monitor: Monitor, *, at_the_end: bool) -> Attempt | None:

@@ -13,12 +13,17 @@ from robosandbox.world.alternatives import Attempt
 
 @dataclass(slots=True)
 class Progress:
-    """The parts of an `Episode`, as they come; what they are is said there."""
+    """The parts of an `Episode`, as they come; what they are is said there.
+
+    Attributes:
+        asked: The calls of the plan that is being carried out, without the ways around failures that came into it.
+    """
 
     steps: list[Step] = field(default_factory=list)
     attempts: list[Attempt] = field(default_factory=list)
     consulted: list[Consulted] = field(default_factory=list)
     plan: Plan | None = None
+    asked: Sequence[SkillCall] = ()
     refusal: Refusal | None = None
     replans: int = 0
     claim: str = ""

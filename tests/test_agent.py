@@ -299,6 +299,21 @@ def test_episode_record_is_json_and_keeps_the_error() -> None:
     assert isinstance(ep.attempts[0].error, Failure)
 
 
+def test_a_way_around_one_failure_is_not_asked_for_after_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = list[tuple[str, bool]]()
+    add = Monitor.add
+
+    def heard(monitor: Monitor, call: SkillCall, contract: Contract, *, is_detour: bool = False) -> None:
+        told.append((call.skill, is_detour))
+        add(monitor, call, contract, is_detour=is_detour)
+
+    monkeypatch.setattr(Monitor, "add", heard)
+    plans = calls("pick", "stack"), calls("push", "stack"), calls("push", "stack")
+    agent, _, _ = make(Script(*plans), Act("pick"), Act("push"), Act("stack", MISSED, MISSED))
+    assert agent.run("go").success
+    assert told == [("pick", False), ("push", True), ("push", True), ("stack", False)]
+
+
 @pytest.mark.parametrize("is_detour", [True, False])
 def test_what_a_way_around_a_failure_took_out_again_is_owed_at_the_end(is_detour: bool) -> None:
     """Without a failure before it, whoever asked for the thing to be taken out has asked for that."""

@@ -274,7 +274,8 @@ class _Push:
         self.arm.trim(row)
         place, lift = goal if share == 1.0 else last + share * (goal - last)
         self._sent = float(place), float(lift)
-        self._rows = [*self._rows[-ticks:], row]
+        # With where it begins: from there it goes as little at once.
+        self._rows = [*rows, row]
 
     def _reached(self) -> float:
         """Return the place along the way at which the command has the hand where it is, metres."""
