@@ -314,6 +314,19 @@ def test_a_way_around_one_failure_is_not_asked_for_after_the_next(monkeypatch: p
     assert told == [("pick", False), ("push", True), ("push", True), ("stack", False)]
 
 
+def test_a_way_around_one_failure_is_left_out_where_what_was_done_was_undone(monkeypatch: pytest.MonkeyPatch) -> None:
+    (pick,) = calls("pick").steps
+    fallen = iter([None, Attempt(completed=(), failed=pick, error=MISSED.failure)])
+    monkeypatch.setattr(Monitor, "undone", lambda *args, **options: next(fallen, None))
+    plans = calls("pick", "stack"), calls("push", "tap", "stack"), calls("pick", "stack")
+    agent, _, _ = make(Script(*plans), Act("pick"), Act("push"), Act("tap"), Act("stack", MISSED))
+    ep = agent.run("go")
+    assert ep.success and [step.call.skill for step in ep.steps] == ["pick", "push", "pick", "stack"]
+    assert [call.skill for call in ep.attempts[1].remaining] == ["stack"], (
+        "and not the tap, a way around the first failure"
+    )
+
+
 @pytest.mark.parametrize("is_detour", [True, False])
 def test_what_a_way_around_a_failure_took_out_again_is_owed_at_the_end(is_detour: bool) -> None:
     """Without a failure before it, whoever asked for the thing to be taken out has asked for that."""
