@@ -97,38 +97,7 @@ class Pick(Skill):
         if arm.start.held == object:
             return _lift_held(arm, target)
         met = obstruction_there(ctx, target, arm.find(to), arm.start, on=on) if to else None
-        tries = _Tries(arm, object, met=met)
-        looks, nudges, scene = 0, 0, arm.start
-        while True:
-            seen = _shifted(arm.find(object, scene), tries.felt)
-            if scene is not arm.start:
-                require(ctx, self.contract(object=object), scene)
-            try:
-                plan = tries.planned(seen, scene)
-            except CollisionError:
-                nudges += 1
-                if nudges > _NUDGES or not nudge_off_walls(arm, object, most=ctx.max_force_n):
-                    raise
-                scene = arm.look()
-                continue
-            try:
-                arm.open_for(plan.approach, plan.aperture)
-                follow_free(arm, plan.approach, Phase.APPROACH)
-                check_open(arm, plan.grasp, plan.aperture)
-                if looks < _LOOKS and changed(scene, arm.look(*around(seen, scene))):
-                    looks, scene = looks + 1, arm.settle(object)
-                    continue
-                return self._execute(arm, target, plan, tries)
-            except (GraspError, TrackingError, LimitError) as error:
-                arm.ctx.doubt()
-                tries.failed(plan, seen, error)
-                scene = arm.look()
-
-    def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan, tries: _Tries) -> SkillResult:
-        scene = take_hold(arm, target, plan)
-        width = arm.gripper.width
-        held = arm.find(target.id, scene)
-        after = _lift(arm, held, plan.grasp.width, firm=tries.slipped, slowly=tries.stuck, out=plan.out)
+        after, width = take_up(arm, target, met)
         return SkillResult(
             skill=self.name,
             detail={
@@ -137,6 +106,52 @@ class Pick(Skill):
                 "width_mm": 1000.0 * width,
             },
         )
+
+
+def take_up(
+    arm: Manipulator, target: DetectedObject, met: Callable[[Grasp, bool], Obstruction | None] | None
+) -> tuple[DetectedObject, float]:
+    """Grasp an object and lift it; return it as it hangs in the hand, and how far the fingers were apart on it, metres.
+
+    Args:
+        arm: Whose hand is empty.
+        target: Where it stands now.
+        met: Tells of a grasp what it is no good for: what is in the way, or None; looked at briefly where its second argument is true.
+
+    Raises:
+        SkillError: As `Pick.run` raises them.
+    """
+    needs = Pick().contract(object=target.id)
+    tries = _Tries(arm, target.id, met=met)
+    looks, nudges, scene = 0, 0, arm.start
+    while True:
+        seen = _shifted(arm.find(target.id, scene), tries.felt)
+        if scene is not arm.start:
+            require(arm.ctx, needs, scene)
+        try:
+            plan = tries.planned(seen, scene)
+        except CollisionError:
+            nudges += 1
+            if nudges > _NUDGES or not nudge_off_walls(arm, target.id, most=arm.ctx.max_force_n):
+                raise
+            scene = arm.look()
+            continue
+        try:
+            arm.open_for(plan.approach, plan.aperture)
+            follow_free(arm, plan.approach, Phase.APPROACH)
+            check_open(arm, plan.grasp, plan.aperture)
+            if looks < _LOOKS and changed(scene, arm.look(*around(seen, scene))):
+                looks, scene = looks + 1, arm.settle(target.id)
+                continue
+            scene = take_hold(arm, target, plan)
+            width, held = arm.gripper.width, arm.find(target.id, scene)
+            after = _lift(arm, held, plan.grasp.width, firm=tries.slipped, slowly=tries.stuck, out=plan.out)
+        except (GraspError, TrackingError, LimitError) as error:
+            arm.ctx.doubt()
+            tries.failed(plan, seen, error)
+            scene = arm.look()
+        else:
+            return after, width
 
 
 def take_hold(arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> ObservedScene:

@@ -11,24 +11,24 @@ from pydantic import Field
 
 from robosandbox.driver import require
 from robosandbox.errors import Phase, TrackingError
+from robosandbox.skills.primitives.force import Following
+from robosandbox.skills.primitives.gripping import Grip
 from robosandbox.skills.primitives.guarded import follow_until
 from robosandbox.skills.primitives.hand_move import LIGHT, HandMove, Mover
 from robosandbox.skills.primitives.pressing import StraightPath
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
-from robosandbox.types import DetectedObject, Pose, SkillResult
+from robosandbox.types import DetectedObject, Pose, SkillResult, Trajectory
 from robosandbox.world.relations import bounds, top
 
 # Metres below where the hand is down to which it looks for something to wipe.
 _DEEPEST = 0.5
-# m/s along, and m/s up or down for each newton too much or too little: those of a thing that is dragged by its top.
-_SPEED, _GIVE = 0.02, 0.001
+# m/s along: of a thing that is dragged by its top.
+_SPEED = 0.02
 # Seconds for each metre of a stroke until it is given up: five times what it takes.
 _SECONDS_PER_METRE = 5.0 / _SPEED
-# Metres by which what is wiped may be lower or higher than where it was met.
+# Metres by which what is wiped may be lower than where it was met.
 _UNEVEN = 0.005
-# N at most: a cube of 30 mm between two fingers is rubbed steadily with 5 N, and with 10 N it catches, as measured.
-_HARDEST = 6.0
 # Times the force asked for from where on it is not dragged on.
 _CATCHES = 1.5
 # Share of the way on which it has to be felt to have been wiped.
@@ -81,7 +81,7 @@ class Wipe(HandMove):
         *,
         held: str,
         size: Annotated[float, Field(gt=0.0, le=0.5)] = 0.1,
-        force: Annotated[float, Field(ge=LIGHT, le=_HARDEST)] = 4.0,
+        force: Annotated[float, Field(ge=LIGHT, le=20.0)] = 4.0,
         times: Annotated[int, Field(ge=1, le=20)] = 1,
     ) -> SkillResult:
         """Come down on what is below, and go to and fro over a square of it; then rise to where the hand was.
@@ -97,7 +97,7 @@ class Wipe(HandMove):
             UnreachableError: The hand cannot be there.
             CollisionError: Something stands in the square.
             LimitError: The robot pressed too hard.
-            TrackingError: Nothing was met, or was no longer felt on the way.
+            TrackingError: Nothing was met, it gave way, or was no longer felt on the way.
         """
         arm = Mover(ctx)
         require(ctx.driver, "wrist_wrench", "what the hand rubs with is felt")
@@ -120,12 +120,14 @@ class Wipe(HandMove):
         if not follow_until(arm, arm.as_far_as_it_goes(here, deepest), Phase.TOUCH, lambda: felt() > LIGHT / 2.0):
             raise TrackingError("the hand went down and met nothing to wipe", phase=Phase.TOUCH)
         arm.ctx.enter(Phase.PUSH)
-        forces: list[float] = []
+        # As light as what is held hangs in the grip, it would slide up between the fingers until they meet the table themselves.
+        rub, forces = _Rub(arm, felt, force, Grip(arm, arm.find(held))), list[float]()
         for time in range(times):
             for corner in corners if time % 2 == 0 else [*corners[-2::-1], first]:
-                forces += _stroke(arm, corner, felt, force)
+                forces += rub.stroke(corner)
         arm.rise(above.xyz[2] - arm.state.tcp_pose.xyz[2], Phase.RETREAT)
         arm.arrive(arm.motion.plan_line(arm.q, above, speed=arm.tempo.leave), above)
+        rub.grip.settle()
         touched = float(np.mean(np.array(forces) > 0.0))
         if touched < _MOST_OF_IT:
             raise TrackingError(f"it was felt on {100.0 * touched:.0f} % of the way alone", phase=Phase.PUSH)
@@ -171,25 +173,47 @@ def _under(arm: Mover) -> list[DetectedObject]:
     return found
 
 
-def _stroke(arm: Mover, corner: Pose, felt: Callable[[], float], force: float) -> list[float]:
-    """Rub in a straight line to above or below a corner; return what was felt at each control tick, N.
+class _Rub:
+    """Strokes of what is held over what it was pressed on.
 
-    Raises:
-        TrackingError: The hand caught on something and did not come free.
+    Args:
+        arm: Whose hand; it has met what is to be rubbed.
+        felt: Tells what it presses down with, N.
+        force: What it is to press with, N.
+        grip: On what is held.
     """
-    here = arm.state.tcp_pose
-    goal = Pose(xyz=(*corner.xyz[:2], here.xyz[2]), quat_xyzw=corner.quat_xyzw)
-    path = StraightPath.of(arm, arm.motion.plan_line(arm.q, goal, speed=arm.tempo.lower))
-    tick, place, lift, forces = arm.driver.control_timestep, 0.0, 0.0, list[float]()
-    deadline = arm.driver.time + _SECONDS_PER_METRE * path.length
-    while place < path.length:
-        if arm.driver.time > deadline:
-            raise TrackingError(f"the hand is caught {1000.0 * place:.0f} mm along a stroke", phase=Phase.PUSH)
-        now = felt()
-        forces.append(now)
-        lift = float(np.clip(lift + _GIVE * (now - force) * tick, -_UNEVEN, _UNEVEN))
-        if now < _CATCHES * force:
-            # What catches is not dragged on before the hand has given way.
-            place = min(place + _SPEED * tick, path.length)
-        arm.trim(path.at(place, lift))
-    return forces
+
+    def __init__(self, arm: Mover, felt: Callable[[], float], force: float, grip: Grip) -> None:
+        self.grip = grip
+        self._arm, self._felt, self._force = arm, felt, force
+        self._height, self._pressing = arm.state.tcp_pose.xyz[2], Following()
+
+    def stroke(self, corner: Pose) -> list[float]:
+        """Rub in a straight line to above or below a corner; return what was felt at each control tick, N.
+
+        Raises:
+            TrackingError: The hand caught on something and did not come free, or what is rubbed gave way.
+        """
+        arm, tick = self._arm, self._arm.driver.control_timestep
+        goal = Pose(xyz=(*corner.xyz[:2], self._height), quat_xyzw=corner.quat_xyzw)
+        path = StraightPath.of(arm, arm.motion.plan_line(arm.q, goal, speed=arm.tempo.lower))
+        place, forces, row = 0.0, list[float](), path.at(0.0, -self._pressing.beyond)
+        deadline = arm.driver.time + _SECONDS_PER_METRE * path.length
+        while place < path.length:
+            if arm.driver.time > deadline:
+                raise TrackingError(f"the hand is caught {1000.0 * place:.0f} mm along a stroke", phase=Phase.PUSH)
+            now, deeper = self._felt(), self._height - arm.state.tcp_pose.xyz[2]
+            if deeper > _UNEVEN:
+                raise TrackingError(
+                    f"the hand went {1000.0 * deeper:.0f} mm deeper while it rubbed: what it holds slides in the grip, or "
+                    "what it rubs gives way",
+                    phase=Phase.PUSH,
+                )
+            forces.append(now)
+            self.grip()
+            if now < _CATCHES * self._force:
+                # What catches is not dragged on before the hand has given way.
+                place = min(place + _SPEED * tick, path.length)
+            before, row = row, path.at(place, -self._pressing.follow(now, self._force, tick))
+            arm.send(Trajectory(q=np.array([before, row]), dt=tick))
+        return forces

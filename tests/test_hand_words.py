@@ -354,6 +354,11 @@ def test_what_is_held_is_rubbed_over_the_table(driver: str) -> None:
         seen = {item.id: item.pose.position for item in session.observe().objects}
         assert session.observe().held == "blue_cube"
         assert all(np.linalg.norm(seen[name] - place) < 0.004 for name, place in others.items())
+        hard = session.do("wipe", held="blue_cube", size=0.04, force=20.0).detail
+        assert hard["force_n"] == pytest.approx(20.0, rel=0.05) and hard["most_n"] < 45.0, (
+            "it does not slide up in the grip"
+        )
+        assert session.observe().held == "blue_cube"
         begun = session.state().tcp_pose.position
         session.do("move_to", x=0.17, y=0.03, z=float(begun[2]))
         with pytest.raises(CollisionError, match="green_cube"):

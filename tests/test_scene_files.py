@@ -26,6 +26,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator, moved
 from robosandbox.skills.primitives.part_ways import PartWay, _faces
 from robosandbox.skills.primitives.parts import follow_way
 from robosandbox.skills.primitives.stillness import Stillness
+from robosandbox.tasks.judge.checks import Closed
 from robosandbox.tasks.loader import load_task
 from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject
 from robosandbox.workcell.embedded import EmbeddedWorkcell
@@ -932,6 +933,23 @@ def test_a_door_is_closed_where_its_edge_is_3_mm_from_shut(edge: float, holds: b
         shares = edge / (lever(door) * abs(open_value(door) - shut_value(door)))
         scene = with_objects(cell.observe(), [at_value(door, open_value(door, shares))])
         assert find(fact("closed", "cupboard.door"), View.of(scene)).holds is holds
+
+
+def test_a_drawer_whose_whole_way_is_2_mm_is_open_and_not_closed_at_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "cabinet.xml"
+    path.write_text(CABINET.read_text().replace('range="0 0.16"', 'range="0 0.002"'))
+    with open_here(WorkcellOptions(scene=path)) as cell:
+        part = cell.observe().find("cabinet.top")
+        assert part is not None
+        for share in (0.0, 1.0):
+            scene = with_objects(cell.observe(), [at_value(part, open_value(part, share))])
+            assert find(fact("closed", part.id), View.of(scene)).holds is (share == 0.0)
+            assert find(fact("open", part.id), View.of(scene)).holds is (share == 1.0)
+            start = cell.simulation.truth()
+            now = replace(
+                start, objects={**start.objects, part.id: replace(start.objects[part.id], opening=0.002 * share)}
+            )
+            assert Closed(kind="closed", object=part.id).evaluate(start, now).holds is (share == 0.0)
 
 
 @pytest.mark.parametrize("low", [0.0, -0.01])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +23,32 @@ _FOLLOWING, _FASTEST, _MEASURED = 2.0, 0.004, 0.0002
 _STIFF = 20_000.0
 # Seconds in which a force is to be reached, and over which its mean counts as it: readings of a wrist are noisy.
 _REACHED_WITHIN, _MEAN = 30.0, 0.3
+
+
+@dataclass(slots=True)
+class Following:
+    """How far a hand is sent beyond what it has met, so that it presses on it with a force.
+
+    Attributes:
+        beyond: Metres.
+        _stiffness: What a metre of it presses with, N.
+    """
+
+    beyond: float = 0.0
+    _stiffness: float = _STIFF
+
+    def follow(self, felt: float, force: float, tick: float) -> float:
+        """Return how far to be sent beyond in the next control tick, metres.
+
+        Args:
+            felt: What the hand presses with now, N.
+            force: What it is to press with, N.
+            tick: Seconds.
+        """
+        if self.beyond > _MEASURED and felt > 0.0:
+            self._stiffness = felt / self.beyond
+        self.beyond += float(np.clip(_FOLLOWING * (force - felt) / self._stiffness, -_FASTEST, _FASTEST)) * tick
+        return self.beyond
 
 
 @frozen
@@ -63,7 +90,7 @@ def press_with(
     arm.ctx.enter(Phase.PUSH)
     tick = arm.driver.control_timestep
     place = met = path.place(arm.state.tcp_pose.position)
-    row, deadline, stiffness = path.at(place, 0.0), arm.driver.time + _REACHED_WITHIN, _STIFF
+    row, deadline, following = path.at(place, 0.0), arm.driver.time + _REACHED_WITHIN, Following()
     last, kept = list[float](), list[float]()
     while len(kept) < round(seconds / tick):
         now = felt()
@@ -73,9 +100,7 @@ def press_with(
             kept.append(now)
         elif arm.driver.time > deadline or place >= path.length:
             return None
-        if place - met > _MEASURED and now > 0.0:
-            stiffness = now / (place - met)
-        place += float(np.clip(_FOLLOWING * (force - now) / stiffness, -_FASTEST, _FASTEST)) * tick
+        place = met + following.follow(now, force, tick)
         before, row = row, path.at(place, 0.0)
         arm.send(Trajectory(q=np.array([before, row]), dt=tick))
     return Kept(mean=float(np.mean(kept)), least=min(kept), most=max(kept))

@@ -46,8 +46,9 @@ Reference = tuple[str, str, frozenset[str]]
 _ANY: frozenset[str] = frozenset()
 HOLDERS = (kinds_that_hold() | {"part"}) - {"compartment"}
 _OPENING = frozenset({"part", *(kind for kind, shape in shapes().items() if shape.opens)})
-# Shares of its way from which on a part of a scene's file is open, and what it may lack to a share that is asked for.
-_PART_OPEN, _PART_SHORT = 0.5, 0.05
+# Shares of its way from which on a part of a scene's file is open, up to which one is closed whose whole way is some millimetres, and
+# what it may lack to a share that is asked for.
+_PART_OPEN, _PART_CLOSED, _PART_SHORT = 0.5, 0.1, 0.05
 
 
 class Check(StrictModel):
@@ -292,7 +293,9 @@ class Closed(OfObject):
         """Read how far its box has slid, or the part has gone."""
         del start
         if (gone := part_travel(now.objects[self.object])) is not None:
-            return Judgement(gone[1] <= CLOSED_WITHIN, {"open_share": gone[0], "opening_mm": 1e3 * gone[1]})
+            share, metres = gone
+            closed = metres <= CLOSED_WITHIN and share <= _PART_CLOSED
+            return Judgement(closed, {"open_share": share, "opening_mm": 1e3 * metres})
         opening = _opening(now, self.object)
         return Judgement(opening <= CLOSED_WITHIN, {"opening_mm": 1e3 * opening})
 

@@ -21,8 +21,8 @@ from robosandbox.world.nearness import nearer
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, bottom, contents, stands_on, top
 
-# Share of its way from which on a part is open.
-OPEN_SHARE = 0.5
+# Share of its way from which on a part is open, and up to which it is closed where its whole way is some millimetres.
+OPEN_SHARE, _CLOSED_SHARE = 0.5, 0.1
 # Share of its way within which a part that is to be open so far is: what a hand lacks to the end of a drawer may be the room it needs.
 OPENED_WITHIN = 0.02
 # Share of its way by which what was opened is thought to be open; chosen below the 0.98 that skills try first and above the 0.75 that
@@ -87,9 +87,9 @@ def open_share(part: DetectedObject) -> float:
 
 
 def closed_share(part: DetectedObject) -> float:
-    """Return the share of its way up to which a part is closed: no point of it is farther than 3 mm from shut."""
+    """Return the share of its way up to which a part is closed: no point of it is farther than 3 mm from shut, or a tenth of a short way."""
     way = lever(part) * _way(part)
-    return CLOSED_WITHIN / way if way else 0.0
+    return min(CLOSED_WITHIN / way, _CLOSED_SHARE) if way else 0.0
 
 
 def sprung_handle(part: DetectedObject, objects: Iterable[DetectedObject]) -> DetectedObject | None:
