@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from robosandbox.skills.base import Skill
 from robosandbox.skills.drop import Drop
+from robosandbox.skills.flip import Flip
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
 from robosandbox.skills.hand_over import HandOver
 from robosandbox.skills.lift import Lift
@@ -26,6 +27,7 @@ from robosandbox.skills.press_down import PressDown
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
 from robosandbox.skills.squeeze import Squeeze
+from robosandbox.skills.stir import Stir
 from robosandbox.skills.trace import Trace
 from robosandbox.skills.turn_hand import TurnHand
 from robosandbox.skills.wait import Wait
@@ -61,5 +63,7 @@ MANUAL: tuple[Skill, ...] = (
     Trace(),
     PressDown(),
     Wipe(),
+    Flip(),
+    Stir(),
 )
 """All of them, for `Agent`."""

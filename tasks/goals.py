@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pydantic import field_validator
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.judge.attitude import Upright
+from robosandbox.tasks.judge.attitude import Lying, Upright
 from robosandbox.tasks.judge.checks import AtHome, Beside, Check, Closed, Inside, Lifted, On, Opened, TurnedTo
 from robosandbox.tasks.judge.finding import Judgement
 from robosandbox.tasks.judge.place_checks import At
@@ -28,6 +28,7 @@ _CHECKS: dict[str, Callable[..., Check]] = {
     "closed": lambda d: Closed(kind="closed", object=d),
     "turned_to": lambda p, share: TurnedTo(kind="turned_to", object=p, share=share),
     "upright": lambda a: Upright(kind="upright", object=a),
+    "lying": lambda a: Lying(kind="lying", object=a),
     "holding": lambda a, hand=None: Lifted(kind="lifted", object=a, hand=hand),
     "at_home": lambda: AtHome(kind="at_home"),
 }

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from robosandbox.tasks.goals import GoalReached
-from robosandbox.tasks.judge.attitude import Upright
+from robosandbox.tasks.judge.attitude import Lying, Upright
 from robosandbox.tasks.judge.checks import (
     AtHome,
     Beside,
@@ -101,6 +101,7 @@ Criterion = Annotated[
     | Opened
     | Closed
     | Upright
+    | Lying
     | Poured
     | Tapped
     | TurnedTo

@@ -14,7 +14,7 @@ from support.processes import SimProcess
 from robosandbox.agent.episode import Planned
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.apps.conformance.conformance import check_words
-from robosandbox.errors import CollisionError, ConnectionLostError, NotHoldingError, TrackingError
+from robosandbox.errors import CollisionError, ConnectionLostError, NotHoldingError, PlacementError, TrackingError
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
@@ -366,6 +366,35 @@ def test_what_is_held_is_rubbed_over_the_table(driver: str) -> None:
         assert np.allclose(session.state().tcp_pose.position, [0.17, 0.03, begun[2]], atol=0.002), "it went nowhere"
 
 
+def test_a_bowl_is_stirred_with_what_is_held() -> None:
+    bowl = SceneObject(id="bowl", kind="bowl", size=(0.045, 0.05), pose=Pose(xyz=(0.15, 0.1, 0.041)), mass=0.3)
+    stick = SceneObject(
+        id="stick",
+        kind="cylinder",
+        size=(0.008, 0.07),
+        pose=Pose(xyz=(0.12, -0.12, 0.111)),
+        mass=0.04,
+        rgba=(1, 0, 0, 1),
+    )
+    thick = SceneObject(id="post", kind="cylinder", size=(0.037, 0.06), pose=Pose(xyz=(0.0, -0.2, 0.101)), mass=0.1)
+    with open_session(Scene(objects=(bowl, stick, thick)), what_if=False) as session:
+        way: list[np.ndarray] = []
+        session.driver.subscribe(lambda: way.append(session.simulation.truth().objects["stick"].pose.position))
+        stirred = session.run("stir the bowl with the stick")
+        assert stirred.success, stirred.final_detail
+        within = np.array([point for point in way if point[2] - 0.07 < 0.09])
+        angles = np.unwrap(np.arctan2(within[:, 1] - 0.1, within[:, 0] - 0.15))
+        assert abs(angles[-1] - angles[0]) == pytest.approx(3.0 * 2.0 * np.pi, rel=0.05)
+        assert np.linalg.norm(session.simulation.truth().objects["bowl"].pose.position[:2] - [0.15, 0.1]) < 0.001
+        assert session.observe().held == "stick"
+        session.do("place_at", x=0.12, y=-0.12)
+        session.pick("post")
+        begun = session.driver.time
+        with pytest.raises(PlacementError, match="too narrow to stir in with post"):
+            session.do("stir", container="bowl", held="post")
+        assert session.driver.time == begun
+
+
 def test_what_is_not_met_is_not_pressed_on(cell: EmbeddedWorkcell, monkeypatch: pytest.MonkeyPatch) -> None:
     cell.do("move_to", x=0.2, y=0.1, z=0.6)
     monkeypatch.setattr(Mover, "come_down_near", lambda arm: None)
@@ -454,7 +483,7 @@ def test_a_client_says_the_same_over_the_network() -> None:
 
 def test_each_verb_of_the_hand_is_understood(still: EmbeddedWorkcell) -> None:
     for skill in MANUAL:
-        check_words(skill, still.observe(), {"object": "red_cube", "held": "red_cube"})
+        check_words(skill, still.observe(), {"object": "red_cube", "held": "red_cube", "container": "green_cube"})
 
 
 def test_words_that_fill_what_a_skill_does_not_take_are_found(still: EmbeddedWorkcell) -> None:

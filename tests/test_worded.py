@@ -56,8 +56,8 @@ def still() -> EmbeddedWorkcell:
         ("spin the block a quarter turn to the left", [("turn", {"object": "block", "angle": 1.570796})]),
         ("turn the block parallel to the can", [("turn", {"object": "block", "align_with": "can"})]),
         ("align the block with the can and tap it", [("turn", {"object": "block", "align_with": "can"}), ("tap", {"object": "block"})]),
-        ("set the can upright, then rotate the block by 0.5 radians", [("nudge_upright", {"object": "can"}), ("turn", {"object": "block", "angle": 0.5})]),
-        ("stand the can up", [("nudge_upright", {"object": "can"})]),
+        ("nudge the can upright, then rotate the block by 0.5 radians", [("nudge_upright", {"object": "can"}), ("turn", {"object": "block", "angle": 0.5})]),
+        ("tip the can up", [("nudge_upright", {"object": "can"})]),
     ],
 )  # fmt: skip
 def test_words_make_a_skill_sayable(
@@ -113,7 +113,7 @@ def test_turn_refuses_before_anything_moves() -> None:
 def test_outside_skill_rights_a_fallen_can_by_its_sentence() -> None:
     with open_session(Scene(objects=(FALLEN,)), what_if=False) as session:
         skills = [*session.skills, outside().NudgeUpright()]
-        episode = Agent(session.ctx, skills, StubPlanner(skills)).run("set the can upright")
+        episode = Agent(session.ctx, skills, StubPlanner(skills)).run("nudge the can upright")
         assert episode.success, episode.final_detail
         rotation = session.observe().objects[0].pose.rotation
         assert abs(rotation[2, 2]) > math.cos(math.radians(5.0))

@@ -473,7 +473,10 @@ class _Builder(Deciding):
     def _worded_with(self, skill: str, words: Words, name: str, others: Mapping[str, Any]) -> None:
         """Add the call of a skill with one thing, or with a part, and what has to be done before and after it."""
         took = words.hand == "holding" and self.world.held != name
-        if words.hand == "holding":
+        if "held" in others:
+            # "Stir the bowl with the spoon": what is done is done with that.
+            self._take(others["held"])
+        elif words.hand == "holding":
             self._take(name)
         elif words.hand == "any" and words.holds:
             # "grab the cube, lift it 12 cm": it is lifted by so much from where it stands.

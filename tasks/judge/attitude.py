@@ -1,4 +1,4 @@
-"""The check of how an object stands: upright, or tipped over."""
+"""The checks of how an object stands: upright, or on its side."""
 
 from __future__ import annotations
 
@@ -28,3 +28,15 @@ class Upright(OfObject):
             math.acos(max(-1.0, min(1.0, cosine if shape_of(item.kind).holds_things else abs(cosine))))
         )
         return Judgement(angle < _TIPPED_DEG, {"tilt_deg": angle})
+
+
+class Lying(OfObject):
+    """The object's own axis is about level."""
+
+    kind: Literal["lying"]
+
+    def evaluate(self, start: Truth, now: Truth) -> Judgement:
+        """Measure the angle between its axis and the horizontal."""
+        del start
+        angle = math.degrees(math.asin(min(1.0, abs(float(now.objects[self.object].pose.rotation[2, 2])))))
+        return Judgement(angle < _TIPPED_DEG, {"off_level_deg": angle})

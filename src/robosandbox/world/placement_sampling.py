@@ -120,8 +120,8 @@ class Placement:
     def rotation(self, level: Array, yaw: float) -> Array:
         """Return the rotation (3, 3) with which what is level as `level` (3, 3) stands here at one of the headings."""
         if self.lean is not None:
-            return _about_level(*self.lean) @ about_z(yaw) @ level
-        return about_z(yaw) @ (level if self.laid is None else _about_level(self.laid) @ level)
+            return about_level(*self.lean) @ about_z(yaw) @ level
+        return about_z(yaw) @ (level if self.laid is None else about_level(self.laid) @ level)
 
 
 def table_placements(
@@ -328,7 +328,7 @@ def about_z(angle: float) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _about_level(heading: float, angle: float = math.pi / 2.0) -> Array:
+def about_level(heading: float, angle: float = math.pi / 2.0) -> Array:
     """Return a turn (3, 3) by an angle about the level axis of a heading, radians: a quarter turn where none is given."""
     return matrix_about_axis(np.array([math.cos(heading), math.sin(heading), 0.0]), angle)
 
@@ -680,7 +680,7 @@ def _laid_on_face(
     heading = Pose.from_matrix(held.pose.position, level).yaw
     quarters = [_wrap(heading + k * math.pi / 2.0) for k in range(4)]
     lying = [
-        (quarter, with_pose(held, Pose.from_matrix(held.pose.position, _about_level(quarter) @ level)))
+        (quarter, with_pose(held, Pose.from_matrix(held.pose.position, about_level(quarter) @ level)))
         for quarter in quarters
     ]
     for quarter, item in sorted(lying, key=lambda one: round(bottom(one[1]) - top(one[1]), 3)):

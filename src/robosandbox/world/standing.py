@@ -18,6 +18,7 @@ from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.parts import at_value, is_part, open_value
 from robosandbox.world.placement_sampling import (
     Placement,
+    about_level,
     about_z,
     at_its_height,
     free_placements,
@@ -149,6 +150,16 @@ def _righted(scene: ObservedScene, a: str) -> ObservedScene:
     return put(scene, a, Pose.from_matrix(there.position + [0.0, 0.0, up], upright))
 
 
+def _laid(scene: ObservedScene, a: str) -> ObservedScene:
+    item = scene.find(a)
+    if item is None or abs(float(item.pose.rotation[2, 2])) < math.sin(TIPPED):
+        return scene
+    level = levelled(item)
+    there = Pose.from_matrix(item.pose.position, about_level(math.atan2(level[1, 0], level[0, 0])) @ level)
+    up = bottom(item) - bottom(replace(item, pose=there))
+    return put(scene, a, Pose.from_matrix(there.position + [0.0, 0.0, up], there.rotation))
+
+
 def standing_on(view: View, b: str) -> list[DetectedObject]:
     """Return what stands on an object."""
     base = view.get(b)
@@ -259,6 +270,21 @@ def upright(view: View, a: str) -> Finding:
         cause=f"{a} has tipped over",
         help="set it upright first",
         remedies=(fact("upright", a),),
+    )
+
+
+@predicate("object", effect=_laid, lasts=True)
+def lying(view: View, a: str) -> Finding:
+    """An object's own axis is about level: it lies on its side."""
+    angle = math.asin(min(1.0, abs(float(view.get(a).pose.rotation[2, 2]))))
+    return Finding(
+        holds=angle < TIPPED,
+        margin=TIPPED - angle,
+        tolerance=TIPPED,
+        is_sure=is_clearly_seen(view.get(a)),
+        cause=f"{a} does not lie on its side",
+        help="lay it down first",
+        remedies=(fact("lying", a),),
     )
 
 

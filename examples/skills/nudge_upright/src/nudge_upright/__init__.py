@@ -38,7 +38,7 @@ class NudgeUpright(Skill):
     """Set something that has fallen over upright."""
 
     name = "nudge_upright"
-    words = Words(verbs=("right", "upright", "set {} upright", "stand {} up", "nudge {} upright"), object="object")
+    words = Words(verbs=("nudge {} upright", "nudge {} up", "tip {} up"), object="object")
 
     def contract(self, *, object: str) -> Contract:
         """Return what setting an object upright needs and brings about."""
