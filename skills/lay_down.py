@@ -25,7 +25,7 @@ class LayDown(Skill):
             for verb in ("lay", "put", "place", "set", "tip", "turn", "rest", "roll", "lie", "stand")
             for side in _SIDE
         )
-        + ("tip {} over", "topple"),
+        + ("tip {} over",),
         object="object",
     )
 
