@@ -10,6 +10,7 @@ from robosandbox.skills.drop import Drop
 from robosandbox.skills.flip import Flip
 from robosandbox.skills.gripper import CloseGripper, OpenGripper
 from robosandbox.skills.hand_over import HandOver
+from robosandbox.skills.inspect import Inspect
 from robosandbox.skills.lift import Lift
 from robosandbox.skills.measure import Measure
 from robosandbox.skills.move_beside import MoveBeside
@@ -55,6 +56,7 @@ MANUAL: tuple[Skill, ...] = (
     SetTempo(),
     Wait(),
     PointAt(),
+    Inspect(),
     Shake(),
     Weigh(),
     Measure(),

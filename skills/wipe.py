@@ -64,15 +64,18 @@ class Wipe(HandMove):
     """Wipe what is below the hand."""
 
     name = "wipe"
-    words = Words(
-        verbs=(
-            *(f"{rub} {table} with {{}}" for rub in _RUBS for table in _TABLE),
-            *(f"use {{}} to {rub} {table}" for rub in _RUBS for table in _TABLE),
+    words = (
+        Words(
+            verbs=(
+                *(f"{rub} {table} with {{}}" for rub in _RUBS for table in _TABLE),
+                *(f"use {{}} to {rub} {table}" for rub in _RUBS for table in _TABLE),
+            ),
+            object="held",
+            slots=_SLOTS,
+            hand="holding",
+            holds=True,
         ),
-        object="held",
-        slots=_SLOTS,
-        hand="holding",
-        holds=True,
+        Words(verbs=tuple(f"{rub} {table}" for rub in _RUBS for table in _TABLE), slots=_SLOTS, hand="holding"),
     )
 
     def run(

@@ -63,7 +63,8 @@ class Words:
         slots: What may follow, each at most once, in any order.
         required: Arguments of which at least one has to be said; none asks for nothing.
         needed: Arguments that all have to be said.
-        hand: What the hand is before the call: empty, holding the object, which is picked up first where it is not held, or any.
+        hand: What the hand is before the call: empty, holding the object, which is picked up first where it is not held, or any. A verb
+            without an object that is said of a holding hand is called with what that holds as `held`.
         holds: Whether the object is in the hand afterwards, whatever it was before.
         in_hand: Skill that does the same to an object that the hand holds; "" where it has to be put down first.
         returns: Whether the object is put back to where it was picked up for this.

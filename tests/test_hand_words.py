@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from support.processes import SimProcess
@@ -364,6 +365,31 @@ def test_what_is_held_is_rubbed_over_the_table(driver: str) -> None:
         with pytest.raises(CollisionError, match="green_cube"):
             session.do("wipe", held="blue_cube", size=0.1)
         assert np.allclose(session.state().tcp_pose.position, [0.17, 0.03, begun[2]], atol=0.002), "it went nowhere"
+
+
+def test_the_table_is_wiped_with_what_is_held_and_with_nothing_it_is_asked(cell: EmbeddedWorkcell) -> None:
+    asked = cell.plan("wipe the table")
+    assert isinstance(asked, Refusal) and asked.code is RefusalCode.AMBIGUOUS and "say with what" in asked.message
+    planned = cell.plan("pick up the red cube and wipe the table with 5 N")
+    assert isinstance(planned, Plan)
+    assert [str(call) for call in planned.steps] == ["pick(object=red_cube)", "wipe(held=red_cube, force=5.0)"]
+
+
+@pytest.mark.gl
+def test_a_picture_of_a_thing_is_taken_from_near_by_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    with open_session(TASK, what_if=False) as session:
+        episode = session.run("take a picture of the blue cube")
+        assert episode.success, episode.final_detail
+        detail = episode.steps[-1].result.detail
+        picture = cv2.imread(str(detail["picture"]))
+        assert str(detail["picture"]) in episode.final_detail and Path(str(detail["picture"])).is_relative_to(tmp_path)
+        blue = (picture[..., 0] > 120) & (picture[..., 2] < 60)
+        seen = np.argwhere(blue).mean(axis=0) / picture.shape[:2]
+        assert blue.sum() > 500 and 0.35 < seen[1] < 0.65, "the hand points at it"
+        assert detail["camera"] == "wrist" and 0.1 < float(detail["distance_m"]) < 0.4
+        others = {item.id for item in session.observe().objects}
+        assert others == {"red_cube", "green_cube", "blue_cube"} and session.observe().held is None
 
 
 def test_a_bowl_is_stirred_with_what_is_held() -> None:

@@ -466,7 +466,8 @@ class _Builder(Deciding):
             for each in self.ground.many(ref, lambda other: True, names).ids:
                 self._add(command.skill, **{**others, argument: each})
         elif not words.object:
-            self._add(command.skill, **others)
+            tool = {"held": self._tool(command.skill)} if words.hand == "holding" else {}
+            self._add(command.skill, **tool, **others)
         for name in names:
             self._worded_with(command.skill, words, name, others)
 
@@ -500,6 +501,18 @@ class _Builder(Deciding):
         if words.holds and self.world.held is None:
             self._note_moved(name)
             self.world.take(name)
+
+    def _tool(self, skill: str) -> str:
+        """Return what is held, as in "wipe the table".
+
+        Raises:
+            RefusedError: Nothing is.
+        """
+        if self.world.held is None:
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"I hold nothing to {skill.replace('_', ' ')} with: say with what."
+            )
+        return self.world.held
 
     def _pose_called(self, name: str) -> str:
         """Return the pose of a name: "dock" may be said as "the dock position".
