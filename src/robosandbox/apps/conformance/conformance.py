@@ -92,6 +92,9 @@ def check_words(skill: Skill, scene: ObservedScene, arguments: Mapping[str, obje
         by_argument = {slot.argument: slot for slot in reversed(words.slots)}
         needed = [by_argument[argument] for argument in (*words.needed, *words.required[:1])]
         extra = " ".join(_said_of(slot, others) for slot in dict.fromkeys(needed))
+        # What is done with what the hand holds already is said of a hand that holds it.
+        held = str(arguments.get("held", "")) if words.hand == "holding" and not words.object else ""
+        seen = scene.holding(held) if held else scene
         firsts, rests = set[str](), set[str]()
         for verb in words.verbs:
             # Of "move the hand", "bring the hand", "move the arm" the last is made of the others, as the grammar makes it.
@@ -104,7 +107,7 @@ def check_words(skill: Skill, scene: ObservedScene, arguments: Mapping[str, obje
             thing = str(arguments.get(words.object, "")) if words.object else _BODY[words.body] * named_here
             said = verb.replace("{}", thing) if "{}" in verb else f"{verb} {thing}"
             sentence = " ".join(f"{said} {extra}".split())
-            answer = planner.plan(sentence, scene)
+            answer = planner.plan(sentence, seen)
             calls = [step.skill for step in answer.steps] if isinstance(answer, Plan) else []
             demand(skill.name in calls, f"{skill.name}: “{sentence}” is not understood as it: {answer}")
 
