@@ -467,7 +467,7 @@ class _Builder(Deciding):
                 self._add(command.skill, **{**others, argument: each})
         elif not words.object:
             tool = {"held": self._tool(command.skill)} if words.hand == "holding" else {}
-            self._add(command.skill, **tool, **others)
+            self._add(command.skill, **{**tool, **others})
         for name in names:
             self._worded_with(command.skill, words, name, others)
 
