@@ -188,6 +188,8 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
         return f"{rule}{f' (slot_joint? {rule})?' * min(_MOST_SLOTS - 1, count)}"
 
     filled = several(f"said_with_{own}", len(words.slots))
+    # What is done with what is held is left out as what names that is.
+    told = len(words.slots) - len(free) if words.object or words.hand != "holding" else 0
     # What leaves out what has to be said is far-fetched, or asks for a pace: "go slowly".
     cost = ("!" if words.pace else "!!") if words.required else ""
     unsaid = "" if words.needed else f" | {cost}"
@@ -197,7 +199,7 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
         body=f" own_{words.body}" if words.body else "",
         filled=filled,
         slots=f' (("," | ":")? {filled} stays_there*{unsaid})' if words.slots else "",
-        gap=several(f"gap_with_{own}", len(words.slots) - len(free)) if len(free) < len(words.slots) else "",
+        gap=several(f"gap_with_{own}", told) if told else "",
     )
     yield "acts"
     yield from (line for _, verb in verbs for line in _said(phrases, words, *verb))
