@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from robosandbox.driver import require
+from robosandbox.driver import Driver, require
 from robosandbox.errors import AlreadyHoldingError, GraspError, InvalidArgumentError, Phase
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
@@ -449,6 +449,16 @@ def _is_shut(arm: Manipulator) -> bool:
     return arm.gripper.width <= arm.geometry.min_aperture + _SHUT
 
 
+def check_force_is_felt(driver: Driver) -> None:
+    """Check that a grip can be as hard as it is asked for.
+
+    Raises:
+        UnsupportedError: The robot does not feel or limit its force.
+    """
+    require(driver, "gripper_force", "a force of the grip is asked for")
+    require(driver, "grip_limit", "a force of the grip is asked for")
+
+
 def squeeze(arm: Manipulator, force: float, *, on_nothing: bool = False) -> None:
     """Close the fingers until each side presses with a force, N; or until they are shut, where they may be on nothing.
 
@@ -456,8 +466,7 @@ def squeeze(arm: Manipulator, force: float, *, on_nothing: bool = False) -> None
         UnsupportedError: The robot does not feel or limit its force.
         GraspError: The force is not reached.
     """
-    require(arm.driver, "gripper_force", "a force of the grip is asked for")
-    require(arm.driver, "grip_limit", "a force of the grip is asked for")
+    check_force_is_felt(arm.driver)
     motors, felt = force, 0.0
     for _ in range(_CORRECTIONS):
         arm.hand.set_gripper(1.0, motors)

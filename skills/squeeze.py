@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from robosandbox.errors import Phase
-from robosandbox.skills.gripper import FORCE, squeeze
+from robosandbox.skills.gripper import FORCE, check_force_is_felt, squeeze
 from robosandbox.skills.pick import Pick, take_hold
 from robosandbox.skills.primitives.grasping import plan_grasp
 from robosandbox.skills.primitives.guarded import follow_free
@@ -63,6 +63,8 @@ class Squeeze(HandMove):
             UnsupportedError: The robot does not feel or limit its force, and one is asked for.
             GraspError: The force is not reached.
         """
+        if force is not None:
+            check_force_is_felt(ctx.driver)
         arm = Manipulator(ctx)
         target = arm.find(object)
         plan = None

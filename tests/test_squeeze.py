@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from robosandbox.errors import UnsupportedError
 from robosandbox.types import Array
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.workcell.session import open_session
@@ -35,6 +36,14 @@ def test_a_thing_is_squeezed_where_it_stands(cell: EmbeddedWorkcell) -> None:
 def test_a_thing_is_squeezed_lightly_where_no_force_is_told(cell: EmbeddedWorkcell) -> None:
     done = cell.do("squeeze", object="green_cube")
     assert 0.0 < float(done.detail["force_n"]) < 5.0
+
+
+def test_a_force_that_the_gripper_does_not_tell_is_refused_before_anything_moves() -> None:
+    with open_session("pick_from_three", driver="hardware", perception="rgbd", what_if=False) as cell:
+        begun, gap = cell.driver.time, cell.state().gripper.width
+        with pytest.raises(UnsupportedError, match="does not tell the force of its gripper"):
+            cell.do("squeeze", object="red_cube", force=5.0)
+        assert cell.driver.time - begun < 0.1 and cell.state().gripper.width == pytest.approx(gap, abs=1e-4)
 
 
 def test_what_is_kept_is_held_and_not_lifted(cell: EmbeddedWorkcell) -> None:
