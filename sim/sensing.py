@@ -15,6 +15,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.control import ControlledSimulation
+from robosandbox.sim.lookahead import Lookahead
 from robosandbox.sim.object_states import ObjectStates
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, Sensor, perfect_intrinsics
@@ -217,6 +218,10 @@ class SensedSimulation(ControlledSimulation):
     def contacts_around(self, carried: Iterable[str] = ()) -> list[tuple[str, str, float]]:
         """Return (link or carried object, what it touches, N) of the robot and of these objects, its grip on them left out."""
         return Contacts(self._loaded, self._live).around(carried)
+
+    def lookahead(self, arm: str) -> Lookahead:
+        """Return what tells what an arm would press into where it is sent; it ends with the model."""
+        return Lookahead(self._loaded, self._live, arm)
 
     def log(self, capacity: int) -> StepRecorder:
         """Return a log that can take down this world's state; it ends with the model."""

@@ -10,6 +10,7 @@ from gymnasium.error import ResetNeeded
 
 from robosandbox.apps.envs import ManipulationEnv
 from robosandbox.errors import InputError
+from robosandbox.types import MAX_UNINTENDED_FORCE_N
 
 
 def test_an_action_of_another_shape_or_not_finite_is_told_and_moves_nothing() -> None:
@@ -29,3 +30,52 @@ def test_a_step_before_the_first_reset_is_told() -> None:
             env.step(np.zeros(7))
         env.reset(seed=0)
         env.step(np.zeros(7))
+
+
+@pytest.mark.parametrize("rate", [20.0, 30.0])
+@pytest.mark.parametrize("kind", ["ee", "joint"])
+def test_random_actions_press_on_nothing_harder_than_allowed_and_are_all_carried_out(kind: str, rate: float) -> None:
+    """Without a look ahead three of four such episodes press on the table with 170 to 7,000 N."""
+    with contextlib.closing(ManipulationEnv("pick_cube_franka", action=kind, control_hz=rate)) as env:
+        most, went = 0.0, 0.0
+
+        def feel() -> None:
+            nonlocal most
+            most = max(most, env.session.driver.senses.strongest_contact("arm")[0])
+
+        env.session.driver.subscribe(feel)
+        for seed in range(4):
+            env.reset(seed=seed)
+            draws = np.random.default_rng(seed)
+            q = env.session.state().q
+            for step in range(round(8.0 * rate)):
+                if step % round(0.5 * rate) == 0:
+                    action = draws.uniform(-1.0, 1.0, env.action_space.shape)
+                *_, ended, _, info = env.step(action.astype(np.float32))
+                assert "stopped" not in info, info
+                q, before = env.session.state().q, q
+                went += float(np.abs(q - before).sum())
+                if ended:
+                    break
+        assert most <= 1.1 * MAX_UNINTENDED_FORCE_N
+        assert went / (4 * 8.0) > 4.0, "rad/s of all joints: it is slowed down where something is near alone"
+
+
+def test_a_hand_that_is_sent_down_on_a_cube_does_not_press_it_on_the_table() -> None:
+    with contextlib.closing(ManipulationEnv("pick_cube_franka", action="ee")) as env:
+        env.reset(seed=0)
+        (cube,) = env.session.simulation.truth().objects.values()
+        most = 0.0
+
+        def feel() -> None:
+            nonlocal most
+            most = max(most, env.session.driver.senses.strongest_contact("arm")[0])
+
+        env.session.driver.subscribe(feel)
+        for height in (0.15, -0.05):
+            for _ in range(80):
+                off = (cube.pose.position + [0.0, 0.0, height] - env.session.state().tcp_pose.position) / 0.02
+                *_, info = env.step(np.array([*np.clip(off, -1.0, 1.0), 0.0, 0.0, 0.0, 1.0], np.float32))
+                assert "stopped" not in info, info
+        # Closed fingers came down on it, at 0.4 m/s but for the last.
+        assert 1.0 < most <= 1.1 * MAX_UNINTENDED_FORCE_N

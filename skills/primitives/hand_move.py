@@ -63,6 +63,8 @@ _SHORT_OF_IT, _ABOUT = 0.03, 0.02
 _HALVINGS = 11
 # Metres above a thing from which the tool centre point comes down on it, the first that is free: closed fingers may reach beyond it.
 _ABOVE = (0.01, 0.03, 0.06)
+# Metres to what stands there within which a way ends barely clear of it, and the m/s at which it is gone then.
+_BARELY, _BARELY_FASTEST = 0.004, 0.1
 # How near the hand comes to where its way ends, metres and rad, and the seconds of integral action that it may take.
 _NEAR, _TURNED, _SECONDS = 0.0005, 0.003, 1.5
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -299,6 +301,9 @@ class Mover(Manipulator):
         Raises:
             TrackingError: The arm did not arrive.
         """
+        if self.planning.collisions(_BARELY).touch(trajectory.q[-1]) is not None:
+            # What a servo swings out by where it comes to rest is more than is left there.
+            trajectory = nowhere_faster(self, trajectory, _BARELY_FASTEST)
         self.follow(trajectory, Phase.APPROACH)
         goal, deadline = self.motion.forward(trajectory.q[-1]), self.driver.time + _SECONDS
         while self.driver.time < deadline:

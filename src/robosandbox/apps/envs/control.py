@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from robosandbox.driver import Driver
-from robosandbox.driver.clamps import TOLERANCES
+from robosandbox.driver.clamps import TOLERANCES, braking_rows
 from robosandbox.errors import InputError, SkillError
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -22,6 +22,20 @@ _RADIANS_PER_SECOND = 2.0
 # that is let loose does not leap.
 _LEAD_METRES = 0.03
 _FULL_TURN = np.pi
+# Metres that an arm keeps off what does not give way, and seconds of its way that it keeps off beside: what servos trail by is another
+# way for each joint. Nearer it goes no faster than so many m/s, and no deeper than so many metres: servos of 18 N/mm, as the bundled
+# arm's are, then press with half of what tasks allow.
+_CLEAR, _TRAILING, _FEELING, _DEEPEST = 0.003, 0.01, 0.01, 0.001
+# m/s at which it may come upon what gives way: the reduced speed of ISO 10218-1.
+_SHOVING = 0.25
+# Metres that no point of an arm goes farther between two places at which is looked.
+_APART = 0.02
+# Share of what its motors can give with which a gripper opens: what its fingers meet is not pressed on then.
+_OPENING = 0.25
+# Actions whose ticks are counted: of a rate that does not divide that of control they differ by one.
+_COUNTED = 101
+# Shares of what is asked for that are tried before it brakes.
+_SHARES = (1.0, 0.5, 0.25, 0.1)
 
 
 class Controller:
@@ -48,6 +62,9 @@ class Controller:
             raise InputError(f"control_hz: {rate:g} actions a second; give more than 0, to {most:g}, the control rate")
         self._tick = driver.control_timestep
         self._ticks_of_one = most / rate
+        # Seconds for which a joint keeps one speed.
+        lasts = [self._tick * ticks for number in range(1, _COUNTED) for ticks in self._pieces(number)]
+        self._shortest, self._longest = min(lasts), max(lasts)
         self._actions = 0
         self._arm = driver.arms[arm]
         self._hands = [hand for hand in driver.hands.values() if hand.arm == arm]
@@ -56,11 +73,15 @@ class Controller:
         self._period = 0.0
         robot = self._arm.spec
         self._solver = Kinematics.of(world.model, world.robots[arm])
+        self._ahead = world.lookahead(arm)
         self._low = np.where(np.isfinite(robot.lower), robot.lower, -_FULL_TURN)
         self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
         self._q: Array = robot.home_q.copy()
         self._velocity: Array = np.zeros(robot.n)
-        self._closed = 0.0
+        self._closed, self._opens = 0.0, False
+        gripper = robot.gripper
+        limited = gripper is not None and driver.capabilities.grip_limit
+        self._strength = float(gripper.force_limits.sum()) if gripper is not None and limited else np.inf
         # Seconds for which it has kept that speed.
         self._lasted: float = np.inf
         self._position: Array = np.zeros(3)
@@ -82,6 +103,7 @@ class Controller:
         if self._solver.model is not self._world.model:
             # A layout with other things in it is another model.
             self._solver = Kinematics.of(self._world.model, self._world.robots[self._arm.name])
+        self._ahead = self._world.lookahead(self._arm.name)
         self._actions = 0
         self._begin_here()
 
@@ -106,25 +128,37 @@ class Controller:
         if not np.isfinite(given).all():
             raise InputError(f"action: {given.tolist()} holds a number that is not finite; give numbers in -1..1")
         action = np.clip(given, -1.0, 1.0)
-        begin, self._actions = round(self._actions * self._ticks_of_one), self._actions + 1
-        ticks = round(self._actions * self._ticks_of_one) - begin
-        self._period = ticks * self._tick
-        for hand in self._hands:
-            self._closed = 0.5 * (float(action[-1]) + 1.0)
-            hand.set_gripper(self._closed)
+        self._actions += 1
+        pieces = self._pieces(self._actions)
+        self._period = sum(pieces) * self._tick
+        self._move_fingers(action)
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
-        # A joint keeps one speed for no longer than the clamps look at.
-        steps = -(-ticks // max(1, round(TOLERANCES.window / self._tick)))
+        left = self._period
         try:
-            for k in range(steps):
-                gone = ticks * k // steps
-                lasts = (ticks * (k + 1) // steps - gone) * self._tick
-                start, self._q = self._q, self._step_towards(goal, lasts, (ticks - gone) * self._tick)
+            for ticks in pieces:
+                lasts = ticks * self._tick
+                start, self._q = self._q, self._step_towards(goal, lasts, left)
+                left -= lasts
                 self._velocity = (self._q - start) / lasts
                 self._arm.follow(Trajectory(q=np.stack([start, self._q]), dt=lasts, goes_on=True))
         except SkillError:
             self._begin_here()
             raise
+
+    def _move_fingers(self, action: Array) -> None:
+        """Send the fingers to where an action has them: as hard as they can where they close, and lightly where they open."""
+        for hand in self._hands:
+            before, self._closed = self._closed, 0.5 * (float(action[-1]) + 1.0)
+            if self._closed != before:
+                self._opens = self._closed < before
+            light = _OPENING * self._strength if self._opens and np.isfinite(self._strength) else None
+            hand.set_gripper(self._closed, light)
+
+    def _pieces(self, number: int) -> list[int]:
+        """Return the control ticks for which joints keep one speed in an action, counted from 1: no more than the clamps look at."""
+        ticks = round(number * self._ticks_of_one) - round((number - 1) * self._ticks_of_one)
+        steps = -(-ticks // max(1, round(TOLERANCES.window / self._tick)))
+        return [ticks * (k + 1) // steps - ticks * k // steps for k in range(steps)]
 
     def _step_towards(self, goal: Array, period: float, left: float) -> Array:
         """Return the configuration after some seconds on the way to another, within the joints' limits, to be there after so many.
@@ -136,10 +170,50 @@ class Controller:
         lasted, self._lasted = min(period, self._lasted), period
         change, away = robot.acceleration_limits * lasted, np.clip(goal, robot.lower, robot.upper) - self._q
         # The most at which whole periods of braking, this one included, end at the goal.
-        braking = np.sqrt(0.25 * change**2 + 2.0 * robot.acceleration_limits * np.abs(away)) - 0.5 * change
+        slower = robot.acceleration_limits * self._shortest
+        periods = np.abs(away) / (slower * self._longest)
+        whole = np.floor(0.5 * (np.sqrt(1.0 + 8.0 * periods) - 1.0))
+        braking = slower * (whole + (periods - 0.5 * whole * (whole + 1.0)) / (whole + 1.0))
         wanted = np.sign(away) * np.minimum.reduce([np.abs(away) / left, braking, robot.velocity_limits])
-        velocity = np.clip(wanted, self._velocity - change, self._velocity + change)
+        velocity = self._kept_out(wanted, change, period)
         found: Array = np.clip(self._q + velocity * period, robot.lower, robot.upper)
+        return found
+
+    def _kept_out(self, wanted: Array, change: Array, period: float) -> Array:
+        """Return the speed (n,) for some seconds, as near to what is wanted as the arm can still come to rest from before it presses.
+
+        Args:
+            wanted: Speed of each joint, shape (n,).
+            change: By how much it may change, likewise.
+            period: Seconds.
+        """
+        robot, least, most = self._arm.spec, self._velocity - change, self._velocity + change
+        fastest = robot.reach[1] * float(np.abs(wanted).sum())
+        feeling = min(1.0, _FEELING / fastest) if fastest > 0.0 else 0.0
+        now = self._ahead.distances(self._q)
+        # What is no nearer than it is now but for a little is as near.
+        others, own = (max(off - 0.5 * _FEELING * period, min(off, -_DEEPEST)) for off in (now.others, now.own))
+        for share in (*_SHARES, feeling):
+            velocity = np.clip(share * wanted, least, most)
+            speed = robot.reach[1] * float(np.abs(velocity).max())
+            slowly = robot.reach[1] * float(np.abs(velocity).sum()) <= 1.01 * _FEELING
+            off = -_DEEPEST if slowly else _CLEAR + _TRAILING * speed
+            found = [self._ahead.distances(row) for row in self._until_rest(velocity, period)]
+            if any(one.others < min(off, others) or one.own < min(0.0, own) for one in found):
+                continue
+            if speed <= _SHOVING or not any(one.comes_upon for one in found):
+                return velocity
+        return np.clip(np.zeros(robot.n), least, most)
+
+    def _until_rest(self, velocity: Array, period: float) -> Array:
+        """Return configurations (k, n) on the way of an arm that keeps a speed (n,) for some seconds and then brakes, `_APART` apart."""
+        robot = self._arm.spec
+        keeps = self._q + velocity * np.arange(self._tick, period + 0.5 * self._tick, self._tick)[:, None]
+        rows = np.vstack([keeps, braking_rows(robot, keeps[-1], velocity, self._tick)])
+        rows = np.clip(rows, robot.lower, robot.upper)
+        gone = np.cumsum(robot.reach[1] * np.abs(np.diff(rows, axis=0, prepend=self._q[None])).sum(axis=1))
+        numbers = np.unique((gone / _APART).astype(int), return_index=True)[1]
+        found: Array = np.vstack([rows[numbers], rows[-1:]])
         return found
 
     def joint_action(self, q: Array, closed: float = 0.0) -> Array:
