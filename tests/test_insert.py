@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.pegs import insert, scene
 
+from robosandbox.skills.primitives.hand_move import Mover
+from robosandbox.skills.primitives.yielding import YieldingHand
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.session import open_session
 
@@ -57,3 +60,20 @@ def test_what_is_held_is_plugged_into_a_hole_by_words(pegs: Path) -> None:
         plan = cell.plan("plug it into the block")
         assert isinstance(plan, Plan)
         assert [*plan.steps] == [SkillCall(skill="insert", arguments={"container": "block"})]
+
+
+@pytest.mark.parametrize(("joint", "along"), [(0, (0.0, -0.01, 0.0)), (2, (0.0, -0.01, 0.0)), (2, (0.01, 0.0, 0.0))])
+def test_a_hand_that_yields_goes_straight_though_a_joint_is_at_its_limit(
+    joint: int, along: tuple[float, float, float]
+) -> None:
+    # Where that joint was left out of its way and no other took its part, it went 3 mm the other way, and could not give way at all.
+    with open_session("pick_from_three", what_if=False) as cell:
+        q = np.array([0.3, 0.4, 0.0, -2.2, 0.0, 2.6, 0.5])
+        q[joint] = cell.ctx.arm.spec.upper[joint] - 1e-4
+        cell.do("move_joints", q=tuple(float(value) for value in q))
+        hand = YieldingHand(Mover(cell.ctx))
+        begun = hand.place.copy()
+        for _ in range(200):
+            hand.go(np.array(along))
+        assert np.abs(hand.place - begun - 200 * hand.tick * np.array(along)).max() < 2e-4
+        assert (hand.q <= cell.ctx.arm.spec.upper + 1e-9).all()

@@ -60,14 +60,27 @@ class YieldingHand:
             velocity: Of the TCP in the world, m/s, shape (3,).
             turn: About the vertical, rad/s.
         """
-        point, _ = self._kinematics.forward(self.q)
-        jacobian = self._kinematics.jacobian(point)
-        inverse = jacobian.T @ np.linalg.inv(jacobian @ jacobian.T + _DAMPING * np.eye(6))
-        step = inverse @ np.array([*velocity, 0.0, 0.0, turn]) * self.tick
-        robot = self._arm.spec
-        before, self.q = self.q, np.clip(self.q + step, robot.lower, robot.upper)
+        before, self.q = self.q, self._stepped(np.array([*velocity, 0.0, 0.0, turn]) * self.tick)
         self.place = self._kinematics.forward(self.q)[0].copy()
         self._arm.send(Trajectory(q=np.array([before, self.q]), dt=self.tick))
+
+    def _stepped(self, twist: Array) -> Array:
+        """Return the configuration (n,) in which the hand has gone and turned by so much (6,): joints at their limits leave it to others."""
+        robot = self._arm.spec
+        jacobian = self._kinematics.jacobian(self._kinematics.forward(self.q)[0])
+        least, most = robot.lower - self.q, robot.upper - self.q
+        step, free = np.zeros(robot.n), np.ones(robot.n, dtype=bool)
+        while free.any():
+            led = jacobian[:, free]
+            left = twist - jacobian[:, ~free] @ step[~free]
+            step[free] = led.T @ np.linalg.solve(led @ led.T + _DAMPING * np.eye(6), left)
+            over = free & ((step < least) | (step > most))
+            if not over.any():
+                break
+            step = np.where(over, np.clip(step, least, most), step)
+            free &= ~over
+        found: Array = self.q + step
+        return found
 
     def press(self, force: float, sideways: Array | None = None, turn: float = 0.0) -> None:
         """Let one control tick pass in which it comes nearer to pressing down with a force.
