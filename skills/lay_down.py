@@ -12,7 +12,16 @@ from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
-_SIDE = ("on its side", "on one side", "onto its side", "over on its side", "down on its side", "down flat on its side")
+_SIDE = (
+    "on its side",
+    "on one side",
+    "onto its side",
+    "over on its side",
+    "down on its side",
+    "down flat on its side",
+    "over onto its side",
+    "down onto its side",
+)
 
 
 class LayDown(Skill):

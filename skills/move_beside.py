@@ -18,11 +18,12 @@ from robosandbox.world.relations import bounds, centre
 _SIDES: dict[Side, tuple[str, ...]] = {
     "front": ("in front of", "before", "to in front of"),
     "back": ("behind", "to behind"),
-    "left": ("to the left of", "left of", "to the left side of"),
-    "right": ("to the right of", "right of", "to the right side of"),
+    "left": ("to the left of", "left of", "to the left side of", "on the left of", "on the left side of"),
+    "right": ("to the right of", "right of", "to the right side of", "on the right of", "on the right side of"),
 }
 
 
+_DOWN = ("come down", "go down", "move down", "get down", "descend")
 _BESIDE = (
     "next to",
     "beside",
@@ -61,7 +62,7 @@ class MoveBeside(HandMove):
     words = (
         *(
             Words(
-                verbs=(*HAND_GOES, "hover", "stop", "be", "stay"),
+                verbs=(*HAND_GOES, *_DOWN, "hover", "stop", "be", "stay"),
                 body="hand",
                 slots=_said(prepositions),
                 required=("object",),
@@ -69,7 +70,7 @@ class MoveBeside(HandMove):
             )
             for side, prepositions in _SIDES.items()
         ),
-        Words(verbs=(*HAND_GOES, "hover", "stop"), body="hand", slots=_said(_BESIDE), required=("object",)),
+        Words(verbs=(*HAND_GOES, *_DOWN, "hover", "stop"), body="hand", slots=_said(_BESIDE), required=("object",)),
     )
 
     def run(

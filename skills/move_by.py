@@ -174,6 +174,15 @@ _UNTIL_TOUCH = Slot(
         for then in ("", " and stop there", " and stop", " then stop")
     ),
 )
+_UNTIL_PRESSED = Slot(
+    argument="until_force",
+    kind="force",
+    prepositions=tuple(
+        f"{until} {who} {feel}"
+        for until in ("until", "till")
+        for who, feel in (("you", "feel"), ("you", "feel about"), ("you", "press with"), ("it", "presses with"))
+    ),
+)
 
 _GERMAN = """
 ALONG_X
@@ -315,7 +324,7 @@ class MoveBy(HandMove):
                 ),
             ),
             body="hand",
-            slots=(_UNTIL_TOUCH,),
+            slots=(_UNTIL_TOUCH, _UNTIL_PRESSED),
             required=("until_force",),
             means=(("dz", -_FAR),),
         ),

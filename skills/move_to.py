@@ -24,7 +24,15 @@ class MoveTo(HandMove):
             Slot(
                 argument="x y z",
                 kind="point",
-                prepositions=("", "to", "to position", "to the position", "to point", "to the point"),
+                prepositions=(
+                    *("", "to", "to position", "to the position", "to point", "to the point", "through"),
+                    *(
+                        f"{to} {these} points {so}".rstrip()
+                        for to in ("through", "to", "along")
+                        for these in ("these", "the", "the following")
+                        for so in ("", ":", "one after the other", "one after the other :", "in turn :", "in order :")
+                    ),
+                ),
             ),
             Slot(
                 argument="straight",

@@ -31,7 +31,16 @@ _HEIGHT = Slot(argument="height", kind="length", prepositions=_ENDS, endings=_OV
 AT_A_HEIGHT = Slot(
     argument="height",
     kind="length",
-    prepositions=("to a height of", "at a height of", "to height", "to a level of"),
+    prepositions=(
+        *("to a height of", "at a height of", "to height", "to a level of", "at an altitude of"),
+        *(
+            f"{kept} {steady}"
+            for kept in ("at", "keeping", "keeping at", "maintaining", "staying at", "holding")
+            for steady in ("a constant height of", "a steady height of", "a fixed height of", "the same height of")
+        ),
+        *("keeping a height of", "maintaining a height of", "staying at a height of"),
+    ),
+    endings=_OVER,
 )
 # "lift it to 20 cm": of what is lifted it is plain over what.
 _TO = Slot(argument="height", kind="length", prepositions=("to", "up to", "down to", "to about"))

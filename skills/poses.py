@@ -30,6 +30,7 @@ _BACK = (
     "go",
     "move the hand back",
     "move your hand back",
+    *("go back up", "come back up", "move back up", "go back down", "come back down"),
 )
 _EARLIER = (
     "before",
@@ -139,6 +140,8 @@ class SavePose(HandMove):
                 for where in (
                     *(
                         "where you are",
+                        "where you are now",
+                        "where you are right now",
                         "this place",
                         "this pose",
                         "this position",
@@ -187,7 +190,19 @@ class MoveToPose(HandMove):
             required=("pose",),
         ),
         Words(
-            verbs=(*(f"{go} to where you were" for go in _BACK), "back to where you were"),
+            verbs=(
+                *(f"{go} to where you were" for go in _BACK),
+                "back to where you were",
+                *(f"{go} there" for go in ("go back", "return", "come back", "get back")),
+                *(
+                    f"{go} to {the} {place} {you} {remembered}".replace("  ", " ")
+                    for go in _BACK
+                    for place in _PLACES
+                    for the, you in (("the", "you"), ("the", "that you"))
+                    for remembered in ("remembered", "memorised", "memorized", "noted")
+                ),
+                *(f"{go} to the remembered {place}" for go in _BACK for place in _PLACES),
+            ),
             means=(("pose", _HERE),),
         ),
         Words(

@@ -25,7 +25,19 @@ _INTO = 0.02
 _SHORT = 0.2
 _TOUCHES = ("tap", "tap on", "touch", "knock on", "press", "press on", "press down on", "poke")
 _SAID = (
-    Slot(argument="force", kind="force", prepositions=("with", "by", "")),
+    Slot(
+        argument="force",
+        kind="force",
+        prepositions=(
+            *("with", "by", "", "up to"),
+            *(
+                f"{until} {you} {feel}"
+                for until in ("until", "till")
+                for you in ("you", "it")
+                for feel in ("feel", "feel about", "feels", "reach", "read", "measure", "presses with", "press with")
+            ),
+        ),
+    ),
     Slot(argument="seconds", kind="duration", prepositions=("for",)),
 )
 
@@ -50,6 +62,7 @@ class PressDown(HandMove):
             verbs=(
                 "press down on",
                 "push down on",
+                "push down on the top of",
                 "press on",
                 "press",
                 "press {} down",

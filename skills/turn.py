@@ -115,7 +115,7 @@ class Turn(Skill):
 
     name = "turn"
     words = Words(
-        verbs=("turn", "rotate", "spin", "swivel", "twist", "turn {} around", "align", "line {} up", "square"),
+        verbs=("turn", "rotate", "spin", "swivel", "twist", "turn {} around", "give", "align", "line {} up", "square"),
         object="object",
         slots=(
             Slot(

@@ -83,6 +83,7 @@ class Wait(HandMove):
                 "wait",
                 "pause",
                 "stay still",
+                *("do not move a muscle", "do not budge", "do not move at all", "do not move an inch"),
                 "hold still",
                 "stand still",
                 "do nothing",

@@ -55,7 +55,12 @@ _SLOTS = (
     _SIZE,
     Slot(argument="force", kind="force", prepositions=("with", "at", "pressing with")),
     Slot(
-        argument="times", kind="number", endings=(("times", 1.0),), bare=False, phrases=(("twice", 2.0), ("once", 1.0))
+        argument="times",
+        kind="number",
+        prepositions=("", "back and forth", "to and fro"),
+        endings=(("times", 1.0),),
+        bare=False,
+        phrases=(("twice", 2.0), ("once", 1.0)),
     ),
 )
 
