@@ -67,6 +67,12 @@ _WHOLLY = (
     *("to the maximum", "to its maximum", "to the widest", "entirely", "over the full stroke", "over its full stroke"),
     *("until they meet", "until they touch", "until it is shut", "until they are shut", "until it is closed"),
 )
+_UNTIL = tuple(
+    f"{until} {who} {only}".rstrip()
+    for until in ("until", "till")
+    for who in ("it is", "they are")
+    for only in ("", "only", "about", "just")
+)
 _HALF = tuple((f"{about}{half}", 0.5) for about in ("", "about ", "only ") for half in ("halfway", "half way", "half"))
 _SHARES = (("halfway", 0.5), ("half way", 0.5), *((said, 1.0) for said in _WHOLLY))
 # "I want the gripper open", "fingers wide open"
@@ -244,7 +250,15 @@ class OpenGripper(Skill):
         Words(
             verbs=_CLOSING,
             body="fingers",
-            slots=(Slot(argument="share", kind="share", prepositions=("to", "down to"), phrases=_HALF),),
+            slots=(
+                Slot(
+                    argument="share",
+                    kind="share",
+                    prepositions=("to", "down to", *_UNTIL),
+                    phrases=_HALF,
+                    endings=(("open", 1.0), ("of the way open", 1.0)),
+                ),
+            ),
             required=("share",),
         ),
         # "close the fingers by 1 cm"
@@ -270,7 +284,7 @@ class OpenGripper(Skill):
                 Slot(
                     argument="share",
                     kind="share",
-                    prepositions=("", "to", "by", "at"),
+                    prepositions=("", "to", "by", "at", *_UNTIL),
                     phrases=_SHARES,
                     endings=(("open", 1.0),),
                 ),

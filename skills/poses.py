@@ -201,7 +201,15 @@ class MoveToPose(HandMove):
                     for the, you in (("the", "you"), ("the", "that you"))
                     for remembered in ("remembered", "memorised", "memorized", "noted")
                 ),
-                *(f"{go} to the remembered {place}" for go in _BACK for place in _PLACES),
+                *(
+                    f"{go} to {which} {place}"
+                    for go in _BACK
+                    for which in (
+                        "the remembered",
+                        *(f"{exactly}{this}" for exactly in ("", "exactly ") for this in ("this", "the same")),
+                    )
+                    for place in _PLACES
+                ),
             ),
             means=(("pose", _HERE),),
         ),

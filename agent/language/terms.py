@@ -27,6 +27,8 @@ ONE_MOTION = frozenset(
         "home",
     }
 )
+# m/s beyond which no hand of an arm goes.
+_FASTEST = 3.0
 # What is slower than the careful tempo.
 _VERY_SLOWLY = re.compile(r"\b(?:very|really|so|extremely|as)\b.*\bslow(?:ly)?\b|\bslow motion\b", re.IGNORECASE)
 # Calls that touch nothing, and those that grip nothing, by what they may be asked to be.
@@ -232,6 +234,10 @@ def _timed(tempos: Sequence[str], draft: Draft, skills: Sequence[str]) -> tuple[
         return tempo, f"At the {tempo} tempo; what comes of it is not checked."
     if tempo.endswith(" %"):
         return tempo, f"At {tempo} of the usual speed; where it touches things, slower."
+    if float(tempo.removesuffix(" m/s")) > _FASTEST:
+        raise RefusedError(
+            RefusalCode.IMPOSSIBLE, f"The fastest of arms go at some {_FASTEST:g} m/s, and not at {tempo}.", firm=True
+        )
     return tempo, f"The hand goes at {tempo} at most; where it touches things, slower."
 
 

@@ -24,6 +24,7 @@ from robosandbox.world.relations import bottom, bounds, centre, top
 _SEEDS = 12
 # How people say that the hand goes somewhere: verbs that may do without it, and those that need to name what they move.
 _GOES = (
+    "traverse",
     *("move", "go", "come", "shift", "head", "travel", "glide", "float", "drift", "fly", "jog", "inch", "creep"),
     *(
         "edge",
