@@ -23,12 +23,15 @@ _SIDES: dict[Side, tuple[str, ...]] = {
 }
 
 
-_DOWN = ("come down", "go down", "move down", "get down", "descend")
+_DOWN = (
+    *("come down", "go down", "move down", "get down", "descend"),
+    *(f"{bring} {{}} down" for bring in ("bring", "put", "lower", "take", "move", "get", "place", "set")),
+)
 _BESIDE = (
     "next to",
     "beside",
     "alongside",
-    "right next to",
+    *("right next to", "right beside", "right alongside", "just beside", "just next to"),
     "to the side of",
     "to next to",
     "close to",
@@ -48,11 +51,33 @@ def _said(prepositions: tuple[str, ...]) -> tuple[Slot, ...]:
             argument="distance",
             kind="length",
             prepositions=("", "by", "at", "with a gap of", "leaving", "with"),
-            endings=(("gap", 1.0), ("away", 1.0), ("apart", 1.0), ("clear", 1.0), ("between", 1.0), ("of space", 1.0)),
+            endings=(
+                ("gap", 1.0),
+                ("away", 1.0),
+                ("away from it", 1.0),
+                ("from it", 1.0),
+                ("apart", 1.0),
+                ("clear", 1.0),
+                ("between", 1.0),
+                ("of space", 1.0),
+            ),
         ),
         Slot(argument="object", kind="object", prepositions=prepositions),
         Slot(argument="height", kind="length", prepositions=("", "at"), endings=_OVER_TABLE, bare=False),
     )
+
+
+_ON_ITS_SIDE = Slot(
+    argument="side",
+    kind="phrase",
+    phrases=tuple(
+        (f"{on} {its} {side}{hand}", side)
+        for on in ("on", "at", "to")
+        for its in ("its", "the")
+        for side in ("left", "right")
+        for hand in ("", " side", " hand side")
+    ),
+)
 
 
 class MoveBeside(HandMove):
@@ -70,7 +95,12 @@ class MoveBeside(HandMove):
             )
             for side, prepositions in _SIDES.items()
         ),
-        Words(verbs=(*HAND_GOES, *_DOWN, "hover", "stop"), body="hand", slots=_said(_BESIDE), required=("object",)),
+        Words(
+            verbs=(*HAND_GOES, *_DOWN, "hover", "stop"),
+            body="hand",
+            slots=(*_said(_BESIDE), _ON_ITS_SIDE),
+            required=("object",),
+        ),
     )
 
     def run(

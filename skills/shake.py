@@ -152,6 +152,7 @@ class Shake(HandMove):
                 "bob",
                 "bob up and down",
                 "bounce",
+                *(f"{bob} {{}}{ways}" for bob in ("bob", "bounce") for ways in ("", " up and down")),
                 *_to_and_fro(_UP_AND_DOWN),
             ),
             body="hand",

@@ -486,8 +486,10 @@ class _Answers(Seen):
         least, most = self._scene.reach
         if not least <= far <= most:
             return Answer(f"No: it is {length(far)} from my base, and I work from {length(least)} to {length(most)}.")
-        told = f"It is {length(far)} from my base, and I work from {length(least)} to {length(most)}, seen from above; an order to go there would show."
-        raise RefusedError(RefusalCode.UNSUPPORTED, told)
+        return Answer(
+            f"By its distance, yes: it is {length(far)} from my base, and I work from {length(least)} to {length(most)}, seen from "
+            "above. Whether my hand gets to that height an order to go there would show."
+        )
 
     def _say_pace(self, asked: Question) -> Answer:
         if not self._scene.tempo:
