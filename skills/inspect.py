@@ -21,7 +21,14 @@ from robosandbox.world.relations import centre
 
 _TAKES = ("take", "get", "shoot", "snap", "make", "take me", "get me")
 _PICTURES = ("a picture", "a photo", "a photograph", "a closeup", "an image", "a snapshot")
-_CAMERAS = ("your camera", "the camera", "your wrist camera", "the wrist camera")
+_CAMERAS = (
+    "with your camera",
+    "with the camera",
+    "with your wrist camera",
+    "with the wrist camera",
+    "from above",
+    "from straight above",
+)
 
 
 class Inspect(HandMove):
@@ -32,12 +39,7 @@ class Inspect(HandMove):
         verbs=(
             *("inspect", "examine", "photograph", "take a closer look at", "have a closer look at", "look closely at"),
             *(f"{take} {picture} of" for take in _TAKES for picture in _PICTURES),
-            *(
-                f"{take} {picture} of {{}} with {camera}"
-                for take in _TAKES
-                for picture in _PICTURES
-                for camera in _CAMERAS
-            ),
+            *(f"{take} {picture} of {{}} {camera}" for take in _TAKES for picture in _PICTURES for camera in _CAMERAS),
             *("check {} visually", "visually inspect", "look {} over"),
         ),
         object="object",

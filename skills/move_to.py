@@ -35,6 +35,11 @@ class MoveTo(HandMove):
                 ),
             ),
             Slot(
+                argument="from_x from_y from_z",
+                kind="point",
+                prepositions=("from", "starting at", "starting from", "from the point", "from point"),
+            ),
+            Slot(
                 argument="straight",
                 kind="phrase",
                 phrases=(("in a straight line", True), ("straight", True), ("linearly", True)),
@@ -54,6 +59,9 @@ class MoveTo(HandMove):
         tilt: Annotated[float, Field(ge=0.0, le=np.pi)] = 0.0,
         towards: float = 0.0,
         straight: bool = False,
+        from_x: float | None = None,
+        from_y: float | None = None,
+        from_z: float | None = None,
     ) -> SkillResult:
         """Move the tool centre point to a place on a free way, the hand pointing down or tilted; what it holds stays held.
 
@@ -65,6 +73,9 @@ class MoveTo(HandMove):
             tilt: Angle between the hand's approach and straight down, rad; 1.5708 points it level.
             towards: Direction into which the hand points when it is tilted, rad from x.
             straight: Whether the tool centre point goes in a straight line.
+            from_x: Where that line begins: the tool centre point is brought there first; where it is when left out.
+            from_y: The same.
+            from_z: The same.
 
         Raises:
             UnreachableError: The hand cannot be there.
@@ -73,5 +84,8 @@ class MoveTo(HandMove):
             UnsupportedError: What lies in what is held would fall out.
             TrackingError: The arm did not arrive.
         """
+        if from_x is not None and from_y is not None and from_z is not None:
+            Mover(ctx).bring((from_x, from_y, from_z), heading=heading, tilt=tilt, towards=towards, straight=False)
+            straight = True
         place = Mover(ctx).bring((x, y, z), heading=heading, tilt=tilt, towards=towards, straight=straight)
         return SkillResult(skill=self.name, detail=place)

@@ -294,3 +294,13 @@ def test_a_hand_that_goes_to_just_over_the_table_does_not_knock_on_it(cell: Embe
             break
     assert 0.1 < down < 0.107, "as low as it may go"
     assert max(felt) == 0.0
+
+
+def test_a_line_begins_where_it_is_told_to(cell: EmbeddedWorkcell) -> None:
+    way: list[np.ndarray] = []
+    cell.driver.subscribe(lambda: way.append(tcp(cell)[0]))
+    assert cell.run("go in a straight line from (0.2, 0.15, 0.3) to (0.2, -0.15, 0.3)").success
+    assert np.linalg.norm(way[-1] - [0.2, -0.15, 0.3]) < 0.002
+    begun = next(k for k, point in enumerate(way) if np.linalg.norm(point - [0.2, 0.15, 0.3]) < 0.002)
+    line = np.array(way[begun:])
+    assert np.abs(line[:, [0, 2]] - [0.2, 0.3]).max() < 0.003 and np.ptp(line[:, 1]) > 0.29
