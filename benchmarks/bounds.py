@@ -27,6 +27,9 @@ from robosandbox.world.verifier import Constraints
 
 BOUNDS = tuple(sorted((Path(__file__).parent.parent / "tests" / "prohibitions").glob("*.yaml")))
 
+# Calls that move what they name first.
+_MOVERS = ("pick", "push", "turn", "stack", "open_drawer", "close_drawer", "set_upright", "lay_down")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
@@ -94,7 +97,7 @@ def _moved(plan: str) -> set[str] | None:
     moved: set[str] = set()
     for name, given in re.findall(r"(\w+)\(([^)]*)\)", plan):
         first = given.split(",")[0].strip()
-        if name in ("pick", "push", "turn", "stack", "open_drawer", "close_drawer") and name in skills:
+        if name in _MOVERS and name in skills:
             if first == "*" or "/" in first:
                 return None
             moved.add(first)

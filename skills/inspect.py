@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from robosandbox.cache import state_file
@@ -87,6 +86,9 @@ def _in_view(frame: RgbdFrame, point: Array) -> float:
     x, y, z = place.rotation.T @ (point - place.position)
     if z <= 0.0:
         return 0.0
+    # Only where a program takes pictures: what only plans does without it.
+    import cv2
+
     pixels, _ = cv2.projectPoints(
         np.array([[x, y, z]]),
         np.zeros(3),
@@ -107,6 +109,8 @@ def _kept(frame: RgbdFrame, name: str) -> Path:
     place = state_file(f"pictures/{name}-{time.strftime('%Y%m%dT%H%M%S')}-{round(1e3 * frame.time)}.png")
     if place is None:
         raise UnsupportedError("there is no home folder to keep the picture in", phase=Phase.VERIFY)
+    import cv2
+
     _, content = cv2.imencode(".png", frame.rgb[..., ::-1])
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
