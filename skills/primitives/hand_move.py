@@ -302,7 +302,10 @@ class Mover(Manipulator):
         Raises:
             TrackingError: The arm did not arrive.
         """
-        if self.planning.collisions(_BARELY).touch(trajectory.q[-1]) is not None:
+        near = self.planning.collisions(_BARELY)
+        if self.spec.gripper is not None:
+            near.set_gripper(self.gripper.joint)
+        if near.touch(trajectory.q[-1]) is not None:
             # What a servo swings out by where it comes to rest is more than is left there.
             trajectory = nowhere_faster(self, trajectory, _BARELY_FASTEST)
         self.follow(trajectory, Phase.APPROACH)
