@@ -1,4 +1,4 @@
-"""What an arm would come near where it is sent, tried on a copy of the state without a step of physics."""
+"""Distances of an arm to what stands there, where it is sent; tried on a copy of the state without a step of physics."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _RESTING = 2e-4
 
 @frozen
 class Near:
-    """How near an arm is to something; `FAR` is that or more, below 0 is how deep, metres.
+    """Distances of an arm, metres; `FAR` is that or more, below 0 they tell a depth.
 
     Attributes:
         others: To what does not give way, by itself or by what it takes along.
@@ -35,7 +35,7 @@ class Near:
 
 
 class Lookahead:
-    """How near an arm would be to what does not give way, at configurations that it may be sent to.
+    """Distances of an arm to what does not give way, at configurations that it may be sent to.
 
     What it touches now goes along with it, as what it holds does; what it would come upon is shoved aside; where either is then near
     something that does not give way, or pressed deeper into it, as a cube on a table, that counts as well.

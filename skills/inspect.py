@@ -25,8 +25,6 @@ _CAMERAS = (
     "with the camera",
     "with your wrist camera",
     "with the wrist camera",
-    "from above",
-    "from straight above",
 )
 
 

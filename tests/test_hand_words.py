@@ -375,6 +375,14 @@ def test_the_table_is_wiped_with_what_is_held_and_with_nothing_it_is_asked(cell:
     assert [str(call) for call in planned.steps] == ["pick(object=red_cube)", "wipe(held=red_cube, force=5.0)"]
 
 
+def test_a_speed_that_no_arm_has_is_refused(still: EmbeddedWorkcell) -> None:
+    refused = still.plan("move 30 cm to the left at 20 metres per second")
+    assert (
+        isinstance(refused, Refusal) and refused.code is RefusalCode.IMPOSSIBLE and "not at 20 m/s" in refused.message
+    )
+    assert isinstance(still.plan("move 30 cm to the left at 1 metre per second"), Plan)
+
+
 @pytest.mark.gl
 def test_a_picture_of_a_thing_is_taken_from_near_by_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))

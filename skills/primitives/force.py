@@ -27,7 +27,7 @@ _REACHED_WITHIN, _MEAN = 30.0, 0.3
 
 @dataclass(slots=True)
 class Following:
-    """How far a hand is sent beyond what it has met, so that it presses on it with a force.
+    """Way of a hand beyond what it has met, as long as it presses on that with a force.
 
     Attributes:
         beyond: Metres.

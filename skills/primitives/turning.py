@@ -90,10 +90,9 @@ def _quarter(arm: Manipulator, target: DetectedObject, wanted: Attitude, skill: 
     take_up(arm, target, met)
     arm = Manipulator(arm.ctx)
     held = arm.find(target.id)
-    spots = _spots(held, target, arm.start, wanted)
+    spots = _not_from_below(_spots(held, target, arm.start, wanted), held, arm.state.tcp_pose)
     if not spots:
         raise occupied(target.id, "the table", ())
-    spots = _not_from_below(spots, held, arm.state.tcp_pose)
 
     def lower(way: PlacePlan) -> None:
         # Its edge comes down first, whose height is known as well as its attitude in the hand.
