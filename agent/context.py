@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import InitVar, dataclass, field, replace
 from typing import Any, Self
@@ -32,6 +33,7 @@ from robosandbox.perception.protocols import Glancing, Perception
 from robosandbox.skills.base import Skill
 from robosandbox.skills.executor import Executor, require
 from robosandbox.skills.primitives.sliding import slides_under
+from robosandbox.skills.protocols import MOST_BACK
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import (
     DEFAULT_TEMPO,
@@ -85,6 +87,7 @@ class AgentContext(GoalContext):
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         tempo: How fast the arm goes.
         poses: Configurations that were given a name, shape (n,) each, by arm and name.
+        starts: When the last calls began, on the driver's clock, seconds.
         safety: Of the driver that `sim` is a view of; where it is left out, `sim` is put behind its robot's limits.
         arm: The arm that calls work with; `work_with` changes it.
         hand: The hand that it carries; None where it carries none.
@@ -103,6 +106,7 @@ class AgentContext(GoalContext):
     limits: Limits | None = None
     tempo: Tempo = DEFAULT_TEMPO
     poses: dict[tuple[str, str], Array] = field(default_factory=dict, repr=False)
+    starts: deque[float] = field(default_factory=lambda: deque(maxlen=MOST_BACK + 1), init=False, repr=False)
     safety: Safety | None = field(default=None, repr=False)
     driver: Driver = field(init=False)
     arm: Arm = field(init=False, repr=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -12,6 +13,7 @@ from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.sim.simulation import Simulation
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Trajectory, frozen_array
+from robosandbox.values import frozen
 
 # Integral action: share of the error that is taken up a tick, chosen so that half of it is taken up in 8 ticks.
 _TRIM_SHARE = 0.08
@@ -30,8 +32,8 @@ class ControlledSimulation(Simulation):
         super().__init__(control_timestep)
         self._servo_lags: dict[str, Array] = {}
         self._trims: dict[str, Array] = {}
-        # By hand, where the gripper is sent and what each of its servos may give; of those with a limit alone.
-        self._grips: dict[str, tuple[Array, float]] = {}
+        # Of hands with a limit of force alone.
+        self._grips: dict[str, _Grip] = {}
 
     @property
     def controls(self) -> Array:
@@ -95,18 +97,18 @@ class ControlledSimulation(Simulation):
         gripper = self._loaded.grippers[hand]
         goal = gripper.geometry.control(closed)
         self._live.ctrl[gripper.actuator_ids] = goal
-        self._grips.pop(hand, None)
+        before = self._grips.pop(hand, None)
         if force is not None:
-            self._grips[hand] = (goal, force / len(goal))
+            grip = before if before is not None and np.array_equal(before.goal, goal) else _Grip(goal)
+            self._grips[hand] = replace(grip, force=force / len(goal))
 
     def _tick(self, guards: Sequence[Guard] = ()) -> None:
-        if self._grips:
-            for hand, (goal, force) in self._grips.items():
-                self._hold_back(self._loaded.grippers[hand], goal, force)
+        for hand, grip in self._grips.items():
+            self._grips[hand] = self._hold_back(self._loaded.grippers[hand], grip)
         super()._tick(guards)
 
-    def _hold_back(self, gripper: Gripper, goal: Array, force: float) -> None:
-        """Command a gripper towards `goal` (actuators,), no further than its servos give `force` each for where it is.
+    def _hold_back(self, gripper: Gripper, grip: _Grip) -> _Grip:
+        """Command a gripper towards its goal, no further than its servos give their force for where it is; return the grip as it is then.
 
         A servo gives gain * control + bias, the bias affine in its length.
         """
@@ -114,8 +116,12 @@ class ControlledSimulation(Simulation):
         ids = gripper.actuator_ids
         gain, bias = model.actuator_gainprm[ids, 0], model.actuator_biasprm[ids]
         resting = -(bias[:, 0] + bias[:, 1] * data.actuator_length[ids]) / gain
-        reach = force / np.abs(gain)
-        data.ctrl[ids] = np.clip(goal, resting - reach, resting + reach)
+        reach = grip.force / np.abs(gain)
+        if len(ids) > 1:
+            grip, shift = grip.after(resting, gripper.geometry.control(1.0) - gripper.geometry.control(0.0))
+            resting = resting + np.clip(shift, -reach, reach)
+        data.ctrl[ids] = np.clip(grip.goal, resting - reach, resting + reach)
+        return grip
 
     def restore(self, state: Array) -> None:
         """Go back to a snapshot of this model; a gripper whose force was limited holds as hard as it did then."""
@@ -155,6 +161,44 @@ class ControlledSimulation(Simulation):
             geometry = gripper.geometry
             data.qpos[gripper.joint_indices] = gripper.joints_at(geometry.open_joint)
             data.ctrl[gripper.actuator_ids] = geometry.control(0.0)
+
+
+@frozen
+class _Grip:
+    """A gripper that closes or opens with a limited force.
+
+    Fingers with a servo each push alike, and would slide to and fro together with what they hold, as its weight has them. So they give way
+    to a side only by as much as they get on towards their goal.
+
+    Attributes:
+        goal: Where its actuators are sent, shape (actuators,).
+        force: What each of its servos may give, N or N m.
+        nearest: How far off its goal it has been at the least, as a share of its way.
+        aside: By how much its actuators are to be off that way, shape (actuators,); None before its first tick.
+    """
+
+    goal: Array
+    force: float = 0.0
+    nearest: float = np.inf
+    aside: Array | None = None
+
+    def after(self, now: Array, way: Array) -> tuple[_Grip, Array]:
+        """Return the grip once its actuators are at `now`, of those that go along `way`, and where they are to go from there.
+
+        All shapes (actuators,).
+        """
+        size = float(way @ way)
+        off = self.goal - now
+        share = float(off @ way) / size
+        aside = now - self.goal + share * way
+        if self.aside is None:
+            return replace(self, nearest=abs(share), aside=aside), np.zeros_like(now)
+        # One of n fingers that moves alone goes this much farther aside than all get on.
+        free = max(0.0, self.nearest - abs(share)) * np.sqrt(size * (len(now) - 1))
+        gone = aside - self.aside
+        length = float(np.linalg.norm(gone))
+        kept = self.aside + gone * min(1.0, free / length) if length > 0.0 else self.aside
+        return replace(self, nearest=min(self.nearest, abs(share)), aside=kept), kept - aside
 
 
 def _servo_lag(model: mujoco.MjModel, robot: Robot) -> Array:

@@ -58,6 +58,11 @@ class Lookahead:
         first = np.asarray(world.model.body_jntadr)[root]
         is_free = (first >= 0) & (np.asarray(world.model.jnt_type)[first] == mujoco.mjtJoint.mjJNT_FREE)
         self._free = np.where(is_free, root, -1)
+        is_box = np.asarray(world.model.geom_type) == mujoco.mjtGeom.mjGEOM_BOX
+        stays = ~self._is_arm & (self._free < 0)
+        self._boxes, self._fixed_boxes = np.flatnonzero(is_box & ~stays), np.flatnonzero(is_box & stays)
+        self._box_pairs = self._collide(self._boxes[:, None], self._fixed_boxes)
+        self._box_sizes = world.model.geom_rbound[self._boxes, None] + world.model.geom_rbound[self._fixed_boxes]
 
     def distances(self, q: Array) -> Near:
         """Return how near the arm would be to things at `q` (n,)."""
@@ -107,18 +112,41 @@ class Lookahead:
     def _nearest(self, taken_along: set[int]) -> tuple[float, float]:
         data = self._scratch
         geoms, dist = data.contact.geom[: data.ncon], data.contact.dist[: data.ncon]
-        if not len(dist):
-            return FAR, FAR
         is_arm, free = self._is_arm[geoms], self._free[geoms]
         stays = ~is_arm & (free < 0)
         own = float(dist[is_arm.all(axis=1)].min(initial=FAR))
         others = float(dist[is_arm.any(axis=1) & stays.any(axis=1)].min(initial=FAR))
+        others = self._from_boxes(self._is_arm, others)
         for body in taken_along:
             then = float(dist[(free == body).any(axis=1) & stays.any(axis=1)].min(initial=FAR))
+            then = self._from_boxes(self._free == body, then)
             now = self._rests(body)
             # What rests on something is not near it until it is pressed there.
             others = min(others, then if now > 0.0 else FAR if then >= now - _RESTING else then - now)
         return others, own
+
+    def _from_boxes(self, ours: NDArray[np.bool_], least: float) -> float:
+        """Return the least distance of boxes among some geoms to boxes that do not give way, metres; `least` where none is nearer.
+
+        Contacts of two boxes tell none before they touch, where an edge comes first.
+        """
+        model, data, rows = self._model, self._scratch, np.flatnonzero(ours[self._boxes])
+        boxes, fixed = self._boxes[rows], self._fixed_boxes
+        apart = np.linalg.norm(data.geom_xpos[boxes, None] - data.geom_xpos[fixed], axis=2) - self._box_sizes[rows]
+        for row, column in np.argwhere(self._box_pairs[rows] & (apart < least)).tolist():
+            least = min(least, mujoco.mj_geomDistance(model, data, boxes[row], fixed[column], least, None))
+        return least
+
+    def _collide(self, first: NDArray[np.intp], second: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Tell of pairs of geoms, of shapes that broadcast, whether contacts between them are looked for."""
+        model, bodies = self._model, (self._body[first], self._body[second])
+        masks = model.geom_contype[first] & model.geom_conaffinity[second]
+        masks |= model.geom_contype[second] & model.geom_conaffinity[first]
+        moves = (model.body_weldid[bodies[0]] != 0) | (model.body_weldid[bodies[1]] != 0)
+        # As MuJoCo keeps pairs of bodies between which there are none.
+        signature = (np.minimum(*bodies) << 16) + np.maximum(*bodies)
+        found: NDArray[np.bool_] = (masks != 0) & moves & ~np.isin(signature, model.exclude_signature)
+        return found
 
     def _rests(self, body: int) -> float:
         """Return how deep (below 0) a free body is in what does not give way as it is now, metres; `FAR` where it touches nothing such."""

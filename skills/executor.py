@@ -40,6 +40,7 @@ class Executor:
                 repairs that were tried on the twin.
         """
         ctx = self._ctx
+        ctx.starts.append(ctx.driver.time)
         ctx.permit(call)
         before = ctx.look()
         contract = call.contract.resolved(before)

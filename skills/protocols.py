@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
+    from collections import deque
+
     from robosandbox.driver import Arm, Driver, Hand
     from robosandbox.errors import Failure, Repair
     from robosandbox.grasp.protocols import GraspPlanner
@@ -14,6 +16,9 @@ if TYPE_CHECKING:
     from robosandbox.types import Array, Intent, ObservedScene, Tempo
     from robosandbox.world.alternatives import FailedCall
     from robosandbox.world.operators import BoundCall
+
+# Calls before a call whose beginnings are remembered.
+MOST_BACK = 40
 
 
 @runtime_checkable
@@ -42,6 +47,11 @@ class SkillContext(Protocol):
     @property
     def poses(self) -> dict[tuple[str, str], Array]:
         """Configurations that were given a name, shape (n,) each, by arm and name."""
+        ...
+
+    @property
+    def starts(self) -> deque[float]:
+        """When the calls before this one and this one began, on the driver's clock, seconds; the last `MOST_BACK` and one."""
         ...
 
     @property

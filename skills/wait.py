@@ -9,7 +9,7 @@ from pydantic import Field
 
 from robosandbox.errors import Phase
 from robosandbox.skills.primitives.hand_move import HandMove
-from robosandbox.skills.protocols import SkillContext
+from robosandbox.skills.protocols import MOST_BACK, SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 
@@ -225,12 +225,18 @@ class Wait(HandMove):
     translations: ClassVar[Mapping[str, str]] = {"english": _ENGLISH, "german": _GERMAN, "spanish": _SPANISH}
 
     def run(
-        self, ctx: SkillContext, *, seconds: Annotated[float, Field(gt=0.0, le=3600.0)], held: str | None = None
+        self,
+        ctx: SkillContext,
+        *,
+        seconds: Annotated[float, Field(gt=0.0, le=3600.0)],
+        since: Annotated[int, Field(ge=0, le=MOST_BACK)] = 0,
+        held: str | None = None,
     ) -> SkillResult:
         """Stand still for some time; what is held stays held.
 
         Args:
             seconds: How long, of the driver's clock.
+            since: From the start of which call that is counted: 0 this one, 1 the one before, and so on; not at all where it is over.
             held: Id of what is to be held meanwhile; nothing, or whatever is held, when left out.
 
         Raises:
@@ -239,5 +245,8 @@ class Wait(HandMove):
         del held
         ctx.enter(Phase.WAIT)
         began = ctx.driver.time
-        ctx.driver.wait(seconds)
+        starts = ctx.starts
+        left = seconds - (began - starts[max(0, len(starts) - 1 - since)] if since else 0.0)
+        if left >= 0.5 * ctx.driver.control_timestep:
+            ctx.driver.wait(left)
         return SkillResult(skill=self.name, detail={"seconds": ctx.driver.time - began})

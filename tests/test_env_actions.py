@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+from itertools import product
 
+import mujoco
 import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 
 from robosandbox.apps.envs import ManipulationEnv
 from robosandbox.errors import InputError
-from robosandbox.types import MAX_UNINTENDED_FORCE_N
+from robosandbox.robots.kinematics import Kinematics
+from robosandbox.types import MAX_UNINTENDED_FORCE_N, matrix_from_rotation_vector
 
 
 def test_an_action_of_another_shape_or_not_finite_is_told_and_moves_nothing() -> None:
@@ -79,3 +82,35 @@ def test_a_hand_that_is_sent_down_on_a_cube_does_not_press_it_on_the_table() -> 
                 assert "stopped" not in info, info
         # Closed fingers came down on it, at 0.4 m/s but for the last.
         assert 1.0 < most <= 1.1 * MAX_UNINTENDED_FORCE_N
+
+
+def test_the_distance_of_a_finger_to_an_edge_is_told_before_it_is_there() -> None:
+    """Contacts of two boxes, which fingers and table are, come late at an edge."""
+    with contextlib.closing(ManipulationEnv("home")) as env:
+        env.reset(seed=0)
+        world, arm = env.session.simulation, env.session.driver.arms["arm"]
+        model, data = world.model, mujoco.MjData(world.model)
+        box = np.asarray(model.geom_type) == mujoco.mjtGeom.mjGEOM_BOX
+        ours = np.asarray([model.body(body).name.startswith("robot/") for body in model.geom_bodyid])
+        stands = [int(geom) for geom in np.flatnonzero(box & ~ours) if model.geom_contype[geom]]
+        fingers = [int(geom) for geom in np.flatnonzero(box & ours) if model.geom_contype[geom]]
+        solver, ahead, draws = (
+            Kinematics.of(model, world.robots["arm"]),
+            world.lookahead("arm"),
+            np.random.default_rng(0),
+        )
+        near = 0
+        for _ in range(300):
+            # Tilted, about the front edge.
+            turn = matrix_from_rotation_vector(draws.uniform(-1.0, 1.0, 3)) @ arm.state().tcp_pose.rotation
+            found = solver.descend(
+                np.array([*draws.uniform([0.45, -0.3], [0.53, 0.3]), draws.uniform(0.0, 0.07)]), turn, arm.spec.home_q
+            )
+            data.qpos[:] = model.qpos0
+            data.qpos[world.robots["arm"].qpos_indices] = found.q
+            mujoco.mj_kinematics(model, data)
+            least = min(mujoco.mj_geomDistance(model, data, *pair, 0.05, None) for pair in product(fingers, stands))
+            if 0.0 < least < 0.05:
+                near += 1
+                assert ahead.distances(found.q).others < least + 1e-6
+        assert near > 30

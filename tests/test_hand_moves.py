@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.models import wheel_files
 from support.written_arms import written
 
 import robosandbox
-from robosandbox import Workcell
+from robosandbox import Pose, Scene, SceneObject, Workcell
 from robosandbox.errors import (
     CancelledError,
     CollisionError,
@@ -24,6 +25,7 @@ from robosandbox.errors import (
     UnsupportedError,
 )
 from robosandbox.sim.intervention import Intervention
+from robosandbox.skills.events import SkillStarted
 from robosandbox.types import Plan, SkillCall
 from robosandbox.workcell.embedded import EmbeddedWorkcell
 from robosandbox.world.relations import contents
@@ -115,6 +117,23 @@ def test_a_grip_on_what_is_held_reaches_its_force_or_tells(cell: EmbeddedWorkcel
         cell.do("close_gripper", force=190.0)
 
 
+def test_fingers_with_a_servo_each_do_not_slide_with_what_they_hold() -> None:
+    """They push alike, so that its weight had both go 4 mm to a side in 10 s."""
+    model = wheel_files("inspect-robots-yam==0.37.0") / "inspect_robots_yam/assets/yam_collision.xml"
+    cube = SceneObject(id="cube", kind="box", size=(0.012,) * 3, pose=Pose(xyz=(0.05, 0.0, 0.0525)), mass=0.1)
+    with robosandbox.open_session(task=Scene(objects=(cube,)), robot=str(model), what_if=False) as yam:
+        yam.pick("cube")
+        yam.do("move_to", x=0.05, y=0.0, z=0.25, heading=0.0, tilt=1.0, towards=0.0)
+
+        def in_hand() -> np.ndarray:
+            hand = yam.driver.state().tcp_pose
+            return hand.rotation.T @ (yam.truth().objects["cube"].pose.position - hand.position)
+
+        before = in_hand()
+        yam.do("wait", seconds=5.0)
+        assert in_hand() == pytest.approx(before, abs=1e-4)
+
+
 @pytest.mark.parametrize("joint", [1, -1])
 def test_a_joint_turns_to_the_left_as_seen_from_above(cell: EmbeddedWorkcell, joint: int) -> None:
     before = cell.driver.state().tcp_pose.rotation
@@ -138,6 +157,29 @@ def test_waiting_takes_as_long_as_it_says(cell: EmbeddedWorkcell) -> None:
     before = cell.driver.time
     cell.do("wait", seconds=2.5)
     assert cell.driver.time - before == pytest.approx(2.5, abs=cell.driver.control_timestep)
+
+
+def test_a_wait_is_counted_from_the_start_of_a_call_before(cell: EmbeddedWorkcell) -> None:
+    before = cell.driver.time
+    cell.do("move_by", dz=0.02)
+    cell.do("move_by", dz=0.02)
+    cell.do("wait", seconds=3.0, since=2)
+    assert cell.driver.time - before == pytest.approx(3.0, abs=cell.driver.control_timestep)
+    # What is over is not waited for.
+    now = cell.driver.time
+    cell.do("wait", seconds=3.0, since=3)
+    assert cell.driver.time == now
+
+
+def test_what_is_done_every_few_seconds_begins_as_often(cell: EmbeddedWorkcell) -> None:
+    begins: list[float] = []
+    cell.ctx.events.subscribe(
+        lambda told: (
+            begins.append(cell.driver.time) if isinstance(told, SkillStarted) and told.call.skill == "move_by" else None
+        )
+    )
+    assert cell.run("every 2 seconds go up 1 cm, four times").success
+    assert np.diff(begins) == pytest.approx([2.0] * 3, abs=cell.driver.control_timestep)
 
 
 def test_a_wait_ends_with_a_cancel_and_with_its_deadline(cell: EmbeddedWorkcell) -> None:

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable, Collection
 from dataclasses import replace
 
-from robosandbox.agent.language.draft import Draft
-from robosandbox.types import Refusal, RefusalCode
+from robosandbox.agent.language.draft import Draft, Step
+from robosandbox.types import Refusal, RefusalCode, SkillCall
 
 _COUNTED = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 TIMES = {"once": 1, "one time": 1, "twice": 2, "thrice": 3, "a couple of times": 2, "a few times": 3}
@@ -105,17 +105,18 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
     often = _TIMES.search(prompt)
     if often is None:
         return _paused_at_each(prompt, read)
-    order, pause = prompt[: often.start()] + prompt[often.end() :], Draft(())
+    order, pause = prompt[: often.start()] + prompt[often.end() :], tuple[Step, ...]()
     times = _number(often["often"].lower())
-    every = _EVERY.search(order) or _PAUSED.search(order)
-    if every is not None:
-        order = order[: every.start()] + order[every.end() :]
-        told = every.groupdict()
+    every = _EVERY.search(order)
+    rests = every or _PAUSED.search(order)
+    if rests is not None:
+        order = order[: rests.start()] + order[rests.end() :]
+        told = rests.groupdict()
         length = told["pause"] or told.get("of") or ""
         waits = read(f"wait {length.replace('-', ' ')}")
         if isinstance(waits, Refusal):
             return None
-        pause = waits
+        pause = waits.steps
     order = _TAGS.sub("", order).strip(_MARKS)
     leads = _LEADS.match(order) is not None or often.start() == 0
     if (tail := _TAIL.search(order)) is not None:
@@ -134,5 +135,8 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
         return Refusal(
             code=RefusalCode.UNSUPPORTED, message=f"I do things at most {_MOST} times over; say it again then."
         )
-    note = f"{once.note} So long from the end of one to the next: “{every[0].strip(_MARKS)}”." if every else once.note
-    return replace(once, steps=(*once.steps, *(pause.steps + once.steps) * (times - 1)), note=note.strip())
+    if every is not None:
+        # From the start of one to that of the next.
+        since = {"since": len(once.steps)}
+        pause = tuple(Step(SkillCall(skill=step.call.skill, arguments=step.call.arguments | since)) for step in pause)
+    return replace(once, steps=(*once.steps, *(pause + once.steps) * (times - 1)))

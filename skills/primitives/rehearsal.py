@@ -7,6 +7,7 @@ part of the arm touches something, another posture may not; and the way over thi
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from weakref import WeakKeyDictionary
@@ -168,6 +169,7 @@ class _Imagined:
         self.arm: Arm = ctx.arm
         self.hand: Hand | None = ctx.hand
         self.poses: dict[tuple[str, str], Array] = ctx.poses
+        self.starts: deque[float] = ctx.starts
         self.perception: Perception = ctx.perception
         self.grasp: GraspPlanner = ctx.grasp
         self.motion: MotionPlanner = planner
