@@ -12,8 +12,9 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -28,6 +29,7 @@ from support.servo_bus import Plant, X, emulated
 from support.servo_fuzz import fuzz
 
 from robosandbox.apps.conformance import check_driver
+from robosandbox.apps.envs import ManipulationEnv
 from robosandbox.driver import SafeDriver, load_driver
 from robosandbox.driver.surroundings import Meeting, SurroundingsGuard
 from robosandbox.drivers.feetech.__main__ import _Led, _ranges, main as set_up
@@ -39,6 +41,7 @@ from robosandbox.drivers.feetech.calibration import (
     read_calibration,
     servo_joints,
 )
+from robosandbox.drivers.feetech.leader import Leader
 from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
 from robosandbox.drivers.feetech.servos import STS, Register
 from robosandbox.errors import FaultError, InputError, LimitError
@@ -88,6 +91,10 @@ def sweep(driver: SafeDriver, by: float, seconds: float) -> None:
     q = driver.state().q
     ramp = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, round(seconds / 0.01)))
     driver.arms["arm"].follow(Trajectory(q=q + by * ramp[:, None] * np.eye(len(q))[0], dt=0.01))
+
+
+def led(folder: Path) -> dict[str, Any]:
+    return {"port": f"{folder}/bus", "calibration": folder / "calibration.json"}
 
 
 # The wire.
@@ -731,6 +738,95 @@ def cli(*arguments: str, **more: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.gl
+@by_the_clock
+def test_a_robot_goes_where_an_arm_is_led(so101: Path, tmp_path: Path) -> None:
+    with (
+        emulated(tmp_path, "--robot", str(so101), "--limp") as plant,
+        closing(ManipulationEnv("pick_cube_franka", robot=so101, action="joint")) as env,
+    ):
+        env.reset(seed=0)
+        arm, hand = env.session.driver.arms["arm"], env.session.driver.hands["hand"]
+        with closing(Leader(env.controller, **led(tmp_path))) as leader:
+            began, steps = time.monotonic(), 0
+            for turn, jaw in ((0.3, 1.7), (-0.3, 0.0)):
+                wanted = arm.spec.home_q + [turn, 0.0, 0.0, -0.1, turn]
+                plant.hold({**dict(enumerate(wanted.tolist(), 1)), 6: jaw})
+                for _ in range(50):
+                    env.step(leader({}))
+                    steps += 1
+                assert arm.state().q == pytest.approx(wanted, abs=0.03)
+                geometry = arm.spec.gripper.geometry  # type: ignore[union-attr]
+                assert hand.state().closed == pytest.approx(geometry.closed_fraction(jaw), abs=0.05)
+            assert time.monotonic() - began == pytest.approx(steps / 20.0, rel=0.1)
+            plant.inject("silent", 3, 1)
+            before = arm.state().q
+            with pytest.raises(FaultError, match=r"leader: elbow_flex \(servo 3\) does not answer; the robot holds"):
+                leader({})
+            assert arm.state().q == pytest.approx(before)
+
+
+@by_the_clock
+def test_a_cube_is_picked_by_leading_an_arm(so101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "my_leader.py").write_text(python_of_the_page(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
+        rows = joints_of_a_pick(so101)
+        plant.hold(rows[0])
+        leads = threading.Thread(target=lead_along, args=(Plant(tmp_path), rows))
+        leads.start()
+        options = ("--action", "joint", "--max-steps", str(len(rows) + 200), "--record", "runs")
+        done = cli("run", "--task", "pick_cube_franka", "--robot", str(so101), "--policy", "my_leader:lead", *options)
+        leads.join()
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.startswith("done: my_leader:lead after")
+    assert any((tmp_path / "runs").iterdir())
+
+
+def python_of_the_page(folder: Path) -> str:
+    """Return the page's file of a leader, with the emulated bus for its port."""
+    (code,) = re.findall(r"^```python\n(.*?)^```$", (ROOT / "docs" / "so101.md").read_text(), re.MULTILINE | re.DOTALL)
+    return code.replace("/dev/ttyACM1", f"{folder}/bus").replace("my_leader.json", "calibration.json")
+
+
+def joints_of_a_pick(so101: Path) -> list[dict[int, float]]:
+    """Return where each servo's joint is in each twentieth of a second of a pick in simulation."""
+    rows: list[dict[int, float]] = []
+    with open_session("pick_cube_franka", robot=so101, what_if=False) as cell:
+        hand = cell.driver.hands["hand"]
+
+        def take_down() -> None:
+            if cell.driver.time >= 0.05 * len(rows):
+                q, geometry = cell.driver.state().q.tolist(), hand.spec.geometry
+                # Who leads presses on, where fingers that hold something do not close any further.
+                closed = min(1.0, hand.state().closed + (0.3 if hand.grip_on(None) > 0.1 else 0.0))
+                jaw = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
+                rows.append({**dict(enumerate(q, 1)), 6: jaw})
+
+        take_down()
+        cell.driver.subscribe(take_down)
+        assert cell.run().success
+    return rows
+
+
+def lead_along(plant: Plant, rows: list[dict[int, float]]) -> None:
+    """Lead the arm through rows, a twentieth of a second each, once somebody reads it, at half that pace."""
+    time.sleep(8.0)
+    for row in rows:
+        plant.hold(row)
+        time.sleep(0.1)
+
+
+def test_an_arm_that_nobody_can_lead_is_told(plant: Plant, so101: Path) -> None:
+    with closing(ManipulationEnv("pick_cube_franka", robot=so101, action="joint")) as env:
+        with pytest.raises(InputError, match=r"the torque is on, .* call `python -m"):
+            Leader(env.controller, **led(plant.folder))
+        with pytest.raises(InputError, match="none is given"):
+            Leader(env.controller, port=f"{plant.folder}/bus", calibration=None)
+        plant.inject("silent", 2, 1)
+        with pytest.raises(InputError, match=r"shoulder_lift \(servo 2\): no answer"):
+            Leader(env.controller, **led(plant.folder))
+
+
 @by_the_clock
 def test_a_cube_is_picked_over_the_bus_and_the_plant_says_so(plant: Plant, so101: Path) -> None:
     before = plant.truth().objects["red_cube"].pose.xyz[2]

@@ -12,6 +12,7 @@ from robosandbox.errors import InputError, SkillError
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector
+from robosandbox.types.robot import RobotSpec
 
 ActionKind = Literal["ee", "joint"]
 # What an end-effector action of 1 asks for within a second, metres; chosen as the fastest that the skills were measured
@@ -92,6 +93,16 @@ class Controller:
     def size(self) -> int:
         """The number of an action's components."""
         return (6 if self._kind == "ee" else self._arm.spec.n) + len(self._hands)
+
+    @property
+    def spec(self) -> RobotSpec:
+        """Specification of the robot."""
+        return self._arm.spec
+
+    @property
+    def period(self) -> float:
+        """Seconds of an action."""
+        return self._ticks_of_one * self._tick
 
     @property
     def commanded(self) -> tuple[Array, float]:
