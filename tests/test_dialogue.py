@@ -34,6 +34,9 @@ AFTER_AN_ORDER = {
     ("Tipp den roten Würfel an.", "Dreimal."): ["tap(object=red_cube)"] * 3,
     ("Tipp den roten Würfel an.", "Nein, den blauen."): ["tap(object=blue_cube)"],
     ("tap the red cube", "take the yellow ball"): ["pick(object=yellow_ball)"],
+    # What would be done by itself is no answer to a question that is open.
+    ("open and close the gripper again and again", "tap the red cube three times"): ["tap(object=red_cube)"] * 3,
+    ("tap the red cube over and over", "twice"): ["tap(object=red_cube)"] * 2,
     ("put the ball", "in the bin"): ["pick(object=yellow_ball)", "place_in(container=grey_bin)"],
 }
 

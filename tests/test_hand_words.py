@@ -101,6 +101,8 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
         ("where is the red cube? I want the blue one on it", RefusalCode.UNSUPPORTED, ""),
         ("pick up the red cube three times", RefusalCode.UNRECOGNIZED, "three times"),
         ("open the gripper 100 times", RefusalCode.UNSUPPORTED, ""),
+        ("pick up the red cube and put it back, again and again", RefusalCode.AMBIGUOUS, "how often"),
+        ("tap the red cube repeatedly", RefusalCode.AMBIGUOUS, "“repeatedly”: how often"),
         ("put the red cube on the blue cube and turn the hand by 9 degrees three times", RefusalCode.UNRECOGNIZED, ""),
         ("hover over the moon", RefusalCode.OBJECT_NOT_FOUND, "moon"),
         ("don't move up 5 cm", RefusalCode.UNSUPPORTED, ""),

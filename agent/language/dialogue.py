@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import deepcopy
 from dataclasses import replace as replaced
 from typing import Any
 
@@ -70,11 +71,13 @@ class Dialogue:
             result = interpret(question, scene, self._skills, self._discourse, answers)
             self._ask(question, result, answers)
             return result
-        # "Which way should it go?" - "to the left": the answer completes the sentence.
-        completed = f"{question.rstrip(' .!?')} {prompt}"
-        result = interpret(completed, scene, self._skills, self._discourse, chosen)
-        if isinstance(result, Refusal):
+        # "Which way should it go?" - "to the left": the answer completes the sentence, unless it would be done as well by itself.
+        completed, discourse = f"{question.rstrip(' .!?')} {prompt}", deepcopy(self._discourse)
+        result = interpret(completed, scene, self._skills, discourse, chosen)
+        own = interpret(prompt, scene, self._skills, deepcopy(self._discourse))
+        if isinstance(result, Refusal) or (isinstance(own, Draft) and any(call in result.calls for call in own.calls)):
             return None
+        self._discourse = discourse
         self._open = None
         return result
 

@@ -22,7 +22,7 @@ from robosandbox.agent.language.front import (
 from robosandbox.agent.language.intent import Sentence, unseen
 from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.remarks import tells_nothing, without_remarks
-from robosandbox.agent.language.repeated import several_times
+from robosandbox.agent.language.repeated import endlessly, several_times
 from robosandbox.agent.language.ruleset import ruleset
 from robosandbox.agent.language.skill_words import ways_of
 from robosandbox.agent.language.terms import done_as_told, paced
@@ -91,6 +91,11 @@ def interpret(
         chosen: Answers to questions asked before: unclear words and the ids that they mean.
     """
     names, language = tuple(skills), language_of(prompt)
+    if language == ENGLISH and (endless := endlessly(prompt)) is not None:
+        words, rest, counted = endless
+        if counted:
+            return interpret(rest, scene, names, discourse, chosen)
+        return Refusal(code=RefusalCode.AMBIGUOUS, message=f"“{words}”: how often? Say a number.")
     made = _interpreted(language, prompt, scene, names, discourse, chosen)
     if isinstance(made, Draft) or language != ENGLISH or len(prompt) > _MOST_READ_IN_PARTS:
         return told_in(language, made) if isinstance(made, Refusal) else made

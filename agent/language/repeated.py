@@ -54,6 +54,11 @@ _LEADS = re.compile(
     r"|^(?:please )?(?:repeat|do)(?: this| that| it| the following)?\b",
     re.IGNORECASE,
 )
+# What says that it is done over, and not how often.
+_ENDLESSLY = re.compile(
+    r"[ ,]*\b(?:and )?(?:then )?(?:again and again|over and over(?: again)?|time and (?:time )?again|repeatedly)\b",
+    re.IGNORECASE,
+)
 # What says behind an order that it is done over.
 _TAIL = re.compile(
     r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that|(?:that|this|the)(?: whole)? (?:round|tour|trip|sequence|cycle|lot))(?P<more> again)?$|[ ,.;]*(?:and )?(?:then )?repeat$",
@@ -89,6 +94,15 @@ def _number(often: str) -> int:
         return TIMES[often]
     first = often.split()[0]
     return _COUNTED.index(first) + 1 if first in _COUNTED else int(re.findall(r"\d+", often)[0])
+
+
+def endlessly(prompt: str) -> tuple[str, str, bool] | None:
+    """Return the words of an order that say that it is done over, as "again and again", the rest, and whether that says how often."""
+    found = _ENDLESSLY.search(prompt)
+    if found is None:
+        return None
+    rest = _ENDLESSLY.sub("", prompt)
+    return found[0].strip(_MARKS), rest, _TIMES.search(rest) is not None
 
 
 def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft | Refusal]) -> Draft | Refusal | None:
