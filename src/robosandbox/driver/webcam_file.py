@@ -41,8 +41,9 @@ class Webcam(StrictModel):
     """A camera as its file describes it.
 
     Attributes:
-        source: Number of the device, or its path, or that of a video or of numbered pictures (`seen_%03d.png`).
-        lens: Its intrinsics; None before `robo-sandbox calibrate --lens` has written them.
+        source: Number of the device, or its path, or that of a video or of numbered pictures (`seen_%03d.png`); of a depth camera
+            `realsense`, or `realsense:SERIAL`.
+        lens: Its intrinsics; None before `robo-sandbox calibrate --lens` has written them, and where the camera itself tells them.
         pose: Of its optical frame (z forward, y down) in the world; None before `robo-sandbox calibrate` has written it.
     """
 

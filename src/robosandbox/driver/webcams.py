@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from robosandbox.driver.bare import BareSenses
 from robosandbox.driver.capabilities import CameraSpec
+from robosandbox.driver.realsense import REALSENSE, OpenRealsense
 from robosandbox.driver.webcam_file import Webcam, WebcamFile, known_lens
 from robosandbox.errors import InputError, SensorError
 from robosandbox.types import Intrinsics, PictureWindow, Pose, RgbdFrame
@@ -51,6 +52,17 @@ class OpenWebcam:
                 f"webcams: {name}: nothing opens at the source {webcam.source!r}; give the number of a device that is plugged "
                 "in and that no other program uses, or the path of a video"
             )
+
+    @property
+    def lens(self) -> Intrinsics:
+        """Its lens as its file has it; pixels."""
+        assert self._webcam.lens is not None
+        return self._webcam.lens.intrinsics
+
+    def frame(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Return its next picture, and no depth: zeros, (height, width); errors as of `picture`."""
+        picture = self.picture()
+        return picture, np.zeros(picture.shape[:2], dtype=np.float32)
 
     def picture(self) -> NDArray[np.uint8]:
         """Return its next picture, RGB, (height, width, 3).
@@ -113,6 +125,18 @@ class OpenWebcam:
                 )
 
 
+def open_camera(path: Path, name: str, webcam: Webcam) -> OpenWebcam | OpenRealsense:
+    """Return a camera of a file, opened, with a lens that is known.
+
+    Raises:
+        InputError: It does not open, or neither its file nor itself tells its lens.
+    """
+    if str(webcam.source).partition(":")[0] == REALSENSE:
+        return OpenRealsense(name, webcam)
+    known_lens(path, name, webcam)
+    return OpenWebcam(name, webcam)
+
+
 class Webcams(BareSenses):
     """Cameras of a driver that stand beside the arm.
 
@@ -132,29 +156,28 @@ class Webcams(BareSenses):
         self._wall_clock = driver
         cameras = {}
         webcams = load_yaml_model(path, WebcamFile).webcams
+        self._open: dict[str, OpenWebcam | OpenRealsense] = {}
         for name, webcam in webcams.items():
-            lens = known_lens(path, name, webcam)
+            self._open[name] = opened = open_camera(path, name, webcam)
             if webcam.pose is None:
                 raise InputError(
                     f"{path}: webcams.{name}.pose is missing; lay the board on the table and run "
                     f"`robo-sandbox calibrate --webcams {path}`"
                 )
-            cameras[name] = CameraSpec(intrinsics=lens.intrinsics, pose=webcam.pose)
-        self._open = {name: OpenWebcam(name, webcam) for name, webcam in webcams.items()}
+            cameras[name] = CameraSpec(intrinsics=opened.lens, pose=webcam.pose)
         self.cameras: Mapping[str, CameraSpec] = cameras
 
     def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
-        """Return a picture without depth, and how the arm stood when it came; always a whole one.
+        """Return a picture, with the depth that its camera measures, and how the arm stood when it came; always a whole one.
 
         Raises:
             SensorError: The camera delivers none, or the same for over a second.
         """
         del window
         spec, driver = self.cameras[camera], self._wall_clock
-        picture = self._open[camera].picture()
-        return replace(
-            without_depth(camera, picture, spec.intrinsics, spec.pose), time=driver.time, arms=driver.posture()
-        )
+        picture, depth = self._open[camera].frame()
+        frame = without_depth(camera, picture, spec.intrinsics, spec.pose)
+        return replace(frame, depth=depth, time=driver.time, arms=driver.posture())
 
 
 def without_depth(camera: str, picture: NDArray[np.uint8], lens: Intrinsics, pose: Pose) -> RgbdFrame:

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from robosandbox.driver.webcam_file import Webcam
+    from robosandbox.driver.realsense import OpenRealsense
+    from robosandbox.driver.webcams import OpenWebcam
     from robosandbox.perception.calibration import CameraPoseEstimate
     from robosandbox.sim.calibration_board import CalibrationBoard
 
@@ -101,17 +102,18 @@ def _print_board(board: CalibrationBoard, path: Path) -> int:
 
 def _calibrate_webcams(path: Path, board: CalibrationBoard, table_height: float, output: Path, *, json: bool) -> int:
     """Write into a file of webcams the poses that pictures of the board give them; all else of it stays as it is."""
-    from robosandbox.driver.webcam_file import WebcamFile, known_lens, write_entries
+    from robosandbox.driver.webcam_file import WebcamFile, write_entries
+    from robosandbox.driver.webcams import open_camera
     from robosandbox.perception.calibration import MOST_LEFT_PX, find_webcam
     from robosandbox.types import Pose
 
     file = load_yaml_model(path, WebcamFile)
     found, entries = {}, {}
     for name, webcam in file.webcams.items():
-        lens = known_lens(path, name, webcam).intrinsics
         # Without a pose it is told how far it is from the world's origin.
         taken = webcam.pose or Pose(xyz=(0.0, 0.0, 0.0))
-        item = find_webcam(name, _pictures(name, webcam), lens, taken, board, table_height)
+        with closing(open_camera(path, name, webcam)) as opened:
+            item = find_webcam(name, _pictures(opened), opened.lens, taken, board, table_height)
         found[name] = item
         if item.pose is not None and item.error_px <= MOST_LEFT_PX:
             entries[name] = webcam.model_copy(update={"pose": item.pose})
@@ -136,17 +138,14 @@ def _calibrate_webcams(path: Path, board: CalibrationBoard, table_height: float,
     return EXIT_DONE if entries else EXIT_FAILED
 
 
-def _pictures(name: str, webcam: Webcam) -> list[NDArray[np.uint8]]:
-    """Return some pictures of a webcam; a file that has fewer gives what it has, but one."""
-    from robosandbox.driver.webcams import OpenWebcam
-
-    with closing(OpenWebcam(name, webcam)) as opened:
-        pictures = [opened.picture()]
-        for _ in range(_PICTURES - 1):
-            try:
-                pictures.append(opened.picture())
-            except SensorError:
-                break
+def _pictures(opened: OpenWebcam | OpenRealsense) -> list[NDArray[np.uint8]]:
+    """Return some pictures of a camera; a file that has fewer gives what it has, but one."""
+    pictures = [opened.picture()]
+    for _ in range(_PICTURES - 1):
+        try:
+            pictures.append(opened.picture())
+        except SensorError:
+            break
     return pictures
 
 
