@@ -45,7 +45,7 @@ class LensEstimate:
 
 
 @frozen
-class _View:
+class BoardView:
     """The board in a picture: corners on it, (n, 3), metres, and in the picture, (n, 2), pixels, with each tag's number, (n,)."""
 
     board: NDArray[np.float32]
@@ -53,21 +53,25 @@ class _View:
     numbers: NDArray[np.int32]
 
 
-class LensViews:
+class BoardViews:
     """Pictures of the board that differ, as they come.
 
     Args:
-        board: That is held before the camera.
+        board: That is held before the camera, or before which the camera is led.
+        least_tags: How many of its tags a picture must show.
+
+    Attributes:
+        views: Those that were taken.
     """
 
-    def __init__(self, board: CalibrationBoard) -> None:
-        self._board = board
-        self._views: list[_View] = []
-        self._last: _View | None = None
+    def __init__(self, board: CalibrationBoard, least_tags: int = _LEAST_TAGS) -> None:
+        self._board, self._least = board, least_tags
+        self.views: list[BoardView] = []
+        self._last: BoardView | None = None
         self._size = (0, 0)
 
     def __len__(self) -> int:
-        return len(self._views)
+        return len(self.views)
 
     def take(self, picture: NDArray[np.uint8], *, moves: bool) -> bool:
         """Take a picture, RGB, (height, width, 3), where it shows the board as no earlier one does; return whether it was taken.
@@ -77,22 +81,26 @@ class LensViews:
             moves: Whether the board may be in motion, which blurs it: it is taken where the last one shows it in the same place.
         """
         corners, numbers = find_tags(picture, self._board)
-        if len(numbers) < _LEAST_TAGS:
+        if len(numbers) < self._least:
             self._last = None
             return False
         flat, pixels = self._board.grid.matchImagePoints([corner[None] for corner in corners], numbers[:, None])
-        view = _View(
+        view = BoardView(
             np.asarray(flat, dtype=np.float32).reshape(-1, 3),
             np.asarray(pixels, dtype=np.float32).reshape(-1, 2),
             np.repeat(numbers, 4),
         )
         still = not moves or (self._last is not None and _gone(view, self._last) < _STILL_PX)
         self._last = view
-        if not still or any(_gone(view, other) < _OTHERWISE * picture.shape[1] for other in self._views):
+        if not still or any(_gone(view, other) < _OTHERWISE * picture.shape[1] for other in self.views):
             return False
         self._size = (picture.shape[1], picture.shape[0])
-        self._views.append(view)
+        self.views.append(view)
         return True
+
+
+class LensViews(BoardViews):
+    """Pictures of the board from which a lens is measured."""
 
     def measure(self) -> LensEstimate:
         """Return the lens with which the corners are least off.
@@ -100,13 +108,13 @@ class LensViews:
         Raises:
             SensorError: The pictures do not tell it; it says why.
         """
-        if len(self._views) < _LEAST_VIEWS:
+        if len(self.views) < _LEAST_VIEWS:
             raise SensorError(
-                f"{len(self._views)} pictures show the board in different ways, and {_LEAST_VIEWS} are needed, with {_LEAST_TAGS} or "
+                f"{len(self.views)} pictures show the board in different ways, and {_LEAST_VIEWS} are needed, with {_LEAST_TAGS} or "
                 "more of its tags each: hold it still for a moment, then otherwise: near, far, tilted to each side, in each corner"
             )
-        error, lens = _fitted(self._views, self._size)
-        apart = _apart(*(_fitted(self._views[half::2], self._size)[1] for half in (0, 1)))
+        error, lens = _fitted(self.views, self._size)
+        apart = _apart(*(_fitted(self.views[half::2], self._size)[1] for half in (0, 1)))
         if error > MOST_LEFT_PX:
             raise SensorError(
                 f"the lens that fits best leaves the tags' corners {error:.1f} pixels off, and {MOST_LEFT_PX:.1f} are allowed: look "
@@ -114,13 +122,13 @@ class LensViews:
             )
         if apart > _MOST_APART * lens.fx:
             raise SensorError(
-                f"two halves of the {len(self._views)} pictures tell lenses that are {apart:.0f} pixels apart, and "
+                f"two halves of the {len(self.views)} pictures tell lenses that are {apart:.0f} pixels apart, and "
                 f"{_MOST_APART * lens.fx:.0f} are allowed: tilt the board more, and bring it into each corner of the picture"
             )
-        return LensEstimate(lens=lens, views=len(self._views), error_px=error, apart_px=apart)
+        return LensEstimate(lens=lens, views=len(self.views), error_px=error, apart_px=apart)
 
 
-def _gone(one: _View, other: _View) -> float:
+def _gone(one: BoardView, other: BoardView) -> float:
     """Return how far the corners that both show are apart at most, pixels; nothing is known to be near where they share none."""
     shared = np.intersect1d(one.numbers, other.numbers)
     if not len(shared):
@@ -130,7 +138,7 @@ def _gone(one: _View, other: _View) -> float:
     return float(np.linalg.norm(here - there, axis=1).max())
 
 
-def _fitted(views: Sequence[_View], size: tuple[int, int]) -> tuple[float, Intrinsics]:
+def _fitted(views: Sequence[BoardView], size: tuple[int, int]) -> tuple[float, Intrinsics]:
     """Return the root mean square error, pixels, of the lens with the least one, and the lens (Zhang, 2000)."""
     width, height = size
     # The third radial term tells noise from no more pictures than these.
