@@ -21,7 +21,7 @@ _LEAST_VIEWS, MOST_VIEWS = 10, 15
 # whose calibration is as far off.
 _MOST_APART, _MOST_TURNED = 0.005, math.radians(1.0)
 # A fit to views of one turn alone tells no shift along its axis: about two axes, at least this far apart, rad, the hand has to turn.
-_LEAST_TURN = math.radians(15.0)
+_LEAST_TURN = math.radians(10.0)
 
 
 @frozen(kw_only=True)

@@ -25,13 +25,17 @@ pytest.importorskip("serial", reason="the extra `so101` is not installed")
 
 from support.held_board import held
 from support.models import wheel_files
+from support.seen_board import pose, seen
 from support.servo_bus import Plant, X, emulated
 from support.servo_fuzz import fuzz
 
+from robosandbox.apps.cli import app
+from robosandbox.apps.commands.console import run_app
 from robosandbox.apps.conformance import check_driver
 from robosandbox.apps.envs import ManipulationEnv
 from robosandbox.driver import SafeDriver, load_driver
 from robosandbox.driver.surroundings import Meeting, SurroundingsGuard
+from robosandbox.driver.webcams import OpenWebcam
 from robosandbox.drivers.feetech.__main__ import _Led, _ranges, main as set_up
 from robosandbox.drivers.feetech.bus import Bus, BusError
 from robosandbox.drivers.feetech.calibration import (
@@ -49,7 +53,7 @@ from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import SENSORS
 from robosandbox.tasks.loader import find_task, with_robot
-from robosandbox.types import Scene, Trajectory
+from robosandbox.types import Pose, Scene, Trajectory
 from robosandbox.workcell.host import WorkcellHost
 from robosandbox.workcell.session import open_session
 
@@ -849,6 +853,53 @@ def test_a_cube_is_picked_over_the_bus_and_the_plant_says_so(plant: Plant, so101
         driver.wait(1.0)
         assert driver.state().gripper.commanded > driver.state().gripper.closed + 0.1  # type: ignore[union-attr]
     assert plant.truth().objects["red_cube"].pose.xyz[2] - before > 0.05
+
+
+@pytest.mark.gl
+@by_the_clock
+def test_a_camera_on_the_hand_is_found_by_leading_it(
+    so101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "webcams.yaml"
+    lens = "lens: {width: 640, height: 480, fx: 560, fy: 560, cx: 319.5, cy: 239.5}"
+    show(tmp_path, "wrist", np.zeros((480, 640, 3), np.uint8))
+    file.write_text(f"webcams:\n  wrist:\n    source: {tmp_path}/wrist_%02d.png  # On the jaw.\n    {lens}\n")
+    with emulated(tmp_path, "--robot", str(so101), "--limp") as plant:
+        command = ("calibrate", "--webcams", str(file), "--hand", "wrist", "--tag", "0.03", "--robot", str(so101))
+        with opened(plant, so101, ",limp=true") as driver:
+            home = driver.state()
+            with pytest.raises(FaultError, match="it was opened limp, to be led by hand"):
+                sweep(driver, 0.1, 0.5)
+            kinematics = driver.behind.arms["arm"]._kinematics  # type: ignore[attr-defined]
+        # The camera looks along the fingers, from beside them, on the board that lies under the hand.
+        rides = pose([0.1, 0.2, 0.4], [0.02, 0.04, -0.05])
+        lies = Pose.from_matrix(np.append(home.tcp_pose.position[:2], 0.04), np.eye(3))
+        random, stood = np.random.default_rng(0), [home.q]
+        while len(stood) < 18:
+            q = home.q + random.uniform(-0.9, 0.9, len(home.q))
+            eye = lies.inverse() @ Pose.from_matrix(*kinematics.forward(q)) @ rides
+            ahead = eye.position - eye.rotation[:, 2] * eye.position[2] / eye.rotation[2, 2]
+            if 0.15 < eye.position[2] < 0.4 and np.linalg.norm(ahead[:2]) < 0.06:
+                stood.append(q)
+        pictures = list(seen([lies.inverse() @ Pose.from_matrix(*kinematics.forward(q)) @ rides for q in stood]))
+        show(tmp_path, "wrist", *pictures)
+
+        def in_step(webcam: OpenWebcam) -> np.ndarray:
+            # Somebody leads the hand to where the next picture was taken, and holds it there.
+            taken.append(len(taken))
+            if len(taken) % 2 == 0 or len(taken) > 2 * len(stood):
+                return picture(webcam)
+            plant.hold(dict(enumerate(stood[len(taken) // 2].tolist(), 1)))
+            time.sleep(0.3)
+            return np.zeros((480, 640, 3), np.uint8)
+
+        taken, picture = list[int](), OpenWebcam.picture
+        monkeypatch.setattr(OpenWebcam, "picture", in_step)
+        assert run_app(app, "robo-sandbox", [*command, "--driver", option(plant, ",limp=true")]) == 0
+    written = yaml.safe_load(file.read_text())["webcams"]["wrist"]
+    assert written["arm"] == "arm" and "# On the jaw." in file.read_text()
+    off = rides.inverse() @ Pose.model_validate(written["pose"])
+    assert np.linalg.norm(off.position) < 0.003 and np.linalg.norm(off.rotation - np.eye(3)) < 0.02
 
 
 @pytest.mark.gl

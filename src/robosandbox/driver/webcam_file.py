@@ -44,12 +44,15 @@ class Webcam(StrictModel):
         source: Number of the device, or its path, or that of a video or of numbered pictures (`seen_%03d.png`); of a depth camera
             `realsense`, or `realsense:SERIAL`.
         lens: Its intrinsics; None before `robo-sandbox calibrate --lens` has written them, and where the camera itself tells them.
-        pose: Of its optical frame (z forward, y down) in the world; None before `robo-sandbox calibrate` has written it.
+        pose: Of its optical frame (z forward, y down) in the world, or in the TCP's frame of the arm on whose hand it rides; None before
+            `robo-sandbox calibrate` has written it.
+        arm: Name of that arm, "arm" where there is one; None where it stands.
     """
 
     source: int | str
     lens: Lens | None = None
     pose: Pose | None = None
+    arm: str | None = None
 
 
 class WebcamFile(StrictModel):
@@ -90,10 +93,11 @@ def write_entries(path: Path, entries: Mapping[str, Webcam], output: Path) -> No
     text, source = read_text(path), path.name
     file = validate(parse_yaml(text, source), WebcamFile, source=source)
     for name, wanted in entries.items():
-        for key in ("lens", "pose"):
+        for key in ("lens", "pose", "arm"):
             value = getattr(wanted, key)
             if value is not None and value != getattr(file.webcams[name], key):
-                text = _with_value(text, ("webcams", name), key, _rounded(value.model_dump(mode="json")))
+                plain = value if isinstance(value, str) else _rounded(value.model_dump(mode="json"))
+                text = _with_value(text, ("webcams", name), key, plain)
     meant = WebcamFile(webcams={**file.webcams, **entries})
     try:
         written = WebcamFile.model_validate(yaml.safe_load(text))
@@ -130,9 +134,9 @@ def _alike(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def _with_value(text: str, where: tuple[str, ...], key: str, value: Mapping[str, object]) -> str:
+def _with_value(text: str, where: tuple[str, ...], key: str, value: Mapping[str, object] | str) -> str:
     """Return a YAML text in which a mapping within mappings has a value: in the old one's place, or after the last one."""
-    flow = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=math.inf).strip()
+    flow = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=math.inf).removesuffix("...\n").strip()
     mapping: Any = yaml.compose(text, Loader=yaml.SafeLoader)
     for name in where:
         mapping = next(item for at, item in mapping.value if at.value == name)

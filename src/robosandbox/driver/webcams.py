@@ -138,7 +138,7 @@ def open_camera(path: Path, name: str, webcam: Webcam) -> OpenWebcam | OpenReals
 
 
 class Webcams(BareSenses):
-    """Cameras of a driver that stand beside the arm.
+    """Cameras of a driver that stand beside the arm, or ride on its hand.
 
     Args:
         driver: Whose arm they see.
@@ -164,7 +164,7 @@ class Webcams(BareSenses):
                     f"{path}: webcams.{name}.pose is missing; lay the board on the table and run "
                     f"`robo-sandbox calibrate --webcams {path}`"
                 )
-            cameras[name] = CameraSpec(intrinsics=opened.lens, pose=webcam.pose)
+            cameras[name] = CameraSpec(intrinsics=opened.lens, pose=webcam.pose, arm=webcam.arm)
         self.cameras: Mapping[str, CameraSpec] = cameras
 
     def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
@@ -176,7 +176,8 @@ class Webcams(BareSenses):
         del window
         spec, driver = self.cameras[camera], self._wall_clock
         picture, depth = self._open[camera].frame()
-        frame = without_depth(camera, picture, spec.intrinsics, spec.pose)
+        pose = spec.pose if spec.arm is None else driver.arms[spec.arm].state().tcp_pose @ spec.pose
+        frame = without_depth(camera, picture, spec.intrinsics, pose)
         return replace(frame, depth=depth, time=driver.time, arms=driver.posture())
 
 

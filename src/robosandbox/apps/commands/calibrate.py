@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.apps.commands.console import EXIT_DONE, EXIT_FAILED, print_json
-from robosandbox.apps.commands.options import Json, RobotName, SensorName
+from robosandbox.apps.commands.options import DriverName, Json, RobotName, SensorName
 from robosandbox.errors import InputError, SensorError
 from robosandbox.progress import doing
 from robosandbox.validation import load_yaml_model
@@ -26,7 +26,12 @@ if TYPE_CHECKING:
     from robosandbox.driver.webcams import OpenWebcam
     from robosandbox.perception.calibration import CameraPoseEstimate
     from robosandbox.sim.calibration_board import CalibrationBoard
+    from robosandbox.types import Scene
 
+# Gap between tags as a share of a tag's edge; and edges that can be printed and seen, metres.
+_GAP, _SMALLEST, _LARGEST = 2.0 / 9.0, 0.01, 0.2
+# How far joints may be apart before and after a picture, rad or m, for a hand that stood still in it: a hand shakes some.
+_STOOD = 0.005
 # Pictures of the board that a webcam's pose follows from: noise of a corner goes down to a third.
 _PICTURES = 10
 
@@ -50,7 +55,20 @@ def calibrate(
             "--lens", help="Measure the lens of this one of --webcams: hold the board before it, still, in many ways."
         ),
     ] = None,
-    seconds: Annotated[float, typer.Option("--seconds", help="Of --lens: how long to look at most.")] = 90.0,
+    hand: Annotated[
+        str | None,
+        typer.Option(
+            "--hand",
+            help="Measure where this one of --webcams rides on the hand of --driver, or with --held where it stands: lead the hand "
+            "to many views of the board.",
+        ),
+    ] = None,
+    held: Annotated[
+        bool, typer.Option("--held", help="Of --hand: the hand holds the board, and the camera stands.")
+    ] = False,
+    driver: DriverName = "mujoco",
+    tag: Annotated[float, typer.Option("--tag", help="Edge of a tag of the board, metres.")] = 0.09,
+    seconds: Annotated[float, typer.Option("--seconds", help="Of --lens and --hand: how long to look at most.")] = 90.0,
     print_to: Annotated[
         Path | None, typer.Option("--print", help="Write the board's picture (PNG), to be printed 46 cm wide, and end.")
     ] = None,
@@ -64,7 +82,9 @@ def calibrate(
 
     if not all(abs(value) <= 0.5 for value in at):
         raise InputError(f"--at: {at[0]:g} {at[1]:g} is off the table, which spans -0.5..0.5 m")
-    board = CalibrationBoard(centre=at)
+    if not _SMALLEST <= tag <= _LARGEST:
+        raise InputError(f"--tag: {tag:g} m; give {_SMALLEST:g} to {_LARGEST:g}")
+    board = CalibrationBoard(centre=at, tag=tag, gap=_GAP * tag)
     if print_to is not None:
         return _print_board(board, print_to)
     if lens is not None:
@@ -72,6 +92,10 @@ def calibrate(
             raise InputError("--lens: give --webcams, the file that the webcam is in")
         return _measure_lens(webcams, lens, board, output or webcams, seconds, json=json)
     scene = Scene(robot_urdf=Path(robot) if robot else None)
+    if hand is not None:
+        if webcams is None:
+            raise InputError("--hand: give --webcams, the file that the camera is in")
+        return _measure_hand(webcams, hand, board, output or webcams, seconds, driver, scene, is_held=held, json=json)
     if webcams is not None:
         return _calibrate_webcams(webcams, board, scene.table_height, output or webcams, json=json)
     with doing("looking for the board"), closing(open_with_board(scene, board, sensor)) as sim:
@@ -110,6 +134,9 @@ def _calibrate_webcams(path: Path, board: CalibrationBoard, table_height: float,
     file = load_yaml_model(path, WebcamFile)
     found, entries = {}, {}
     for name, webcam in file.webcams.items():
+        if webcam.arm is not None:
+            print(f"{name} rides on a hand: `calibrate --webcams {path} --hand {name}`", file=sys.stderr)
+            continue
         # Without a pose it is told how far it is from the world's origin.
         taken = webcam.pose or Pose(xyz=(0.0, 0.0, 0.0))
         with closing(open_camera(path, name, webcam)) as opened:
@@ -196,6 +223,70 @@ def _measure_lens(path: Path, name: str, board: CalibrationBoard, output: Path, 
     )
     if webcam.pose is not None:
         print(f"its pose was found with another lens: run `robo-sandbox calibrate --webcams {output}`")
+    return EXIT_DONE
+
+
+def _measure_hand(
+    path: Path,
+    name: str,
+    board: CalibrationBoard,
+    output: Path,
+    seconds: float,
+    driver_name: str,
+    scene: Scene,
+    *,
+    is_held: bool,
+    json: bool,
+) -> int:
+    """Write into a file of webcams where one rides on a hand, or stands, as views of the board tell it to which somebody leads the hand."""
+    from robosandbox.driver import load_driver
+    from robosandbox.driver.webcam_file import WebcamFile, write_entries
+    from robosandbox.driver.webcams import open_camera
+    from robosandbox.perception.hand_eye import MOST_VIEWS, HandViews
+
+    file = load_yaml_model(path, WebcamFile)
+    webcam = file.webcams.get(name)
+    if webcam is None:
+        raise InputError(f"--hand: {path} has no webcam {name!r}; it has {', '.join(file.webcams)}")
+    views = HandViews(board, is_held=is_held)
+    with closing(load_driver(driver_name, scene)) as driver, closing(open_camera(path, name, webcam)) as opened:
+        (arm_name,) = driver.arms
+        arm, lens = driver.arms[arm_name], opened.lens
+        end = time.monotonic() + seconds
+        while len(views) < MOST_VIEWS and time.monotonic() < end:
+            before = arm.state()
+            try:
+                picture = opened.picture()
+            except SensorError:
+                if opened.is_device:
+                    raise
+                # All the pictures that there are.
+                break
+            after = arm.state()
+            stood = float(abs(after.q - before.q).max()) < _STOOD
+            if stood and views.take(picture, after.tcp_pose, moves=opened.is_device):
+                print(f"{len(views)} of {MOST_VIEWS}: now lead the hand elsewhere", file=sys.stderr)
+    try:
+        found = views.measure(lens)
+    except SensorError as error:
+        print(f"{name}: {error}; {path} stays as it is", file=sys.stderr)
+        return EXIT_FAILED
+    rides = None if is_held else arm_name
+    write_entries(path, {name: webcam.model_copy(update={"pose": found.pose, "arm": rides})}, output)
+    if json:
+        told = {
+            "pose": found.pose.model_dump(mode="json"),
+            "arm": rides,
+            "views": found.views,
+            "error_px": found.error_px,
+        }
+        print_json({"webcam": name, **told, "apart_mm": found.apart_mm, "apart_deg": found.apart_deg})
+        return EXIT_DONE
+    x, y, z = (1e3 * value for value in found.pose.xyz)
+    print(
+        f"{name}: {'stands' if is_held else 'rides on the hand'} at {x:.1f} {y:.1f} {z:.1f} mm, by {found.views} views, {found.error_px:.2f} "
+        f"pixels left; halves of them are {found.apart_mm:.1f} mm and {found.apart_deg:.2f} degrees apart"
+    )
     return EXIT_DONE
 
 

@@ -32,6 +32,14 @@ NO_CALIBRATION = (
 """Why an arm without a calibration is not opened."""
 
 
+def torque_is_on(port: str) -> str:
+    """Return why an arm cannot be led by hand, and what to do."""
+    return (
+        "the torque is on, and nobody can lead it: hold the arm, and call "
+        f"`python -m robosandbox.drivers.feetech release --port {port}`"
+    )
+
+
 class ServoCalibration(BaseModel):
     """Entry of one servo in a file of LeRobot's (`calibration/robots/so_follower/<id>.json`).
 

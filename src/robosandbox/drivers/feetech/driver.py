@@ -32,6 +32,7 @@ from robosandbox.drivers.feetech.calibration import (
     check_ranges,
     read_calibration,
     servo_joints,
+    torque_is_on,
 )
 from robosandbox.drivers.feetech.protocol import Reply
 from robosandbox.drivers.feetech.servos import STS, X_SERIES, Reading, ServoFamily
@@ -93,6 +94,7 @@ class SerialServos(WallClockDriver):
         grip: Share of its torque that the gripper's servo may give.
         link_timeout: Seconds without an answer of a servo after which the arm is lost.
         release: Whether `close` takes the torque off, and the arm falls.
+        limp: Whether its servos stay without torque, so that somebody can lead it: it tells how it stands, and moves nothing.
         cameras: File of webcams (`robosandbox.driver.webcams`), or `module:function` that is called with this driver and
             returns its senses, with `cameras`.
 
@@ -115,6 +117,7 @@ class SerialServos(WallClockDriver):
         grip: float = 0.5,
         link_timeout: float = 0.1,
         release: bool = False,
+        limp: bool = False,
         cameras: str | None = None,
     ) -> None:
         super().__init__(tick)
@@ -162,7 +165,10 @@ class SerialServos(WallClockDriver):
             if cameras is not None:
                 eyes = open_eyes(cameras, self)
                 self.senses, self._cameras = eyes, eyes.cameras
-            self._hold()
+            if limp:
+                self._be_led()
+            else:
+                self._hold()
         except (BusError, ValueError) as error:
             self._leave_as_found()
             raise InputError(f"--driver {type(self).__name__.lower()}: {error}") from None
@@ -376,6 +382,15 @@ class SerialServos(WallClockDriver):
                     f"{self.port}: {joint.said} has the homing offset {offset}, and the calibration says {wanted}: it is another "
                     "arm's, or the servo was calibrated since; calibrate again"
                 )
+
+    def _be_led(self) -> None:
+        """Read every servo once, and have nothing command one."""
+        if any(self._bus.read(joint.id, self.family.torque) for joint in self.joints):
+            raise InputError(f"{self.port}: {torque_is_on(self.port)}")
+        self._goals = {joint.id: self._bus.read(joint.id, self.family.goal) for joint in self.joints}
+        while not self.poll() and not self.fault:
+            pass
+        self.fault = self.fault or "it was opened limp, to be led by hand"
 
     def _hold(self) -> None:
         """Have every servo hold where it is; one that holds already goes on doing so, and the gripper what it grips.

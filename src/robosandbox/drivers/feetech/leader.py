@@ -16,6 +16,7 @@ from robosandbox.drivers.feetech.calibration import (
     check_ranges,
     read_calibration,
     servo_joints,
+    torque_is_on,
 )
 from robosandbox.drivers.feetech.servos import STS, ServoFamily
 from robosandbox.errors import FaultError, InputError, Phase
@@ -142,10 +143,7 @@ class Leader:
                         f"leader: {joint.said} has the homing offset {offset}, and the calibration says {wanted}: it is another arm's"
                     )
             if any(bus.read(joint.id, family.torque) for joint in joints):
-                raise InputError(
-                    "leader: the torque is on, and nobody can lead it: hold the arm, and call "
-                    f"`python -m robosandbox.drivers.feetech release --port {bus.port}`"
-                )
+                raise InputError(f"leader: {torque_is_on(bus.port)}")
         except BusError as error:
             raise InputError(f"leader: {error}") from None
 
