@@ -750,13 +750,14 @@ def test_a_robot_goes_where_an_arm_is_led(so101: Path, tmp_path: Path) -> None:
     ):
         env.reset(seed=0)
         arm, hand = env.session.driver.arms["arm"], env.session.driver.hands["hand"]
-        with closing(Leader(env.controller, **led(tmp_path))) as leader:
+        with closing(Leader(env.controller.spec, **led(tmp_path))) as leader:
+            policy = leader.policy(env.controller)
             began, steps = time.monotonic(), 0
             for turn, jaw in ((0.3, 1.7), (-0.3, 0.0)):
                 wanted = arm.spec.home_q + [turn, 0.0, 0.0, -0.1, turn]
                 plant.hold({**dict(enumerate(wanted.tolist(), 1)), 6: jaw})
                 for _ in range(50):
-                    env.step(leader({}))
+                    env.step(policy({}))
                     steps += 1
                 assert arm.state().q == pytest.approx(wanted, abs=0.03)
                 geometry = arm.spec.gripper.geometry  # type: ignore[union-attr]
@@ -765,8 +766,35 @@ def test_a_robot_goes_where_an_arm_is_led(so101: Path, tmp_path: Path) -> None:
             plant.inject("silent", 3, 1)
             before = arm.state().q
             with pytest.raises(FaultError, match=r"leader: elbow_flex \(servo 3\) does not answer; the robot holds"):
-                leader({})
+                policy({})
             assert arm.state().q == pytest.approx(before)
+
+
+@by_the_clock
+def test_an_arm_over_a_bus_goes_where_another_is_led(so101: Path, tmp_path: Path) -> None:
+    (tmp_path / "leader").mkdir()
+    with (
+        emulated(tmp_path, "--robot", str(so101)) as follower,
+        emulated(tmp_path / "leader", "--robot", str(so101), "--limp") as leads,
+        opened(follower, so101) as driver,
+    ):
+        follower.at_rest()
+        arm = driver.arms["arm"]
+        home = arm.state().q
+        with closing(Leader(arm.spec, **led(tmp_path / "leader"))) as leader:
+            wanted = home + [0.4, 0.0, 0.0, -0.1, 0.3]
+            leads.hold({**dict(enumerate(wanted.tolist(), 1)), 6: 1.7})
+            leader.lead(driver, 1.0)
+            # It comes slowly at first.
+            assert 0.1 < arm.state().q[0] - home[0] < 0.3
+            leader.lead(driver, 2.5)
+            driver.wait(0.5)
+            assert arm.state().q == pytest.approx(wanted, abs=0.05)
+            assert driver.hands["hand"].state().closed < 0.1
+            leads.inject("silent", 3, 1)
+            with pytest.raises(FaultError, match="does not answer; the robot holds"):
+                leader.lead(driver, 1.0)
+            assert not driver.fault and arm.state().q == pytest.approx(wanted, abs=0.05)
 
 
 @by_the_clock
@@ -823,12 +851,12 @@ def lead_along(plant: Plant, rows: list[dict[int, float]]) -> None:
 def test_an_arm_that_nobody_can_lead_is_told(plant: Plant, so101: Path) -> None:
     with closing(ManipulationEnv("pick_cube_franka", robot=so101, action="joint")) as env:
         with pytest.raises(InputError, match=r"the torque is on, .* call `python -m"):
-            Leader(env.controller, **led(plant.folder))
+            Leader(env.controller.spec, **led(plant.folder))
         with pytest.raises(InputError, match="none is given"):
-            Leader(env.controller, port=f"{plant.folder}/bus", calibration=None)
+            Leader(env.controller.spec, port=f"{plant.folder}/bus", calibration=None)
         plant.inject("silent", 2, 1)
         with pytest.raises(InputError, match=r"shoulder_lift \(servo 2\): no answer"):
-            Leader(env.controller, **led(plant.folder))
+            Leader(env.controller.spec, **led(plant.folder))
 
 
 @by_the_clock

@@ -8,6 +8,7 @@ import numpy as np
 
 from robosandbox.driver import Driver
 from robosandbox.driver.clamps import TOLERANCES, braking_rows
+from robosandbox.driver.joint_steps import JointSteps
 from robosandbox.errors import InputError, SkillError
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -63,9 +64,7 @@ class Controller:
             raise InputError(f"control_hz: {rate:g} actions a second; give more than 0, to {most:g}, the control rate")
         self._tick = driver.control_timestep
         self._ticks_of_one = most / rate
-        # Seconds for which a joint keeps one speed.
         lasts = [self._tick * ticks for number in range(1, _COUNTED) for ticks in self._pieces(number)]
-        self._shortest, self._longest = min(lasts), max(lasts)
         self._actions = 0
         self._arm = driver.arms[arm]
         self._hands = [hand for hand in driver.hands.values() if hand.arm == arm]
@@ -77,14 +76,11 @@ class Controller:
         self._ahead = world.lookahead(arm)
         self._low = np.where(np.isfinite(robot.lower), robot.lower, -_FULL_TURN)
         self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
-        self._q: Array = robot.home_q.copy()
-        self._velocity: Array = np.zeros(robot.n)
+        self._steps = JointSteps(robot, lasts)
         self._closed, self._opens = 0.0, False
         gripper = robot.gripper
         limited = gripper is not None and driver.capabilities.grip_limit
         self._strength = float(gripper.force_limits.sum()) if gripper is not None and limited else np.inf
-        # Seconds for which it has kept that speed.
-        self._lasted: float = np.inf
         self._position: Array = np.zeros(3)
         self._rotation: Array = np.eye(3)
         self.reset()
@@ -107,7 +103,7 @@ class Controller:
     @property
     def commanded(self) -> tuple[Array, float]:
         """Configuration (n,) that the arm was sent to last, and how far its gripper is to be closed, 0 to 1; 0 without one."""
-        return self._q.copy(), self._closed
+        return self._steps.q.copy(), self._closed
 
     def reset(self) -> None:
         """Begin where the arm stands."""
@@ -120,10 +116,9 @@ class Controller:
 
     def _begin_here(self) -> None:
         """Take where the arm stands for where it was sent."""
-        self._q = self._arm.state().q.copy()
+        self._steps.begin(self._arm.state().q)
         self._closed = min(max(self._hands[0].state().closed, 0.0), 1.0) if self._hands else 0.0
-        self._velocity, self._lasted = np.zeros(len(self._q)), np.inf
-        self._position, self._rotation = self._solver.forward(self._q)
+        self._position, self._rotation = self._solver.forward(self._steps.q)
 
     def apply(self, action: Array) -> None:
         """Let the period of one action pass with it, shape (size,), each component in -1..1.
@@ -148,10 +143,10 @@ class Controller:
         try:
             for ticks in pieces:
                 lasts = ticks * self._tick
-                start, self._q = self._q, self._step_towards(goal, lasts, left)
+                wanted, change = self._steps.wanted(goal, lasts, left)
                 left -= lasts
-                self._velocity = (self._q - start) / lasts
-                self._arm.follow(Trajectory(q=np.stack([start, self._q]), dt=lasts, goes_on=True))
+                way = self._steps.go(self._kept_out(wanted, change, lasts), lasts)
+                self._arm.follow(Trajectory(q=way, dt=lasts, goes_on=True))
         except SkillError:
             self._begin_here()
             raise
@@ -171,25 +166,6 @@ class Controller:
         steps = -(-ticks // max(1, round(TOLERANCES.window / self._tick)))
         return [ticks * (k + 1) // steps - ticks * k // steps for k in range(steps)]
 
-    def _step_towards(self, goal: Array, period: float, left: float) -> Array:
-        """Return the configuration after some seconds on the way to another, within the joints' limits, to be there after so many.
-
-        A joint changes its speed by what it can in that period, or in the one before if that was shorter, and is never quicker
-        than it can brake from before its goal.
-        """
-        robot = self._arm.spec
-        lasted, self._lasted = min(period, self._lasted), period
-        change, away = robot.acceleration_limits * lasted, np.clip(goal, robot.lower, robot.upper) - self._q
-        # The most at which whole periods of braking, this one included, end at the goal.
-        slower = robot.acceleration_limits * self._shortest
-        periods = np.abs(away) / (slower * self._longest)
-        whole = np.floor(0.5 * (np.sqrt(1.0 + 8.0 * periods) - 1.0))
-        braking = slower * (whole + (periods - 0.5 * whole * (whole + 1.0)) / (whole + 1.0))
-        wanted = np.sign(away) * np.minimum.reduce([np.abs(away) / left, braking, robot.velocity_limits])
-        velocity = self._kept_out(wanted, change, period)
-        found: Array = np.clip(self._q + velocity * period, robot.lower, robot.upper)
-        return found
-
     def _kept_out(self, wanted: Array, change: Array, period: float) -> Array:
         """Return the speed (n,) for some seconds, as near to what is wanted as the arm can still come to rest from before it presses.
 
@@ -198,10 +174,10 @@ class Controller:
             change: By how much it may change, likewise.
             period: Seconds.
         """
-        robot, least, most = self._arm.spec, self._velocity - change, self._velocity + change
+        robot, least, most = self._arm.spec, self._steps.velocity - change, self._steps.velocity + change
         fastest = robot.reach[1] * float(np.abs(wanted).sum())
         feeling = min(1.0, _FEELING / fastest) if fastest > 0.0 else 0.0
-        now = self._ahead.distances(self._q)
+        now = self._ahead.distances(self._steps.q)
         # What is no nearer than it is now but for a little is as near.
         others, own = (max(off - 0.5 * _FEELING * period, min(off, -_DEEPEST)) for off in (now.others, now.own))
         for share in (*_SHARES, feeling):
@@ -219,10 +195,10 @@ class Controller:
     def _until_rest(self, velocity: Array, period: float) -> Array:
         """Return configurations (k, n) on the way of an arm that keeps a speed (n,) for some seconds and then brakes, `_APART` apart."""
         robot = self._arm.spec
-        keeps = self._q + velocity * np.arange(self._tick, period + 0.5 * self._tick, self._tick)[:, None]
+        keeps = self._steps.q + velocity * np.arange(self._tick, period + 0.5 * self._tick, self._tick)[:, None]
         rows = np.vstack([keeps, braking_rows(robot, keeps[-1], velocity, self._tick)])
         rows = np.clip(rows, robot.lower, robot.upper)
-        gone = np.cumsum(robot.reach[1] * np.abs(np.diff(rows, axis=0, prepend=self._q[None])).sum(axis=1))
+        gone = np.cumsum(robot.reach[1] * np.abs(np.diff(rows, axis=0, prepend=self._steps.q[None])).sum(axis=1))
         numbers = np.unique((gone / _APART).astype(int), return_index=True)[1]
         found: Array = np.vstack([rows[numbers], rows[-1:]])
         return found
@@ -248,7 +224,7 @@ class Controller:
         asked = self._position + action[:3] * _METRES_PER_SECOND * self._period
         self._position = here + np.clip(asked - here, -_LEAD_METRES, _LEAD_METRES)
         self._rotation = matrix_from_rotation_vector(action[3:6] * _RADIANS_PER_SECOND * self._period) @ self._rotation
-        found = self._solver.descend(self._position, self._rotation, self._q)
+        found = self._solver.descend(self._position, self._rotation, self._steps.q)
         if not found.solved:
             # What cannot be reached is not aimed at any further.
             self._position, self._rotation = self._solver.forward(found.q)

@@ -1,14 +1,16 @@
-"""An arm of serial bus servos that somebody leads by hand, as a policy: the robot goes where it stands."""
+"""An arm of serial bus servos that somebody leads by hand: a robot goes where it stands, by a policy or by its driver."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
+from robosandbox.driver import Driver
+from robosandbox.driver.joint_steps import JointSteps
 from robosandbox.drivers.feetech.bus import Bus, BusError
 from robosandbox.drivers.feetech.calibration import (
     NO_CALIBRATION,
@@ -20,20 +22,21 @@ from robosandbox.drivers.feetech.calibration import (
 )
 from robosandbox.drivers.feetech.servos import STS, ServoFamily
 from robosandbox.errors import FaultError, InputError, Phase
-from robosandbox.types import Array
+from robosandbox.types import Array, Trajectory
 from robosandbox.types.robot import RobotSpec
 
 # Seconds without an answer of a servo after which it leads nothing.
 _SILENT = 0.1
+# Seconds of a step of an arm that is led: half of what a hand's motion is looked at in (some 20 Hz).
+_STEP = 0.02
+# Speed at which an arm comes to where its leader stands, rad/s or m/s, and how near, rad or m, it is there.
+_COMING, _THERE = 0.25, 0.05
+# Share of its way that the handle of a leader's gripper is moved before the gripper is sent: an encoder's noise is less.
+_HANDLE = 0.005
 
 
 class Leads(Protocol):
-    """What the leader leads: the controller of an environment whose actions are joints."""
-
-    @property
-    def spec(self) -> RobotSpec:
-        """The robot."""
-        ...
+    """What a leader leads as a policy: the controller of an environment whose actions are joints."""
 
     @property
     def period(self) -> float:
@@ -46,12 +49,12 @@ class Leads(Protocol):
 
 
 class Leader:
-    """Joints of an arm that somebody leads, told once an action, at the pace of the clock on the wall.
+    """Joints of an arm that somebody leads, its torque off.
 
     It has the joints of the robot that it leads, as an SO-101 leader has those of an SO-101; its gripper's range is that of the robot's.
 
     Args:
-        leads: The controller of what it leads (`env.controller`).
+        spec: The robot that it leads.
         port: Device of its bus, as /dev/ttyACM1.
         calibration: File of LeRobot's, or of `python -m robosandbox.drivers.feetech range`.
         baud: Bits a second.
@@ -62,14 +65,13 @@ class Leader:
     """
 
     def __init__(
-        self, leads: Leads, *, port: str, calibration: Path | None, baud: int = 1_000_000, family: ServoFamily = STS
+        self, spec: RobotSpec, *, port: str, calibration: Path | None, baud: int = 1_000_000, family: ServoFamily = STS
     ) -> None:
         if calibration is None:
             raise InputError(NO_CALIBRATION)
-        self._leads, self._family = leads, family
-        self._joints, self._handle = _joints_of(leads.spec, calibration, family.counts)
+        self._spec, self._family = spec, family
+        self._joints, self._handle = _joints_of(spec, calibration, family.counts)
         self._counts: dict[int, int] = {}
-        self._next = 0.0
         try:
             self._bus = Bus(port, baud, family)
         except BusError as error:
@@ -80,19 +82,63 @@ class Leader:
             self._bus.close()
             raise
 
-    def __call__(self, observation: Mapping[str, Any]) -> Array:
-        """Return the action that asks for where it stands now, when it is due.
+    def policy(self, leads: Leads) -> Callable[[Mapping[str, Any]], Array]:
+        """Return a policy of an environment of joint actions, as `--policy` takes it: it asks for where the leader stands, at the wall's pace.
+
+        Args:
+            leads: The environment's controller.
+        """
+        due = 0.0
+
+        def act(observation: Mapping[str, Any]) -> Array:
+            nonlocal due
+            del observation
+            now = time.monotonic()
+            # What is late is not made up for.
+            due = max(due + leads.period, now) if due else now
+            time.sleep(due - now)
+            q, closed = self.read()
+            return leads.joint_action(q, closed)
+
+        return act
+
+    def lead(self, driver: Driver, seconds: float, arm_name: str | None = None) -> None:
+        """Have an arm go where the leader stands, for some seconds by the driver's clock; slowly until it is there for the first time.
+
+        Args:
+            driver: Of the arm, within whose limits all commands stay.
+            seconds: How long.
+            arm_name: The arm; needless where there is one.
 
         Raises:
-            FaultError: A servo does not answer, or the port is gone.
+            FaultError: A servo of the leader does not answer; the arm holds.
+            SkillError: A limit was passed; the arm holds.
         """
-        del observation
-        now = time.monotonic()
-        # What is late is not made up for.
-        self._next = max(self._next + self._leads.period, now) if self._next else now
-        time.sleep(self._next - now)
-        q, closed = self.read()
-        return self._leads.joint_action(q, closed)
+        arm = driver.arms[arm_name or next(iter(driver.arms))]
+        hands = [hand for hand in driver.hands.values() if hand.arm == arm.name]
+        ticks = max(1, round(_STEP / driver.control_timestep))
+        period = ticks * driver.control_timestep
+        steps, comes, pressed = JointSteps(arm.spec, (period,)), True, -1.0
+        steps.begin(arm.state().q)
+        end, due = driver.time + seconds, time.monotonic()
+        try:
+            while driver.time < end:
+                q, closed = self.read()
+                wanted, change = steps.wanted(q, period, period)
+                if comes:
+                    comes = bool(np.abs(np.clip(q, arm.spec.lower, arm.spec.upper) - steps.q).max() > _THERE)
+                    wanted = np.clip(wanted, -_COMING, _COMING)
+                velocity = np.clip(wanted, steps.velocity - change, steps.velocity + change)
+                arm.follow(Trajectory(q=steps.go(velocity, period), dt=period, goes_on=True))
+                if abs(closed - pressed) > _HANDLE:
+                    for hand in hands:
+                        hand.set_gripper(closed)
+                    pressed = closed
+                if driver.capabilities.clock == "simulated":
+                    due = max(due + period, time.monotonic())
+                    time.sleep(due - time.monotonic())
+        finally:
+            arm.stop()
 
     def read(self) -> tuple[Array, float]:
         """Return its joints (n,), rad, and how far its gripper is closed, 0 to 1; 0 without one.
@@ -120,7 +166,7 @@ class Leader:
         self._bus.close()
 
     def _closed(self, handle: ServoJoint) -> float:
-        gripper = self._leads.spec.gripper
+        gripper = self._spec.gripper
         assert gripper is not None
         servo = handle.calibration
         share = (self._counts[handle.id] - servo.range_min) / (servo.range_max - servo.range_min)
