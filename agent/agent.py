@@ -288,10 +288,12 @@ class Agent(Generic[WorldT]):
         begun = len(told.steps)
         if last is None or last.failure is None or course.goes_on:
             # Who decides call by call has asked for each of them; the ways around one failure are not asked for after the next.
-            told.asked = answer.steps
+            told.asked = told.left = answer.steps
+        else:
+            told.left = [call for call in (last.failure.failed, *last.failure.remaining) if call in told.asked]
         try:
             with self._at(answer.tempo):
-                failure = self._execute(answer, calls, told.steps, monitor, told.asked, ends=not course.goes_on)
+                failure = self._execute(answer, calls, told.steps, monitor, told.left, ends=not course.goes_on)
         except SkillError as error:
             # The tempo could not be set, and nothing was done.
             failure = Attempt(completed=(), failed=answer.steps[0], error=error.failure, remaining=answer.steps[1:])
@@ -390,8 +392,9 @@ class Agent(Generic[WorldT]):
         """Run the plan's calls, adding those that succeed to `steps`; return the first failure.
 
         What earlier calls brought about is looked at again on the way: where it was undone meanwhile, that call has failed.
-        Other calls than those `asked` for are ways around a failure. `ends` tells whether nothing follows the plan.
+        Other calls than those `asked` for, each as often, are ways around a failure. `ends` tells whether nothing follows the plan.
         """
+        still = list(asked)
         for index, call in enumerate(plan.steps):
             try:
                 bound = calls[index] if calls else self._bound(call)
@@ -401,12 +404,14 @@ class Agent(Generic[WorldT]):
                     completed=plan.steps[:index], failed=call, error=error.failure, remaining=plan.steps[index + 1 :]
                 )
             steps.append(Step(call=call, result=result))
-            monitor.add(call, bound.contract, is_detour=call not in asked)
+            monitor.add(call, bound.contract, is_detour=call not in still)
+            if call in still:
+                still.remove(call)
             left = plan.steps[index + 1 :]
             undone = self._undone(monitor, at_the_end=ends and not left)
             if undone is not None:
                 # A way around an earlier failure was for how things stood then.
-                return replace(undone, remaining=(*undone.remaining, *(later for later in left if later in asked)))
+                return replace(undone, remaining=(*undone.remaining, *(later for later in left if later in still)))
         return None
 
     def _undone(self, monitor: Monitor, *, at_the_end: bool) -> Attempt | None:

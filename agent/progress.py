@@ -17,6 +17,8 @@ class Progress:
 
     Attributes:
         asked: The calls of the plan that is being carried out, without the ways around failures that came into it.
+        left: Those of them that are still to be made, or to be made again: one that was made may come once more as a way around a failure,
+            as picking up what already lies in the bin.
     """
 
     steps: list[Step] = field(default_factory=list)
@@ -24,6 +26,7 @@ class Progress:
     consulted: list[Consulted] = field(default_factory=list)
     plan: Plan | None = None
     asked: Sequence[SkillCall] = ()
+    left: Sequence[SkillCall] = ()
     refusal: Refusal | None = None
     replans: int = 0
     claim: str = ""

@@ -27,11 +27,22 @@ from robosandbox.errors import (
 from robosandbox.skills.base import Skill
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.push import PushError
-from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
+from robosandbox.types import (
+    ObservedScene,
+    Plan,
+    Pose,
+    Refusal,
+    RefusalCode,
+    Scene,
+    SceneObject,
+    SkillCall,
+    SkillResult,
+)
 from robosandbox.workcell.session import open_session
-from robosandbox.world.contracts import Contract
+from robosandbox.world.contracts import Contract, find
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.monitor import Monitor
+from robosandbox.world.predicate import View
 
 
 class ClockArm:
@@ -344,3 +355,18 @@ def test_what_a_way_around_a_failure_took_out_again_is_owed_at_the_end(is_detour
     undone = monitor.undone(lambda: outside, at_the_end=True)
     assert (undone.failed if undone else None) == (put if is_detour else None)
     assert monitor.undone(lambda: outside, at_the_end=True) is None
+
+
+def test_what_was_asked_for_and_taken_out_again_to_make_room_is_not_claimed() -> None:
+    """The call that takes it out is one that the order has as well: it was claimed that both are in."""
+    where = Pose(xyz=(0.15, 0.2, 0.07)), Pose(xyz=(0.1, -0.15, 0.0805)), Pose(xyz=(0.2, -0.05, 0.0805))
+    bin_ = SceneObject(id="white_bin", kind="bin", size=(0.035, 0.035, 0.03), pose=where[0])
+    blocks = [
+        SceneObject(id=name, kind="box", size=(0.015, 0.015, 0.04), pose=pose, mass=0.05)
+        for name, pose in (("red_block", where[1]), ("blue_block", where[2]))
+    ]
+    with open_session(task=Scene(objects=(bin_, *blocks))) as session:
+        ep = session.run("put the red block and the blue block in the bin")
+        scene = session.observe()
+        both = all(find(fact("inside", block.id, "white_bin"), View.of(scene)).holds for block in blocks)
+    assert not both and not ep.success, ep.final_detail
