@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -123,7 +124,7 @@ def _fitted(views: Sequence[BoardView], ways: Sequence[Pose], lens: Intrinsics) 
     seen = []
     for view in views:
         _, turn, shift = cv2.solvePnP(view.board, view.pixels, matrix, bend, flags=cv2.SOLVEPNP_IPPE)
-        seen.append(Pose.from_matrix(shift.reshape(3), cv2.Rodrigues(turn)[0]))
+        seen.append(Pose.from_matrix(np.asarray(shift, dtype=np.float64).reshape(3), _rotation(turn)))
     back = [way.inverse() for way in ways]
     camera = _by_differences(back, seen)
     board = back[0] @ camera @ seen[0]
@@ -154,11 +155,16 @@ def _by_differences(hands: Sequence[Pose], boards: Sequence[Pose]) -> Pose:
     rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
     rows = np.concatenate([a.rotation - np.eye(3) for a, _ in pairs])
     wanted = np.concatenate([rotation @ b.position - a.position for a, b in pairs])
-    return Pose.from_matrix(np.linalg.lstsq(rows, wanted, rcond=None)[0], rotation)
+    shift: Array = np.linalg.lstsq(rows, wanted, rcond=None)[0].astype(np.float64)
+    return Pose.from_matrix(shift, rotation)
+
+
+def _rotation(turn: Any) -> Array:
+    return np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
 
 
 def _numbers(pose: Pose) -> Array:
-    return np.concatenate([cv2.Rodrigues(pose.rotation)[0].reshape(3), pose.position])
+    return np.asarray(np.concatenate([cv2.Rodrigues(pose.rotation)[0].reshape(3), pose.position]), dtype=np.float64)
 
 
 def _pose(numbers: Array) -> Pose:

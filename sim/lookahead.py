@@ -48,6 +48,7 @@ class Lookahead:
 
     def __init__(self, world: World, live: mujoco.MjData, arm: str) -> None:
         self._live, self._qpos = live, world.robots[arm].qpos_indices
+        self._gripper = world.robots[arm].gripper
         self._model = copy.copy(world.model)
         self._model.geom_margin[:] = FAR
         self._scratch = mujoco.MjData(self._model)
@@ -64,11 +65,15 @@ class Lookahead:
         self._box_pairs = self._collide(self._boxes[:, None], self._fixed_boxes)
         self._box_sizes = world.model.geom_rbound[self._boxes, None] + world.model.geom_rbound[self._fixed_boxes]
 
-    def distances(self, q: Array) -> Near:
-        """Return how near the arm would be to things at `q` (n,)."""
+    def distances(self, q: Array, closed: float | None = None) -> Near:
+        """Return how near the arm would be to things at `q` (n,), its gripper closed from 0 to 1, or as it is now where that is left out."""
         model, live, scratch = self._model, self._live, self._scratch
         scratch.qpos[:] = live.qpos
         scratch.qpos[self._qpos] = q
+        if closed is not None and self._gripper is not None:
+            ends = self._gripper.geometry.open_joint, self._gripper.geometry.closed_joint
+            joint = ends[0] + closed * (ends[1] - ends[0])
+            scratch.qpos[self._gripper.joint_indices] = self._gripper.joints_at(joint)
         mujoco.mj_kinematics(model, scratch)
         moved = set[int]()
         for body, by, _ in self._met(live):

@@ -114,3 +114,23 @@ def test_the_distance_of_a_finger_to_an_edge_is_told_before_it_is_there() -> Non
                 near += 1
                 assert ahead.distances(found.q).others < least + 1e-6
         assert near > 30
+
+
+def test_fingers_of_a_leaning_hand_that_close_onto_the_table_do_not_press_it() -> None:
+    """Commands of seed 24 closed them onto it with 59 N, from 7 mm over it."""
+    with contextlib.closing(ManipulationEnv("pick_cube_franka", action="ee")) as env:
+        env.reset(seed=24)
+        draws, most = np.random.default_rng(24), 0.0
+        action = draws.uniform(-1.0, 1.0, env.action_space.shape)
+
+        def feel() -> None:
+            nonlocal most
+            most = max(most, env.session.driver.senses.strongest_contact("arm")[0])
+
+        env.session.driver.subscribe(feel)
+        for step in range(300):
+            if step % 10 == 0:
+                action = draws.uniform(-1.0, 1.0, env.action_space.shape)
+            *_, info = env.step(action.astype(np.float32))
+            assert "stopped" not in info, info
+        assert 0.0 < most < 20.0

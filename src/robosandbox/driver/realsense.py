@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -42,10 +43,9 @@ class OpenRealsense:
 
     def __init__(self, name: str, webcam: Webcam, device: Any = None) -> None:
         try:
-            import pyrealsense2
+            self._library: Any = import_module("pyrealsense2")
         except ImportError as error:
             raise missing_extra(error, f"webcams: {name}: {REALSENSE}", "realsense") from None
-        self._library: Any = pyrealsense2
         self._name, self._webcam, self._given = name, webcam, device
         self._sensors: list[Any] = []
         self.lens: Intrinsics

@@ -32,8 +32,9 @@ _CLEAR, _TRAILING, _FEELING, _DEEPEST = 0.003, 0.01, 0.01, 0.001
 _SHOVING = 0.25
 # Metres that no point of an arm goes farther between two places at which is looked.
 _APART = 0.02
-# Share of what its motors can give with which a gripper opens: what its fingers meet is not pressed on then.
-_OPENING = 0.25
+# Share of what its motors can give with which a gripper opens, or closes onto what stands there: that is not pressed on then. And
+# places on the fingers' way at which is looked for it.
+_OPENING, _LOOKS = 0.25, 4
 # Actions whose ticks are counted: of a rate that does not divide that of control they differ by one.
 _COUNTED = 101
 # Shares of what is asked for that are tried before it brakes.
@@ -152,13 +153,20 @@ class Controller:
             raise
 
     def _move_fingers(self, action: Array) -> None:
-        """Send the fingers to where an action has them: as hard as they can where they close, and lightly where they open."""
+        """Send the fingers to where an action has them: as hard as they can where they close, and lightly where they may meet something."""
         for hand in self._hands:
             before, self._closed = self._closed, 0.5 * (float(action[-1]) + 1.0)
             if self._closed != before:
                 self._opens = self._closed < before
-            light = _OPENING * self._strength if self._opens and np.isfinite(self._strength) else None
-            hand.set_gripper(self._closed, light)
+            may_meet = np.isfinite(self._strength) and (self._opens or self._comes_nearer(hand.state().closed))
+            hand.set_gripper(self._closed, _OPENING * self._strength if may_meet else None)
+
+    def _comes_nearer(self, closed: float) -> bool:
+        """Tell whether a finger comes up to what does not give way on its way from where it is closed to, as those of a leaning hand do."""
+        now = self._ahead.distances(self._steps.q).others
+        way = np.linspace(np.clip(closed, 0.0, 1.0), self._closed, _LOOKS + 1)[1:]
+        nearest = min(self._ahead.distances(self._steps.q, float(at)).others for at in way)
+        return nearest < min(_CLEAR, now - _DEEPEST)
 
     def _pieces(self, number: int) -> list[int]:
         """Return the control ticks for which joints keep one speed in an action, counted from 1: no more than the clamps look at."""
