@@ -26,11 +26,13 @@ class Near:
     Attributes:
         others: To what does not give way, by itself or by what it takes along.
         own: To itself.
+        bare: As `others`, without what it takes along.
         comes_upon: Whether it is where something is that gives way, and that it does not touch yet.
     """
 
     others: float
     own: float
+    bare: float
     comes_upon: bool
 
 
@@ -90,8 +92,7 @@ class Lookahead:
                 scratch.qpos[address : address + 3] += way
             mujoco.mj_kinematics(model, scratch)
             mujoco.mj_collision(model, scratch)
-        others, own = self._nearest({*moved, *shoved})
-        return Near(others, own, bool(shoved))
+        return Near(*self._nearest({*moved, *shoved}), comes_upon=bool(shoved))
 
     def _met(self, data: mujoco.MjData) -> Iterator[tuple[int, int, Array]]:
         """Yield free bodies that the arm touches in a state, its body that does, and the way (3,) on which they come out of that."""
@@ -114,21 +115,22 @@ class Lookahead:
         scratch.qpos[address : address + 3] = scratch.xpos[by] + turn @ (live.xpos[body] - live.xpos[by])
         scratch.qpos[address + 3 : address + 7] = turned
 
-    def _nearest(self, taken_along: set[int]) -> tuple[float, float]:
+    def _nearest(self, taken_along: set[int]) -> tuple[float, float, float]:
+        """Return the first three of `Near`."""
         data = self._scratch
         geoms, dist = data.contact.geom[: data.ncon], data.contact.dist[: data.ncon]
         is_arm, free = self._is_arm[geoms], self._free[geoms]
         stays = ~is_arm & (free < 0)
         own = float(dist[is_arm.all(axis=1)].min(initial=FAR))
         others = float(dist[is_arm.any(axis=1) & stays.any(axis=1)].min(initial=FAR))
-        others = self._from_boxes(self._is_arm, others)
+        others = bare = self._from_boxes(self._is_arm, others)
         for body in taken_along:
             then = float(dist[(free == body).any(axis=1) & stays.any(axis=1)].min(initial=FAR))
             then = self._from_boxes(self._free == body, then)
             now = self._rests(body)
             # What rests on something is not near it until it is pressed there.
             others = min(others, then if now > 0.0 else FAR if then >= now - _RESTING else then - now)
-        return others, own
+        return others, own, bare
 
     def _from_boxes(self, ours: NDArray[np.bool_], least: float) -> float:
         """Return the least distance of boxes among some geoms to boxes that do not give way, metres; `least` where none is nearer.

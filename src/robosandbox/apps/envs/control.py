@@ -163,9 +163,9 @@ class Controller:
 
     def _comes_nearer(self, closed: float) -> bool:
         """Tell whether a finger comes up to what does not give way on its way from where it is closed to, as those of a leaning hand do."""
-        now = self._ahead.distances(self._steps.q).others
+        now = self._ahead.distances(self._steps.q).bare
         way = np.linspace(np.clip(closed, 0.0, 1.0), self._closed, _LOOKS + 1)[1:]
-        nearest = min(self._ahead.distances(self._steps.q, float(at)).others for at in way)
+        nearest = min(self._ahead.distances(self._steps.q, float(at)).bare for at in way)
         return nearest < min(_CLEAR, now - _DEEPEST)
 
     def _pieces(self, number: int) -> list[int]:
