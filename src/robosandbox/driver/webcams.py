@@ -156,14 +156,16 @@ class Webcams(BareSenses):
         self._wall_clock = driver
         cameras = {}
         webcams = load_yaml_model(path, WebcamFile).webcams
-        self._open: dict[str, OpenWebcam | OpenRealsense] = {}
         for name, webcam in webcams.items():
-            self._open[name] = opened = open_camera(path, name, webcam)
             if webcam.pose is None:
                 raise InputError(
                     f"{path}: webcams.{name}.pose is missing; lay the board on the table and run "
                     f"`robo-sandbox calibrate --webcams {path}`"
                 )
+        self._open: dict[str, OpenWebcam | OpenRealsense] = {}
+        for name, webcam in webcams.items():
+            assert webcam.pose is not None
+            self._open[name] = opened = open_camera(path, name, webcam)
             cameras[name] = CameraSpec(intrinsics=opened.lens, pose=webcam.pose, arm=webcam.arm)
         self.cameras: Mapping[str, CameraSpec] = cameras
 
