@@ -1,4 +1,4 @@
-"""Where a camera rides on a hand, or stands beside an arm, from pictures of a board of tags and from how the hand stood in each."""
+"""Place of a camera on a hand, or beside an arm, from pictures of a board of tags and from how the hand stood in each."""
 
 from __future__ import annotations
 

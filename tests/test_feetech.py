@@ -806,7 +806,7 @@ def test_a_cube_is_picked_by_leading_an_arm(so101: Path, tmp_path: Path, monkeyp
         plant.hold(rows[0])
         leads = threading.Thread(target=lead_along, args=(Plant(tmp_path), rows))
         leads.start()
-        options = ("--action", "joint", "--max-steps", str(len(rows) + 200), "--record", "runs")
+        options = ("--action", "joint", "--max-steps", str(2 * len(rows) + 200), "--record", "runs")
         done = cli("run", "--task", "pick_cube_franka", "--robot", str(so101), "--policy", "my_leader:lead", *options)
         leads.join()
     assert done.returncode == 0, done.stdout + done.stderr
@@ -815,9 +815,10 @@ def test_a_cube_is_picked_by_leading_an_arm(so101: Path, tmp_path: Path, monkeyp
 
 
 def python_of_the_page(folder: Path) -> str:
-    """Return the page's file of a leader, with the emulated bus for its port."""
+    """Return the page's file of a leader, with the emulated bus for its port, which tells when it leads."""
     (code,) = re.findall(r"^```python\n(.*?)^```$", (ROOT / "docs" / "so101.md").read_text(), re.MULTILINE | re.DOTALL)
-    return code.replace("/dev/ttyACM1", f"{folder}/bus").replace("my_leader.json", "calibration.json")
+    code = code.replace("/dev/ttyACM1", f"{folder}/bus").replace("my_leader.json", "calibration.json")
+    return f"{code}\n_led = lead\n\n\ndef lead(env):\n    policy = _led(env)\n    Path('leading').touch()\n    return policy\n"
 
 
 def joints_of_a_pick(so101: Path) -> list[dict[int, float]]:
@@ -842,7 +843,9 @@ def joints_of_a_pick(so101: Path) -> list[dict[int, float]]:
 
 def lead_along(plant: Plant, rows: list[dict[int, float]]) -> None:
     """Lead the arm through rows, a twentieth of a second each, once somebody reads it, at half that pace."""
-    time.sleep(8.0)
+    end = time.monotonic() + 60.0
+    while not (plant.folder / "leading").exists() and time.monotonic() < end:
+        time.sleep(0.1)
     for row in rows:
         plant.hold(row)
         time.sleep(0.1)

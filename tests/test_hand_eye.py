@@ -1,4 +1,4 @@
-"""Where a camera rides on a hand, or stands beside an arm: from rendered pictures of the board, and from how the hand stood."""
+"""Place of a camera on a hand, or beside an arm: from rendered pictures of the board, and from how the hand stood."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def test_depth_is_told_in_metres_where_the_colour_camera_sees_it(camera: Camera)
     assert opened.lens.fx == 600.0 and opened.lens.cx == WIDE / 2 and opened.lens.distortion == (0.0,) * 5
 
 
-def test_a_camera_that_went_is_told_and_comes_back() -> None:
+def test_a_camera_that_went_is_told() -> None:
     with Camera() as camera, closing(OpenRealsense("above", Webcam(source="realsense"), camera.device)) as opened:
         opened.frame()
         camera.unplug()

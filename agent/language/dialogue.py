@@ -74,8 +74,10 @@ class Dialogue:
         # "Which way should it go?" - "to the left": the answer completes the sentence, unless it would be done as well by itself.
         completed, discourse = f"{question.rstrip(' .!?')} {prompt}", deepcopy(self._discourse)
         result = interpret(completed, scene, self._skills, discourse, chosen)
+        if isinstance(result, Refusal):
+            return None
         own = interpret(prompt, scene, self._skills, deepcopy(self._discourse))
-        if isinstance(result, Refusal) or (isinstance(own, Draft) and any(call in result.calls for call in own.calls)):
+        if isinstance(own, Draft) and any(call in result.calls for call in own.calls):
             return None
         self._discourse = discourse
         self._open = None

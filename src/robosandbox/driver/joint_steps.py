@@ -11,7 +11,7 @@ from robosandbox.types.robot import RobotSpec
 
 
 class JointSteps:
-    """Where an arm's joints were sent last, and at which speed they go on.
+    """An arm's joints as they were sent last, and go on from there.
 
     Args:
         spec: The robot.

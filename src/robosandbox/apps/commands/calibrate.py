@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -176,6 +176,18 @@ def _pictures(opened: OpenWebcam | OpenRealsense) -> list[NDArray[np.uint8]]:
     return pictures
 
 
+def _meanwhile(opened: OpenWebcam | OpenRealsense, seconds: float) -> Iterator[NDArray[np.uint8]]:
+    """Yield a camera's pictures for some seconds, or all that a file has."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            yield opened.picture()
+        except SensorError:
+            if opened.is_device:
+                raise
+            return
+
+
 def _measure_lens(path: Path, name: str, board: CalibrationBoard, output: Path, seconds: float, *, json: bool) -> int:
     """Write into a file of webcams the lens of one, as pictures of the board tell it that somebody holds before it."""
     from robosandbox.driver.webcam_file import Lens, WebcamFile, write_entries
@@ -186,18 +198,13 @@ def _measure_lens(path: Path, name: str, board: CalibrationBoard, output: Path, 
     webcam = file.webcams.get(name)
     if webcam is None:
         raise InputError(f"--lens: {path} has no webcam {name!r}; it has {', '.join(file.webcams)}")
-    views, end = LensViews(board), time.monotonic() + seconds
+    views = LensViews(board)
     with closing(OpenWebcam(name, webcam)) as opened:
-        while len(views) < MOST_VIEWS and time.monotonic() < end:
-            try:
-                picture = opened.picture()
-            except SensorError:
-                if opened.is_device:
-                    raise
-                # All the pictures that there are.
-                break
+        for picture in _meanwhile(opened, seconds):
             if views.take(picture, moves=opened.is_device) and opened.is_device:
                 print(f"{len(views)} of {MOST_VIEWS}: now hold the board otherwise", file=sys.stderr)
+            if len(views) == MOST_VIEWS:
+                break
     try:
         found = views.measure()
     except SensorError as error:
@@ -252,20 +259,15 @@ def _measure_hand(
     with closing(load_driver(driver_name, scene)) as driver, closing(open_camera(path, name, webcam)) as opened:
         (arm_name,) = driver.arms
         arm, lens = driver.arms[arm_name], opened.lens
-        end = time.monotonic() + seconds
-        while len(views) < MOST_VIEWS and time.monotonic() < end:
-            before = arm.state()
-            try:
-                picture = opened.picture()
-            except SensorError:
-                if opened.is_device:
-                    raise
-                # All the pictures that there are.
-                break
+        before = arm.state()
+        for picture in _meanwhile(opened, seconds):
             after = arm.state()
             stood = float(abs(after.q - before.q).max()) < _STOOD
             if stood and views.take(picture, after.tcp_pose, moves=opened.is_device):
                 print(f"{len(views)} of {MOST_VIEWS}: now lead the hand elsewhere", file=sys.stderr)
+            if len(views) == MOST_VIEWS:
+                break
+            before = after
     try:
         found = views.measure(lens)
     except SensorError as error:

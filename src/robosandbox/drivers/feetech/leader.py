@@ -36,7 +36,7 @@ _HANDLE = 0.005
 
 
 class Leads(Protocol):
-    """What a leader leads as a policy: the controller of an environment whose actions are joints."""
+    """The controller of an environment whose actions are joints, as a policy is led by a leader."""
 
     @property
     def period(self) -> float:
@@ -46,6 +46,19 @@ class Leads(Protocol):
     def joint_action(self, q: Array, closed: float = 0.0) -> Array:
         """Return the action that asks for joints (n,) and a gripper from 0, open, to 1."""
         ...
+
+
+class _Pace:
+    """The wall clock's pace of steps of some seconds; what is late is not made up for."""
+
+    def __init__(self, period: float) -> None:
+        self._period, self._due = period, 0.0
+
+    def wait(self) -> None:
+        """Return when the next step is due."""
+        now = time.monotonic()
+        self._due = max(self._due + self._period, now)
+        time.sleep(self._due - now)
 
 
 class Leader:
@@ -88,15 +101,11 @@ class Leader:
         Args:
             leads: The environment's controller.
         """
-        due = 0.0
+        pace = _Pace(leads.period)
 
         def act(observation: Mapping[str, Any]) -> Array:
-            nonlocal due
             del observation
-            now = time.monotonic()
-            # What is late is not made up for.
-            due = max(due + leads.period, now) if due else now
-            time.sleep(due - now)
+            pace.wait()
             q, closed = self.read()
             return leads.joint_action(q, closed)
 
@@ -120,9 +129,11 @@ class Leader:
         period = ticks * driver.control_timestep
         steps, comes, pressed = JointSteps(arm.spec, (period,)), True, -1.0
         steps.begin(arm.state().q)
-        end, due = driver.time + seconds, time.monotonic()
+        end, pace = driver.time + seconds, _Pace(period)
         try:
             while driver.time < end:
+                if driver.capabilities.clock == "simulated":
+                    pace.wait()
                 q, closed = self.read()
                 wanted, change = steps.wanted(q, period, period)
                 if comes:
@@ -134,9 +145,6 @@ class Leader:
                     for hand in hands:
                         hand.set_gripper(closed)
                     pressed = closed
-                if driver.capabilities.clock == "simulated":
-                    due = max(due + period, time.monotonic())
-                    time.sleep(due - time.monotonic())
         finally:
             arm.stop()
 
