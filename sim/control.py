@@ -95,11 +95,11 @@ class ControlledSimulation(Simulation):
         if force is not None and not force > 0.0:
             raise ValueError(f"force is {force}; give newtons above 0, or leave it out")
         gripper = self._loaded.grippers[hand]
-        goal, way = gripper.geometry.control(closed), gripper.geometry.control(1.0) - gripper.geometry.control(0.0)
+        goal = gripper.geometry.control(closed)
         self._live.ctrl[gripper.actuator_ids] = goal
         before = self._grips.pop(hand, None)
         if force is not None:
-            grip = before if before is not None and np.array_equal(before.goal, goal) else _Grip(goal, way)
+            grip = before if before is not None and np.array_equal(before.goal, goal) else _Grip(goal)
             self._grips[hand] = replace(grip, force=force / len(goal))
 
     def _tick(self, guards: Sequence[Guard] = ()) -> None:
@@ -118,7 +118,7 @@ class ControlledSimulation(Simulation):
         resting = -(bias[:, 0] + bias[:, 1] * data.actuator_length[ids]) / gain
         reach = grip.force / np.abs(gain)
         if len(ids) > 1:
-            grip, shift = grip.after(resting)
+            grip, shift = grip.after(resting, gripper.geometry.control(1.0) - gripper.geometry.control(0.0))
             resting = resting + np.clip(shift, -reach, reach)
         data.ctrl[ids] = np.clip(grip.goal, resting - reach, resting + reach)
         return grip
@@ -172,21 +172,21 @@ class _Grip:
 
     Attributes:
         goal: Where its actuators are sent, shape (actuators,).
-        way: From open to closed, shape (actuators,).
         force: What each of its servos may give, N or N m.
         nearest: How far off its goal it has been at the least, as a share of its way.
         aside: By how much its actuators are to be off that way, shape (actuators,); None before its first tick.
     """
 
     goal: Array
-    way: Array
     force: float = 0.0
     nearest: float = np.inf
     aside: Array | None = None
 
-    def after(self, now: Array) -> tuple[_Grip, Array]:
-        """Return the grip once its actuators are at `now`, and by how much they are to go aside from there; both (actuators,)."""
-        way = self.way
+    def after(self, now: Array, way: Array) -> tuple[_Grip, Array]:
+        """Return the grip once its actuators are at `now`, of those that go along `way`, and where they are to go from there.
+
+        All shapes (actuators,).
+        """
         size = float(way @ way)
         off = self.goal - now
         share = float(off @ way) / size
