@@ -91,13 +91,14 @@ def interpret(
         chosen: Answers to questions asked before: unclear words and the ids that they mean.
     """
     names, language = tuple(skills), language_of(prompt)
-    if language == ENGLISH and (endless := endlessly(prompt)) is not None:
+    in_parts = language == ENGLISH and len(prompt) <= _MOST_READ_IN_PARTS
+    if in_parts and (endless := endlessly(prompt)) is not None:
         words, rest, counted = endless
         if counted:
             return interpret(rest, scene, names, discourse, chosen)
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"“{words}”: how often? Say a number.")
     made = _interpreted(language, prompt, scene, names, discourse, chosen)
-    if isinstance(made, Draft) or language != ENGLISH or len(prompt) > _MOST_READ_IN_PARTS:
+    if isinstance(made, Draft) or not in_parts:
         return told_in(language, made) if isinstance(made, Refusal) else made
 
     def read_on(sentence: str) -> Draft | Refusal:
