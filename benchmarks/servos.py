@@ -61,6 +61,7 @@ FAULTS: Mapping[str, tuple[tuple[str, int, int], tuple[str, int, int]]] = {
     "power": (("power", 0, 0), ("power", 0, 1)),
     "held": (("held", 0, 1), ("held", 0, 0)),
     "camera gone": (("blind", 0, 1), ("blind", 0, 0)),
+    "camera moved": (("pushed", 0, 30), ("pushed", 0, 0)),
     "host stalls": (("stall", 0, 0), ("stall", 0, 0)),
 }
 

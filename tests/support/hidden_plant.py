@@ -25,7 +25,7 @@ from robosandbox.driver import BareSenses
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, with_robot
-from robosandbox.types import PictureWindow, RgbdFrame, Truth
+from robosandbox.types import Array, PictureWindow, Pose, RgbdFrame, Truth
 
 Address = str | tuple[str, int]
 
@@ -72,6 +72,7 @@ class PlantServer:
 
     def __init__(self, sim: PlantSim, address: Address) -> None:
         self.sim, self.blind = sim, False
+        self.pushed: Array = np.zeros(3)
         with contextlib.suppress(Exception):
             # The first picture takes a second.
             self.do_capture(next(iter(self.do_cameras())), None)
@@ -110,9 +111,22 @@ class PlantServer:
         if self.blind:
             return OSError(f"the camera {camera} is gone")
         try:
-            return self.sim.world.capture(camera, window)
+            frame = self.sim.world.capture(camera, window)
         except Exception as error:
             return error
+        if self.do_cameras()[camera].arm is not None:
+            return frame
+        told = frame.pose_camera_in_world
+        return replace(frame, pose_camera_in_world=Pose.from_matrix(told.position - self.pushed, told.rotation))
+
+    def do_push(self, metres: Sequence[float]) -> None:
+        """Have the cameras that stand still this far, (3,) in the world, from where they were calibrated, and tell their old poses."""
+        world, before = self.sim.world, self.pushed
+        self.pushed = np.array(metres)
+        for name, spec in world.camera_specs().items():
+            if spec.arm is None:
+                # MuJoCo places what is fixed to the world once, when its data is made.
+                self.sim.data.camera(world.camera_in_model(name)).xpos += self.pushed - before
 
     def do_speeds(self, since: float) -> list[tuple[float, float]]:
         """(seconds, largest speed of a joint) since a moment of the monotonic clock."""

@@ -449,6 +449,9 @@ class PlantProcess(hidden_plant.PlantServer):
             self.do_hold({each.id: self.sim.q(each.qpos) for each in self.servos.values()} if value else None)
         elif fault == "blind":
             self.blind = bool(value)
+        elif fault == "pushed":
+            # Somebody pushes the cameras aside, by so many millimetres along the table's edge.
+            self.do_push((0.0, value / 1000.0, 0.0))
         elif fault in ("silent", "frozen", "deaf"):
             setattr(servo, fault, bool(value))
         elif fault == "slip":
