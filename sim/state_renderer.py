@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.saved_state import put_state
+from robosandbox.sim.sensors import perfect_intrinsics
 from robosandbox.types import Array, Intrinsics, Pose
 
 # MuJoCo's cameras look along -z with y up.
@@ -50,9 +51,7 @@ class StateRenderer:
         number = model.camera(camera).id
         pose = Pose.from_matrix(data.cam_xpos[number], data.cam_xmat[number].reshape(3, 3) @ _OPTICAL)
         height, width = drawn.shape[:2]
-        focal = height / 2.0 / math.tan(math.radians(float(model.cam_fovy[number])) / 2.0)
-        lens = Intrinsics(width=width, height=height, fx=focal, fy=focal, cx=width / 2.0, cy=height / 2.0)
-        return drawn, lens, pose
+        return drawn, perfect_intrinsics((height, width), math.radians(float(model.cam_fovy[number]))), pose
 
     def close(self) -> None:
         """Free the OpenGL context."""

@@ -167,11 +167,13 @@ def test_a_timeout_that_is_none_is_an_invalid_argument_and_nothing_is_begun() ->
         perform = interfaces.kind("robosandbox_msgs/action/Perform").Goal
         before = host.embedded.driver.state().q
         for timeout in (-1.0, float("nan"), float("inf"), 1e9):
-            goal = Goal(perform(name="home", arguments="{}", timeout=timeout))
+            goal = Goal(perform(name="move_by", arguments='{"dz": -0.1}', timeout=timeout))
             result = graph.actions["~/perform"](goal)
             assert (goal.ended, result.success, result.code) == ("aborted", False, "invalid_argument"), timeout
             assert result.message.startswith(f"timeout is {timeout:g}; give simulated seconds above 0"), result.message
-        assert host.doing is None and (host.embedded.driver.state().q == before).all()
+        assert host.doing is None
+        # An arm that holds sags by some nanoradians.
+        assert host.embedded.driver.state().q == pytest.approx(before, abs=1e-4)
         goal = Goal(perform(name="open_gripper", arguments="{}", timeout=5.0))
         assert graph.actions["~/perform"](goal).success and goal.ended == "succeeded"
 

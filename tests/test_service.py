@@ -362,6 +362,8 @@ def test_reset_while_a_goal_runs_is_refused_as_busy(sim: SimProcess, robot: Remo
 def test_pictures_come_with_intrinsics_and_pose(robot: RemoteRobot) -> None:
     payload, about = robot.picture("scene")
     assert payload[:2] == b"\xff\xd8" and (about.intrinsics.width, about.intrinsics.height) == (640, 480)
+    # Pixels' centres are at whole numbers, as in what perception gets: the middle lies between two of them.
+    assert (about.intrinsics.cx, about.intrinsics.cy) == (319.5, 239.5)
     raw, about = robot.picture("top", depth=True)
     assert len(raw) == 4 * about.intrinsics.width * about.intrinsics.height
     with pytest.raises(InvalidMessageError, match="scene"):

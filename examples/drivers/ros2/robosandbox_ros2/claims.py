@@ -385,20 +385,35 @@ def no_command_of_a_fuzzer_reaches_the_plant_outside_the_limits(seconds: float =
     )
 
 
+def free_endpoint() -> str:
+    """Return an endpoint of this machine that nobody listens on."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{found.getsockname()[1]}"
+
+
 @contextmanager
-def served(*arguments: str) -> Iterator[Visitor]:
-    """Serve a workcell as a node in a process of its own, and visit it."""
-    command = [str(Path(sys.executable).with_name("robo-sandbox")), "ros2", *arguments]
-    process = subprocess.Popen(command)
-    visitor = Visitor()
+def node_process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Serve a workcell as a node in a process of its own."""
+    process = subprocess.Popen([str(Path(sys.executable).with_name("robo-sandbox")), "ros2", *arguments])
     try:
-        visitor.wait()
-        yield visitor
+        yield process
     finally:
-        visitor.close()
         process.terminate()
         ended = process.wait(20.0)
     assert ended == 0, f"the node ended with {ended}"
+
+
+@contextmanager
+def served(*arguments: str) -> Iterator[Visitor]:
+    """Serve a workcell as a node in a process of its own, and visit it."""
+    with node_process(*arguments):
+        visitor = Visitor()
+        try:
+            visitor.wait()
+            yield visitor
+        finally:
+            visitor.close()
 
 
 @claim
@@ -511,9 +526,7 @@ def a_bag_of_the_topics_is_read_back_by_another_reader() -> str:
 
 @claim
 def a_node_of_pyzeros_sees_and_is_answered_over_rmw_zenoh() -> str:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        router = f"tcp/127.0.0.1:{found.getsockname()[1]}"
+    router = free_endpoint()
     config = zenoh.Config()
     for key, value in {"mode": "router", "listen/endpoints": [router], "scouting/multicast/enabled": False}.items():
         config.insert_json5(key, json.dumps(value))
