@@ -858,7 +858,7 @@ def test_an_arm_that_nobody_can_lead_is_told(plant: Plant, so101: Path) -> None:
         with pytest.raises(InputError, match="none is given"):
             Leader(env.controller.spec, port=f"{plant.folder}/bus", calibration=None)
         plant.inject("silent", 2, 1)
-        with pytest.raises(InputError, match=r"shoulder_lift \(servo 2\): no answer"):
+        with pytest.raises(InputError, match=r"leader: .*shoulder_lift \(servo 2\) of 6 servos give no answer"):
             Leader(env.controller.spec, **led(plant.folder))
 
 

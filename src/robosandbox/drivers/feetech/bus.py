@@ -7,8 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import serial
 
+from robosandbox.drivers.feetech.calibration import ServoJoint
 from robosandbox.drivers.feetech.protocol import Reply
 from robosandbox.drivers.feetech.servos import Register, ServoFamily
+from robosandbox.errors import InputError
 
 # Seconds to wait for the replies to one request: an adapter that collects bytes for 16 ms, as FTDI's do, and the bytes of a
 # sync read of a dozen servos at 115200 baud (15 ms).
@@ -141,3 +143,24 @@ class Bus:
             self._serial.write(request)
         except OSError as error:
             raise BusError(f"{self.port} is gone: {error}") from None
+
+
+def check_calibrated(bus: Bus, joints: Sequence[ServoJoint]) -> None:
+    """See whether all servos answer, and keep the homing offsets that they were calibrated with.
+
+    Raises:
+        InputError: One does not; it says which.
+        BusError: The port is gone.
+    """
+    silent = [joint.said for joint in joints if not bus.ping(joint.id, expected=True)]
+    if silent:
+        raise InputError(
+            f"{bus.port}: {', '.join(silent)} of {len(joints)} servos give no answer: look after power, cables and ids"
+        )
+    for joint in joints:
+        offset, wanted = bus.read(joint.id, bus.family.offset), joint.calibration.homing_offset
+        if offset != wanted:
+            raise InputError(
+                f"{bus.port}: {joint.said} has the homing offset {offset}, and the calibration says {wanted}: it is another "
+                "arm's, or the servo was calibrated since; calibrate again"
+            )

@@ -57,7 +57,7 @@ from robosandbox.types import (
 from robosandbox.types.robot import GripperSpec, RobotSpec
 
 try:
-    from robosandbox.drivers.feetech.bus import Bus, BusError
+    from robosandbox.drivers.feetech.bus import Bus, BusError, check_calibrated
 except ImportError as error:
     raise missing_extra(error, "--driver feetech", "so101") from None
 
@@ -355,11 +355,7 @@ class SerialServos(WallClockDriver):
 
     def _check_servos(self) -> None:
         """See whether the servos are those of the calibration; raises InputError or BusError."""
-        silent = [joint.said for joint in self.joints if not self._bus.ping(joint.id, expected=True)]
-        if silent:
-            raise InputError(
-                f"{self.port}: {', '.join(silent)} of {len(self.joints)} servos give no answer: look after power, cables and ids"
-            )
+        check_calibrated(self._bus, self.joints)
         family = self.family
         for joint in self.joints:
             number, mode = self._bus.read(joint.id, family.model), self._bus.read(joint.id, family.mode)
@@ -376,12 +372,6 @@ class SerialServos(WallClockDriver):
             else:
                 self._full_load[joint.id] = max(1, self._bus.read(joint.id, family.most_current))
             self._limits_celsius[joint.id] = self._bus.read(joint.id, family.max_temperature)
-            offset, wanted = self._bus.read(joint.id, family.offset), joint.calibration.homing_offset
-            if offset != wanted:
-                raise InputError(
-                    f"{self.port}: {joint.said} has the homing offset {offset}, and the calibration says {wanted}: it is another "
-                    "arm's, or the servo was calibrated since; calibrate again"
-                )
 
     def _be_led(self) -> None:
         """Read every servo once, and have nothing command one."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from robosandbox.driver import Driver
 from robosandbox.driver.joint_steps import JointSteps
-from robosandbox.drivers.feetech.bus import Bus, BusError
+from robosandbox.drivers.feetech.bus import Bus, BusError, check_calibrated
 from robosandbox.drivers.feetech.calibration import (
     NO_CALIBRATION,
     ServoJoint,
@@ -183,22 +183,12 @@ class Leader:
         return 1.0 - share if is_low else share
 
     def _check(self) -> None:
-        bus, family, joints = self._bus, self._family, (*self._joints, *self._handle)
+        joints = (*self._joints, *self._handle)
         try:
-            silent = [joint.said for joint in joints if not bus.ping(joint.id, expected=True)]
-            if silent:
-                raise InputError(
-                    f"leader: {bus.port}: {', '.join(silent)}: no answer; look after power, cables and ids"
-                )
-            for joint in joints:
-                offset, wanted = bus.read(joint.id, family.offset), joint.calibration.homing_offset
-                if offset != wanted:
-                    raise InputError(
-                        f"leader: {joint.said} has the homing offset {offset}, and the calibration says {wanted}: it is another arm's"
-                    )
-            if any(bus.read(joint.id, family.torque) for joint in joints):
-                raise InputError(f"leader: {torque_is_on(bus.port)}")
-        except BusError as error:
+            check_calibrated(self._bus, joints)
+            if any(self._bus.read(joint.id, self._family.torque) for joint in joints):
+                raise InputError(torque_is_on(self._bus.port))
+        except (BusError, InputError) as error:
             raise InputError(f"leader: {error}") from None
 
 
