@@ -14,6 +14,7 @@ from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.attention import Attention
 from robosandbox.perception.calibration import Calibration
+from robosandbox.perception.camera_watch import CameraWatch
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.frame import Image, Mask, PointCloudFrame, TablePrior, check_frame, make_frame
@@ -78,6 +79,7 @@ class RgbdPerception:
         self._meshes = KnownMeshes(setup)
         self._hands: dict[str, HoldTracker] = {}
         self._attention = Attention(TablePrior(setup.scene.table_height))
+        self._watch = CameraWatch()
         self._stale = True
         self._complete = True
         self._episode = -1
@@ -156,6 +158,7 @@ class RgbdPerception:
         for name, hand in driver.hands.items():
             self._hands[name] = HoldTracker(hand.spec.geometry, float(hand.spec.force_limits.sum()))
         self._attention = Attention(TablePrior(self._setup.scene.table_height))
+        self._watch = CameraWatch()
         self._episode, self._stale = driver.episode, True
         return True
 
@@ -246,7 +249,14 @@ class RgbdPerception:
                 continue
             silhouette.place(rgbd.arms)
             robot, near = silhouette.masks(rgbd, carried)
-            sound[rgbd.camera], masks[rgbd.camera] = make_frame(rgbd, table, robot), (robot, near)
+            frame = make_frame(rgbd, table, robot)
+            if self._watch.has_moved(frame, robot, table):
+                notes.append(
+                    f"{rgbd.camera} has been moved since it was looked through first: what stands still is elsewhere in its picture; "
+                    "put it back, or calibrate it and begin anew"
+                )
+                continue
+            sound[rgbd.camera], masks[rgbd.camera] = frame, (robot, near)
         self.tags = []
         if self._tag_sizes:
             found = [
