@@ -13,8 +13,10 @@ from robosandbox.errors import (
     FaultError,
     GraspError,
     InvalidArgumentError,
+    LimitError,
     NotHoldingError,
     ObjectNotFoundError,
+    Phase,
     PlacementError,
     SkillError,
     UnreachableError,
@@ -26,6 +28,7 @@ from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.primitives.abilities import RobotAbilities
+from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject, SkillResult
 from robosandbox.workcell.session import open_session
 from robosandbox.world.abilities import LateAbilities
@@ -177,6 +180,26 @@ def test_what_cannot_be_done_is_said_without_moving(ctx, skill, arguments, error
         perform(ctx, SKILLS[skill], arguments)
     assert caught.value.message
     assert (ctx.driver.simulation.snapshot() == before).all()
+
+
+def test_what_a_stop_has_put_down_is_let_go(ctx, monkeypatch):
+    """Leaning on a finger it was claimed to stand where it was to stand."""
+    perform(ctx, SKILLS["pick"], {"object": "red_cube"})
+    follow = Manipulator.follow
+
+    def stopped(arm, way, phase, **given):
+        follow(arm, way, phase, **given)
+        if phase == Phase.LOWER:
+            # The fingers have lost it, and are still around it.
+            arm.open(arm.gripper.width + 0.001)
+            raise LimitError("pressed too hard", phase=phase)
+
+    monkeypatch.setattr(Manipulator, "follow", stopped)
+    with pytest.raises(LimitError):
+        perform(ctx, SKILLS["place_at"], {"x": 0.05, "y": -0.3})
+    hand = next(iter(ctx.driver.hands.values())).state()
+    assert hand.width > 0.03 + 0.01
+    assert truth(ctx, "red_cube").pose.xyz[:2] == pytest.approx((0.05, -0.3), abs=0.005)
 
 
 def test_full_hand_and_taken_places_are_refused(ctx):

@@ -5,13 +5,22 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from robosandbox.errors import CollisionError, ErrorCode, Phase, PlacementError, SkillError, UnreachableError
+from robosandbox.errors import (
+    CollisionError,
+    ErrorCode,
+    LimitError,
+    Phase,
+    PlacementError,
+    SkillError,
+    UnreachableError,
+)
 from robosandbox.evidence import CollisionEvidence, PlacementEvidence
 from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
 from robosandbox.skills.primitives.grasping import Turned
@@ -142,10 +151,17 @@ def place(
     held = arm.find(held.id, scene)
     way = plan_place(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
-    if lower is None:
-        arm.follow(way.descent, Phase.LOWER, yielding=True)
-    else:
-        lower(way)
+    try:
+        if lower is None:
+            arm.follow(way.descent, Phase.LOWER, yielding=True)
+        else:
+            lower(way)
+    except LimitError:
+        if arm.look().held != held.id:
+            # Stopped as it met something, it leans on a finger, and would be taken to stand by itself.
+            with suppress(SkillError):
+                arm.open(way.opening)
+        raise
     _release(arm, held.id, way)
     after = arm.settle(held.id)
     if after.find(held.id) is None:
