@@ -18,10 +18,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event, Thread
+from typing import Any
 
 import numpy as np
-import rclpy
 from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.task import Future
 from robosandbox_msgs.action import Perform
 from robosandbox_msgs.srv import Look, Reset
 from std_srvs.srv import Trigger
@@ -35,7 +38,7 @@ from robosandbox_ros2.visitor import Visitor, look_round, see
 def sim_process(task: str) -> Iterator[str]:
     """Serve a task over Zenoh in a process of its own; yield its endpoint."""
     endpoint = free_endpoint()
-    command = [str(Path(sys.executable).with_name("robo-sandbox")), "sim", "--task", task, "--pace", "fast"]
+    command = [str(Path(sys.executable).with_name("robo-sandbox")), "sim", "--task", task]
     command += ["--listen", endpoint]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
@@ -57,39 +60,52 @@ def timed(act: Callable[[], object]) -> float:
 def latency(goals: int) -> None:
     """Print medians and 99th percentiles, ms, of what both are asked for in turn."""
     times: dict[str, list[float]] = {}
-    with node_process("--task", "home", "--pace", "fast"), sim_process("home") as endpoint, connect(endpoint) as client:
+    with (
+        node_process("--task", "home", "--pace", "realtime"),
+        sim_process("home") as endpoint,
+        connect(endpoint) as client,
+    ):
         visitor, robot = Visitor(), client.robot()
         visitor.wait()
         performing = ActionClient(visitor.node, Perform, "/robosandbox/perform")
         looking = visitor.node.create_client(Look, "/robosandbox/look")
         assert performing.wait_for_server(20.0) and looking.wait_for_service(20.0)
+        # Spun anew for each answer, rclpy has a client take longer for each.
+        executor = SingleThreadedExecutor()
+        executor.add_node(visitor.node)
+        Thread(target=executor.spin, daemon=True).start()
+        goal = Perform.Goal(name="home", arguments="{}")
         for _ in range(goals):
-            handles = []
+            handles: list[Any] = []
+            sent: list[Any] = []
 
-            def ask(handles: list[object] = handles) -> None:
-                handles.append(_done(visitor, performing.send_goal_async(Perform.Goal(name="home", arguments="{}"))))
+            def ask(handles: list[Any] = handles) -> None:
+                handles.append(_done(performing.send_goal_async(goal)))
 
-            def result(handles: list[object] = handles) -> None:
-                assert _done(visitor, handles[0].get_result_async()).result.success  # type: ignore[attr-defined]
+            def result(handles: list[Any] = handles) -> None:
+                assert _done(handles[0].get_result_async()).result.success
 
-            sent = []
             for name, act in (
                 ("goal accepted, ROS 2", ask),
                 ("then its result, ROS 2", result),
-                ("look, ROS 2", lambda: _done(visitor, looking.call_async(Look.Request()))),
+                ("look, ROS 2", lambda: _done(looking.call_async(Look.Request()))),
                 ("goal accepted, Zenoh", lambda sent=sent: sent.append(robot.send("home"))),
                 ("then its result, Zenoh", lambda sent=sent: sent[0].wait(30.0)),
                 ("look, Zenoh", robot.look),
             ):
                 times.setdefault(name, []).append(timed(act))
+        executor.shutdown()
         visitor.close()
     for name, values in sorted(times.items()):
         print(f"{name}: median {np.median(values):.2f} ms, p99 {np.percentile(values, 99):.2f} ms")
 
 
-def _done(visitor: Visitor, asked: object) -> object:
-    rclpy.spin_until_future_complete(visitor.node, asked, timeout_sec=30.0)
-    return asked.result()  # type: ignore[attr-defined]
+def _done(asked: Future) -> Any:
+    """Return what a future comes to, which another thread spins."""
+    came = Event()
+    asked.add_done_callback(lambda _: came.set())
+    assert came.wait(30.0), "no answer"
+    return asked.result()
 
 
 def growth(minutes: float) -> None:

@@ -14,7 +14,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from robosandbox.workcell.ros2.graph import DEFAULT, OPEN_CALLS, Publisher, Qos
+from robosandbox.workcell.ros2.graph import DEFAULT, OPEN_CALLS, RESULT_SECONDS, Publisher, Qos
 
 
 class RclpyGraph:
@@ -68,6 +68,7 @@ class RclpyGraph:
                 act,
                 cancel_callback=lambda goal: CancelResponse.ACCEPT,
                 callback_group=self._group,
+                result_timeout=RESULT_SECONDS,
             )
         )
 

@@ -20,7 +20,7 @@ import zenoh
 from zenoh import ext
 
 from robosandbox.errors import InputError
-from robosandbox.workcell.ros2.graph import DEFAULT, OPEN_CALLS, Publisher, Qos
+from robosandbox.workcell.ros2.graph import DEFAULT, OPEN_CALLS, RESULT_SECONDS, Publisher, Qos
 from robosandbox.workcell.ros2.interfaces import Message, from_bytes, kind, to_bytes, type_hash
 from robosandbox.workcell.zenoh.transport import is_loopback, open_connector
 
@@ -28,8 +28,6 @@ _LOG = logging.getLogger(__name__)
 # Depth that a token leaves out, and the numbers of the policies that differ from what it leaves out.
 _DEFAULT_DEPTH, _TRANSIENT_LOCAL = 42, 1
 _STATUS = Qos(depth=1, latched=True)
-# Seconds for which a result can be asked for, as rcl's action servers keep theirs.
-_RESULT_SECONDS = 10.0
 # A sequence number and nanoseconds since 1970; then the 16 bytes of the sender's id behind their number.
 _ATTACHMENT = struct.Struct("<qq17s")
 
@@ -267,7 +265,7 @@ class _ActionServer:
         goal = _Goal(request=call.request.goal, info=info, server=self, status=self.statuses.STATUS_EXECUTING)
         with self._lock:
             for key, one in [*self._goals.items()]:
-                if one.ended is not None and time.monotonic() - one.ended > _RESULT_SECONDS:
+                if one.ended is not None and time.monotonic() - one.ended > RESULT_SECONDS:
                     del self._goals[key]
             known = self._goals.setdefault(bytes(goal_id.uuid), goal)
         call.reply(self._action.SendGoal.Response(accepted=known is goal, stamp=stamp))
