@@ -1,4 +1,4 @@
-"""Whether a camera that stands still has been moved: what stands still is elsewhere in its picture then."""
+"""Cameras that are told to stand still and have been moved: their background is elsewhere in the picture."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TOLD = 1e-4
 
 @frozen(eq=False)
 class _Background:
-    """What stands still in a frame, at half size.
+    """Background of a frame: all that stands still in it, at half size.
 
     Attributes:
         pose: Where the camera is told to be.

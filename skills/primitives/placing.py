@@ -151,17 +151,7 @@ def place(
     held = arm.find(held.id, scene)
     way = plan_place(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
-    try:
-        if lower is None:
-            arm.follow(way.descent, Phase.LOWER, yielding=True)
-        else:
-            lower(way)
-    except LimitError:
-        if arm.look().held != held.id:
-            # Stopped as it met something, it leans on a finger, and would be taken to stand by itself.
-            with suppress(SkillError):
-                arm.open(way.opening)
-        raise
+    _lower(arm, held.id, way, lower)
     _release(arm, held.id, way)
     after = arm.settle(held.id)
     if after.find(held.id) is None:
@@ -533,6 +523,21 @@ class _PlaceSearch:
             except UnreachableError:
                 continue
         return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
+
+
+def _lower(arm: Manipulator, object_id: str, way: PlacePlan, lower: Callable[[PlacePlan], None] | None) -> None:
+    """Bring what is held down; what a limit of force stops there, and the hand holds no more, is let go."""
+    try:
+        if lower is None:
+            arm.follow(way.descent, Phase.LOWER, yielding=True)
+        else:
+            lower(way)
+    except LimitError:
+        if arm.look().held != object_id:
+            # It leans on a finger, and would be taken to stand by itself.
+            with suppress(SkillError):
+                arm.open(way.opening)
+        raise
 
 
 def _release(arm: Manipulator, object_id: str, way: PlacePlan) -> None:
