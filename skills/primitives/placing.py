@@ -18,6 +18,7 @@ from robosandbox.errors import (
     LimitError,
     Phase,
     PlacementError,
+    RoboSandboxError,
     SkillError,
     UnreachableError,
 )
@@ -533,9 +534,9 @@ def _lower(arm: Manipulator, object_id: str, way: PlacePlan, lower: Callable[[Pl
         else:
             lower(way)
     except LimitError:
-        if arm.look().held != object_id:
-            # It leans on a finger, and would be taken to stand by itself.
-            with suppress(SkillError):
+        # What leans on a finger would be taken to stand by itself; where that cannot be seen or done, the stop is what is told.
+        with suppress(RoboSandboxError):
+            if arm.look().held != object_id:
                 arm.open(way.opening)
         raise
 

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 # Calls that may be open at once: one that is carried out, and those that are refused, stopped or looked at beside it.
 OPEN_CALLS = 8
-# Seconds for which a result can be asked for, as ROS 2 has it from Kilted on. The 900 that it was before are 4 MB for a goal a second.
+# Seconds for which a result can be asked for, as rcl's action servers keep theirs; rclpy of Jazzy has 900 where nothing is said.
 RESULT_SECONDS = 10
 
 
