@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -19,6 +20,31 @@ from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
+
+# Metres from where a thing is seen to begin, from which on the fingers press with no more than they are to.
+_LAST = 0.01
+
+
+class _Pressing(Manipulator):
+    """A manipulator whose fingers close with no more than what a thing is to be pressed with.
+
+    Args:
+        ctx: What the skill may use.
+        most: N of each side; as hard as a pick holds where it is infinite.
+    """
+
+    def __init__(self, ctx: SkillContext, most: float) -> None:
+        super().__init__(ctx)
+        self._most = most
+
+    def close_on(self, width: float) -> float:
+        """Close the fingers on something of this width, metres; return the gap between them."""
+        if not math.isfinite(self._most):
+            return super().close_on(width)
+        # Weak motors creep: they are left the last of the way alone.
+        self.open(width + _LAST)
+        squeeze(self, self._most, on_nothing=True)
+        return self.gripper.width
 
 
 class Squeeze(HandMove):
@@ -65,7 +91,9 @@ class Squeeze(HandMove):
         """
         if force is not None:
             check_force_is_felt(ctx.driver)
-        arm = Manipulator(ctx)
+        abilities = ctx.driver.capabilities
+        asked = (LIGHT if force is None else force) if abilities.gripper_force and abilities.grip_limit else math.inf
+        arm = _Pressing(ctx, asked)
         target = arm.find(object)
         plan = None
         if arm.start.held != object:
@@ -74,9 +102,8 @@ class Squeeze(HandMove):
             follow_free(arm, plan.approach, Phase.APPROACH)
             check_open(arm, plan.grasp, plan.aperture)
             take_hold(arm, target, plan)
-        abilities = arm.driver.capabilities
-        if force is not None or (abilities.gripper_force and abilities.grip_limit):
-            squeeze(arm, LIGHT if force is None else force)
+        elif math.isfinite(asked):
+            squeeze(arm, asked)
         detail: dict[str, float | str | bool] = {"object": object, "width_mm": 1e3 * arm.gripper.width}
         if abilities.gripper_force:
             detail["force_n"] = arm.hand.grip_on(None)

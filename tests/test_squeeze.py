@@ -27,8 +27,11 @@ def place(cell: EmbeddedWorkcell, name: str) -> Array:
 
 def test_a_thing_is_squeezed_where_it_stands(cell: EmbeddedWorkcell) -> None:
     before = place(cell, "red_cube")
+    most = [0.0]
+    cell.driver.subscribe(lambda: most.append(cell.mujoco.grip_on("hand", "red_cube")))
     done = cell.do("squeeze", object="red_cube", force=8.0, seconds=1.0)
     assert float(done.detail["force_n"]) == pytest.approx(8.0, rel=0.1)
+    assert max(most) < 1.1 * 8.0, "pressed harder before: a pick holds with 22 N"
     assert cell.observe().held is None
     assert np.abs(place(cell, "red_cube") - before).max() < 0.003
 
