@@ -42,6 +42,7 @@ QUESTIONS = {
         "how heavy is the red cube": None,
         "where is your hand?": "My hand is at (0.254, 0.000, 0.521) m, 48 cm above the table; I hold nothing",
         "how wide is your gripper open?": "There are 80 mm between my fingers",
+        "how wide are you open?": "There are 80 mm between my fingers",
         "is the gripper closed?": "No: there are 80 mm between my fingers",
         "is your gripper open?": "Yes: there are 80 mm",
         "what are your joint angles?": "My joints are at 0.000, 0.000, 0.000, -1.571, 0.000, 1.571, -0.785",

@@ -147,8 +147,8 @@ class Arranging(Stacking):
 
     def _release(self, command: Command) -> None:
         held = self.world.held
-        if not held and self.steps and self.steps[-1].call.skill == "squeeze":
-            # "squeeze it and let it go again"
+        if not held and self.steps and self.steps[-1].call.skill in ("squeeze", "press_down", "press", "tap"):
+            # "squeeze it and let it go again", "press on it for 3 seconds, then release"
             return
         if not held and self.steps and self.steps[-1].call.skill.startswith("place_"):
             # "move it over the bin and let go"
