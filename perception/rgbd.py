@@ -109,7 +109,8 @@ class RgbdPerception:
 
         Raises:
             UnsupportedError: The driver declares no camera.
-            SensorError: No camera delivers a usable frame.
+            SensorError: A frame's arrays do not fit one another or its intrinsics. A camera that shows nothing usable is told in the notes,
+                and what was seen before is remembered.
             RenderingError: Nothing renders here.
         """
         if not self._begins(driver) and self._complete and self._last is not None and driver.time == self._last.time:
