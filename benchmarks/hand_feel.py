@@ -1,4 +1,4 @@
-"""What the hand presses with, when it acts, and what it meets when a policy or a jogging user drives it, by the simulated state.
+"""Forces of the hand, times at which it acts, and contacts of a policy and of a jogging user, by the simulated state.
 
     uv run benchmarks/hand_feel.py force [--seconds 2]
     uv run benchmarks/hand_feel.py times [--times 20]
@@ -196,7 +196,7 @@ def _stopped(cell: EmbeddedWorkcell, what: str, after: float, act: Callable[[], 
             cell.ctx.cancel()
 
     leave = cell.driver.subscribe(stop)
-    holding = cell.driver.truth().held if isinstance(cell.driver, MuJoCoBackend) else cell.truth().held
+    holding = cell.truth().held
     try:
         ended = act()
         cancelled = ended.error is not None and ended.error.code == "cancelled"
@@ -272,10 +272,10 @@ def main() -> int:
                 flush=True,
             )
     for what in dict.fromkeys(row["what"] for row in kept):
-        chosen = [row for row in kept if row["what"] == what]
-        told = {"what": what, "right": sum(bool(row["right"]) for row in chosen), "of": len(chosen)}
+        its = [row for row in kept if row["what"] == what]
+        told = {"what": what, "right": sum(bool(row["right"]) for row in its), "of": len(its)}
         for key in ("most_n", "off_ms"):
-            values = [abs(row[key]) for row in chosen if key in row]
+            values = [abs(row[key]) for row in its if key in row]
             told |= {f"worst_{key}": round(max(values), 2)} if values else {}
         print(json.dumps(told))
     return 0 if all(row["right"] for row in kept) else 1

@@ -39,7 +39,7 @@ _ARM, _PARALLEL, _OFF = 4, 0.999, 0.002
 
 @dataclass
 class Row:
-    """What was found in a file: parts that are right by kind, and what is wrong, in words."""
+    """Findings in a file: parts that are right by kind, and in words all that is wrong."""
 
     file: str
     right: dict[str, int] = field(default_factory=dict)

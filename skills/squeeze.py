@@ -21,7 +21,7 @@ from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
-# Metres from where a thing is seen to begin, from which on the fingers press with no more than they are to.
+# Metres wider than a thing, from which on the fingers press with no more than they are to: those of an SO-101, sent to 4 mm, touched it.
 _LAST = 0.01
 
 
