@@ -35,6 +35,7 @@ from robosandbox.workcell.embedded import EmbeddedWorkcell
 
 Row = dict[str, Any]
 _TASK, _CUBES, _ASKED = "pick_from_three", ("red_cube", "green_cube", "blue_cube"), (5.0, 10.0, 20.0)
+# Share of a force by which what is pressed with may be off it, and a squeeze pass it.
 _NEAR = 0.1
 # N at which the hand stops that comes down until it touches.
 _TOUCH = 2.0
@@ -86,7 +87,7 @@ class Feeling:
 
 @contextlib.contextmanager
 def opened(driver: str) -> Iterator[EmbeddedWorkcell]:
-    """Open the task on a driver, the simulated state as its eyes where it has cameras alone."""
+    """Open the task on a driver, by the simulated state or, where it hides that, by its cameras."""
     name, _, wrist = driver.partition(":")
     options: dict[str, Any] = {"driver_options": {"wrist_wrench": True}, "perception": "rgbd"} if wrist else {}
     with open_session(_TASK, driver=name, what_if=False, **options) as cell:
@@ -125,7 +126,11 @@ def force_rows(seconds: float) -> Iterator[Row]:
                         cell.do("squeeze", object=on, force=asked, seconds=seconds)
                         grip = np.array([row[3] for row in feeling.rows])
                         steady = float(np.median(grip[grip > 0.5 * asked]))
-                        row |= {"mean_n": steady, "most_n": grip.max(), "right": abs(steady / asked - 1.0) < _NEAR}
+                        row |= {
+                            "mean_n": steady,
+                            "most_n": grip.max(),
+                            "right": abs(steady / asked - 1.0) < _NEAR and grip.max() < (1.0 + _NEAR) * asked,
+                        }
                     except UnsupportedError as error:
                         row |= {"said": str(error), "right": driver != "mujoco"}
                 yield row
@@ -136,14 +141,14 @@ def force_rows(seconds: float) -> Iterator[Row]:
                     cell.do("move_to", x=0.15, y=0.25, z=0.12)
                 else:
                     cell.do("move_over", object=on, height=0.08)
-                cell.do("move_by", dz=-0.3, until_force=_TOUCH)
+                felt = cell.do("move_by", dz=-0.3, until_force=_TOUCH).detail["touched"]
                 yield {
                     "what": "touch",
                     "driver": driver,
                     "on": on,
                     "asked_n": _TOUCH,
                     "most_n": feeling.most,
-                    "right": feeling.most > 0.0,
+                    "right": bool(felt) and feeling.most < MAX_UNINTENDED_FORCE_N,
                 }
 
 

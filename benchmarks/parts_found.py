@@ -4,7 +4,8 @@
 
 A joint of a file is a part's where it is a hinge or a slide that hangs on a fixture: not on a free body, and not in a robot, which is a
 chain of four joints or more with all on it, or a URDF of as many. What is found is right where a joint of that kind, axis and range is there, counted once each.
-A joint without a part and a part without a joint are wrong, and told with the file. `--all` prints each file.
+A joint without a part and a part without a joint are wrong, and told with the file; parts that are joints of robots are counted by
+themselves. `--all` prints each file.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ class Row:
     wrong: list[str] = field(default_factory=list)
     robots: int = 0
     loose: int = 0
+    of_robots: int = 0
 
 
 @dataclass(frozen=True)
@@ -61,14 +63,12 @@ class Joint:
     def fits(self, part: PartJoint) -> bool:
         """Tell whether a part turns or slides as this joint does."""
         same = abs(float(self.axis @ np.array(part.axis))) > _PARALLEL
-        ends = [
-            np.isclose(a, b, atol=_OFF) or not np.isfinite(b) for a, b in ((self.low, part.low), (self.high, part.high))
-        ]
+        ends = [np.isclose(a, b, atol=_OFF) or a == b for a, b in ((self.low, part.low), (self.high, part.high))]
         return part.kind == self.kind and same and all(ends)
 
 
-def joints(path: Path) -> tuple[list[Joint], int, int]:
-    """Return the joints of a file that are parts', and how many are a robot's and a loose thing's.
+def joints(path: Path) -> tuple[list[Joint], list[Joint], int]:
+    """Return the joints of a file that are parts', those that are a robot's, and how many are a loose thing's.
 
     Raises:
         ValueError: It does not compile.
@@ -86,7 +86,7 @@ def joints(path: Path) -> tuple[list[Joint], int, int]:
     robots = {root[body] for body in range(model.nbody) if depth[body] >= _ARM}
     if path.suffix == ".urdf" and model.njnt >= _ARM:
         robots = set(root)
-    found, in_robots, loose = list[Joint](), 0, 0
+    found, in_robots, loose = list[Joint](), list[Joint](), 0
     for k in range(model.njnt):
         body = int(model.jnt_bodyid[k])
         kind = _KINDS.get(int(model.jnt_type[k]))
@@ -94,12 +94,11 @@ def joints(path: Path) -> tuple[list[Joint], int, int]:
             continue
         if hangs[body]:
             loose += 1
-        elif root[body] in robots:
-            in_robots += 1
-        else:
-            limited = bool(model.jnt_limited[k])
-            low, high = (float(value) for value in model.jnt_range[k]) if limited else (-np.inf, np.inf)
-            found.append(Joint(f"{model.body(body).name}/{model.joint(k).name}", kind, data.xaxis[k].copy(), low, high))
+            continue
+        limited = bool(model.jnt_limited[k])
+        low, high = (float(value) for value in model.jnt_range[k]) if limited else (-np.inf, np.inf)
+        joint = Joint(f"{model.body(body).name}/{model.joint(k).name}", kind, data.xaxis[k].copy(), low, high)
+        (in_robots if root[body] in robots else found).append(joint)
     return found, in_robots, loose
 
 
@@ -121,10 +120,8 @@ def compared(path: Path, name: str) -> Row:
     Raises:
         ValueError: MuJoCo does not compile it.
     """
-    there, robots, loose = joints(path)
-    row = Row(file=name, robots=robots, loose=loose)
-    if not there:
-        return row
+    left, robots, loose = joints(path)
+    row = Row(file=name, robots=len(robots), loose=loose)
     try:
         parts = [
             item
@@ -132,12 +129,15 @@ def compared(path: Path, name: str) -> Row:
             if item.geometry is not None and item.geometry.joint is not None
         ]
     except RoboSandboxError as error:
-        row.wrong.append(f"{len(there)} joints, not read: {error}"[:200])
+        if left:
+            row.wrong.append(f"{len(left)} joints, not read: {error}"[:200])
         return row
-    left = list(there)
     for item in parts:
         assert item.geometry is not None and item.geometry.joint is not None
         fitting = next((joint for joint in left if joint.fits(item.geometry.joint)), None)
+        if fitting is None and any(joint.fits(item.geometry.joint) for joint in robots):
+            row.of_robots += 1
+            continue
         if fitting is None:
             row.wrong.append(f"{item.id}: no such joint is in the file")
             continue
@@ -171,13 +171,13 @@ def main() -> None:
             uncompiled += 1
             continue
         rows.append(row)
-        if row.wrong or (given.all and (row.right or row.robots or row.loose)):
+        if row.wrong or row.of_robots or (given.all and (row.right or row.robots or row.loose)):
             print(json.dumps(asdict(row)), flush=True)
     told = [row for row in rows if row.right or row.wrong]
     kinds = {kind: sum(row.right.get(kind, 0) for row in rows) for kind in ("hinge", "slide")}
     print(
         f"{len(told)} files with parts of {len(rows)}: right {kinds}, wrong {sum(len(row.wrong) for row in rows)}; "
-        f"joints of robots {sum(row.robots for row in rows)} and of loose things {sum(row.loose for row in rows)}; "
+        f"joints of robots {sum(row.robots for row in rows)}, parts among them {sum(row.of_robots for row in rows)}; of loose things {sum(row.loose for row in rows)}; "
         f"{uncompiled} files do not compile by themselves"
     )
     if given.json:

@@ -22,9 +22,9 @@ from robosandbox.world.facts import fact
 _CLOSE_ENOUGH = 0.05
 # Times that the motors' force is set anew by what is felt: friction in the fingers' joints takes an unknown part of it.
 _CORRECTIONS = 24
-# Share of a force with which the motors begin where nothing is held yet, half as much again as long as the fingers stick: jaws press 9 to
-# 15 times as many N at their tips as their motors have N m (SO-101, xArm6, 2F-85).
-_FAINT = 0.02
+# Share of a force with which the motors begin gently, and by how much it grows as long as the fingers stick: jaws press 9 to 15 times as
+# many N at their tips as their motors have N m (SO-101, xArm6, 2F-85).
+_FAINT, _FIRMER = 0.02, 1.5
 # Metres that fingers close at least which are not stuck in their joints: a Panda's creep with 5 N at 4 mm/s, 0.1 s at a time.
 _STUCK = 0.0005
 # Metres between fingers that have closed on nothing.
@@ -478,17 +478,17 @@ def check_force_is_felt(driver: Driver) -> None:
     require(driver, "grip_limit", "a force of the grip is asked for")
 
 
-def squeeze(arm: Manipulator, force: float, *, on_nothing: bool = False) -> None:
+def squeeze(arm: Manipulator, force: float, *, on_nothing: bool = False, gently: bool = False) -> None:
     """Close the fingers until each side presses with a force, N; or until they are shut, where they may be on nothing.
+
+    Where it is done gently the force is come to from below, which takes some seconds: a thing is known to be near.
 
     Raises:
         UnsupportedError: The robot does not feel or limit its force.
         GraspError: The force is not reached.
     """
     check_force_is_felt(arm.driver)
-    # What motors of a hinge are told in N m presses many times as hard at the tips.
-    motors = force if arm.hand.grip_on(None) > 0.0 else _FAINT * force
-    felt = 0.0
+    motors, felt = _FAINT * force if gently else force, 0.0
     for _ in range(_CORRECTIONS):
         before = arm.gripper.width
         arm.hand.set_gripper(1.0, motors)
@@ -502,7 +502,9 @@ def squeeze(arm: Manipulator, force: float, *, on_nothing: bool = False) -> None
             break
         if felt:
             motors *= float(np.clip(force / felt, 0.25, 4.0))
+        elif not gently:
+            motors *= 4.0
         elif before - arm.gripper.width < _STUCK:
-            motors *= 1.5
+            motors *= _FIRMER
     said = f"presses with {felt:.1f} N" if felt else "closed on nothing"
     raise GraspError(f"the gripper {said}, and was to press with {force:.1f} N", phase=Phase.GRASP)

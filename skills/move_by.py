@@ -76,6 +76,8 @@ _UP = {
     **_along("z"),
     "up": 1.0,
     "straight up": 1.0,
+    "back up": 1.0,
+    "back down": -1.0,
     "straight down": -1.0,
     "upward": 1.0,
     "upwards": 1.0,

@@ -43,7 +43,7 @@ class _Pressing(Manipulator):
             return super().close_on(width)
         # Weak motors creep: they are left the last of the way alone.
         self.open(width + _LAST)
-        squeeze(self, self._most, on_nothing=True)
+        squeeze(self, self._most, on_nothing=True, gently=True)
         return self.gripper.width
 
 

@@ -65,7 +65,9 @@ def test_the_tips_go_to_the_left(cell: EmbeddedWorkcell) -> None:
 
 
 def test_fingers_that_close_on_nothing_are_shut(cell: EmbeddedWorkcell) -> None:
+    began = cell.driver.time
     done = cell.do("close_gripper", force=5.0)
+    assert cell.driver.time - began < 8.0, "a Panda's creep with 5 N at 4 mm/s"
     assert float(done.detail["width_mm"]) < 1.0
     assert done.detail["held"] == ""
     assert done.found == "the fingers are shut, with nothing between them"

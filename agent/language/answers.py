@@ -515,10 +515,6 @@ class _Answers(Seen):
         told = f"I cannot see how heavy {listed(names)} {be(names)}; I can feel it: say “weigh {asked.things[0].text}”."
         raise RefusedError(RefusalCode.UNSUPPORTED, told, names)
 
-    def _say_feeling(self, asked: Question) -> Answer:
-        told = "What my wrist feels I read while I act alone: say “weigh” and a thing, or “go down until you feel 5 N”."
-        raise RefusedError(RefusalCode.UNSUPPORTED, told)
-
     def _say_load(self, asked: Question) -> Answer:
         told = "How much I can carry is in none of my files; what I hold I can feel: say “weigh” and a thing."
         raise RefusedError(RefusalCode.UNSUPPORTED, told)

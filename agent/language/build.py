@@ -552,13 +552,9 @@ class _Builder(Deciding):
         z = max((top(item) for item in self.world.objects.values()), default=self.world.table_height) + _ABOVE
         self._add("move_to", x=round(x, 4), y=round(y, 4), z=round(z, 4))
 
-    def _go_back_along(self, way: str, far: float | None) -> None:
-        """As in "go up 5 cm, wait 4 seconds, and come back down": by as much as the hand went the other way, or as told."""
+    def _go_back_along(self, way: str) -> None:
+        """As in "go up 5 cm, wait 4 seconds, and come back down": by as much as the hand went the other way."""
         axis, sign = {"up": ("dz", 1), "down": ("dz", -1), "left": ("dy", 1), "right": ("dy", -1)}[way]
-        if far is not None:
-            told: dict[str, Any] = {axis: round(sign * far, 4)}
-            self._add("move_by", **told)
-            return
         moves = [step.call for step in self.steps if step.call.skill in ONE_MOTION]
         gone = sum(float(call.arguments.get(axis, 0.0)) for call in moves)
         if gone * sign >= 0.0 or any(call.skill != "move_by" for call in moves):
@@ -573,10 +569,8 @@ class _Builder(Deciding):
 
     def _home(self, command: Command) -> None:
         if command.direction in ("up", "down", "left", "right"):
-            self._go_back_along(command.direction, command.distance)
+            self._go_back_along(command.direction)
             return
-        if command.distance is not None:
-            raise RefusedError(RefusalCode.UNSUPPORTED, "To go back takes no account of a distance; say which way.")
         if (
             command.direction in ("back", "return")
             and self.steps
@@ -612,7 +606,7 @@ _SLOTS: dict[str, frozenset[str]] = {
     "sort": frozenset({"place"}),
     "swap": frozenset(),
     "line_up": frozenset(),
-    "home": frozenset({"direction", "distance"}),
+    "home": frozenset({"direction"}),
 }
 _TOLD = {
     "place": "a place",
