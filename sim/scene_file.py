@@ -31,7 +31,7 @@ from robosandbox.types import Array, Pose, SceneObject, Vec3
 from robosandbox.types.objects import Area
 from robosandbox.values import frozen
 
-# Hinges in a row with motors that make an arm; a lamp or a crane of three joints stays in the scene.
+# Hinges in a row that make an arm, and hinges on hinges that make legs; a lamp or a crane of three joints stays in the scene.
 _LEAST_HINGES = 4
 # Metres over a surface within which a thing stands on it, or will once it has fallen.
 _FALLS = 0.10
@@ -159,14 +159,24 @@ def _read(path: Path, stamp: int, sidecar_stamp: int) -> SceneFile:
     robots = _robots(model)
     base = None if not robots else _stood(model, next(iter(robots)))
     left_out |= robots
-    for name in left_out:
-        spec.delete(spec.body(name))
-    if left_out:
-        for key in list(spec.keys):
-            spec.delete(key)
-        model = _compiled(spec, path)
+    model = _left(spec, model, left_out, path)
+    linkages = _linkages(model)
+    model = _left(spec, model, linkages, path)
+    left_out |= linkages
     found = _Reader(path, said, model, left_out, keyframes).read()
     return replace(found, robot_base=base, notes=(*read.notes, *found.notes))
+
+
+def _left(spec: mujoco.MjSpec, model: mujoco.MjModel, without: Iterable[str], path: Path) -> mujoco.MjModel:
+    """Return what is left of a model without some bodies, and without keyframes, which would not fit."""
+    names = list(without)
+    for name in names:
+        spec.delete(spec.body(name))
+    if not names:
+        return model
+    for key in list(spec.keys):
+        spec.delete(key)
+    return _compiled(spec, path)
 
 
 class _Reader:
@@ -603,6 +613,25 @@ def _robots(model: mujoco.MjModel) -> dict[str, str]:
             f"an arm of {len(hinges)} driven hinges: the scene's own robot takes its place"
         )
     return found
+
+
+def _linkages(model: mujoco.MjModel) -> dict[str, str]:
+    """Return the lowest jointed bodies of arms and legs without an arm's motors, by name, with why: more hinges on hinges than fixtures have."""
+    hinges, lowest, loose = [0] * model.nbody, [0] * model.nbody, [False] * model.nbody
+    on_hinges = [0] * model.nbody
+    for body in range(1, model.nbody):
+        parent, start = int(model.body_parentid[body]), int(model.body_jntadr[body])
+        kinds = [int(kind) for kind in model.jnt_type[start : start + int(model.body_jntnum[body])]]
+        loose[body] = loose[parent] or _FREE in kinds
+        hinges[body] = hinges[parent] + kinds.count(_HINGE)
+        lowest[body] = lowest[parent] or (body if hinges[body] else 0)
+        on_hinges[int(model.body_rootid[body])] += hinges[body] > hinges[parent] > 0
+    found = {
+        lowest[body]
+        for body in range(1, model.nbody)
+        if hinges[body] and not loose[body] and max(hinges[body], on_hinges[model.body_rootid[body]]) >= _LEAST_HINGES
+    }
+    return {str(model.body(body).name): "an arm or legs: hinges on hinges, which no part has" for body in sorted(found)}
 
 
 def _led_arms(model: mujoco.MjModel) -> dict[str, str]:

@@ -346,3 +346,18 @@ def test_a_line_begins_where_it_is_told_to(cell: EmbeddedWorkcell) -> None:
     begun = next(k for k, point in enumerate(way) if np.linalg.norm(point - [0.2, 0.15, 0.3]) < 0.002)
     line = np.array(way[begun:])
     assert np.abs(line[:, [0, 2]] - [0.2, 0.3]).max() < 0.003 and np.ptp(line[:, 1]) > 0.29
+
+
+def test_what_slips_out_while_it_is_carried_is_not_put_down(cell: EmbeddedWorkcell) -> None:
+    cell.pick("red_cube")
+    began = cell.driver.time
+
+    def open_on_the_way() -> None:
+        if cell.driver.time > began + 0.3:
+            cell.driver.hands["hand"].set_gripper(0.0)
+
+    cell.driver.subscribe(open_on_the_way)
+    with pytest.raises(NotHoldingError, match=r"red_cube is out of the hand: the gripper is empty, and it is at \("):
+        cell.do("place_at", x=0.25, y=-0.3)
+    # The hand has not gone on down to where it would have let go.
+    assert tcp(cell)[0][2] > 0.05

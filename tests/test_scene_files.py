@@ -225,6 +225,39 @@ def test_an_arm_that_is_led_by_its_hand_is_left_out_with_what_leads_it(tmp_path:
     assert file.table.body == "board"
 
 
+@pytest.mark.parametrize("hinges, stays", [(3, True), (4, False), (7, False)])
+def test_hinges_on_hinges_without_motors_are_an_arm_and_no_parts(tmp_path: Path, hinges: int, stays: bool) -> None:
+    links = "".join(
+        f'<link name="l{k}"><inertial><mass value="1"/><inertia ixx=".1" ixy="0" ixz="0" iyy=".1" iyz="0" izz=".1"/></inertial>'
+        '<collision><geometry><box size=".05 .05 .1"/></geometry></collision></link>'
+        for k in range(hinges + 1)
+    )
+    joints = "".join(
+        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="0 0 .1"/>'
+        '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint>'
+        for k in range(hinges)
+    )
+    path = tmp_path / "alone.urdf"
+    path.write_text(f'<robot name="alone">{links}{joints}</robot>')
+    file = read_scene_file(path)
+    assert bool(file.left_out) != stays
+    assert any(item.geometry and item.geometry.joint for item in file.objects) == stays
+
+
+def test_legs_without_motors_are_no_parts_and_folding_doors_are(tmp_path: Path) -> None:
+    def on_trunk(pairs: int) -> str:
+        pair = '<body name="{n}a" pos="{x} 0 0"><joint axis="0 1 0"/><geom type="box" size=".02 .02 .05"/><body name="{n}b" pos="0 0 -.1"><joint axis="0 1 0"/><geom type="box" size=".02 .02 .05"/></body></body>'
+        legs = "".join(pair.format(n=f"leg{k}", x=0.2 * k) for k in range(pairs))
+        return f'<mujoco><worldbody><body name="trunk" pos="0 0 1"><geom type="box" size=".5 .1 .02"/>{legs}</body></worldbody></mujoco>'
+
+    for pairs, stays in ((2, True), (4, False)):
+        path = tmp_path / f"{pairs}.xml"
+        path.write_text(on_trunk(pairs))
+        file = read_scene_file(path)
+        assert bool(file.left_out) != stays
+        assert sum(bool(item.geometry and item.geometry.joint) for item in file.objects) == (2 * pairs if stays else 0)
+
+
 def test_a_sidecar_says_what_the_file_does_not(tmp_path: Path) -> None:
     said = """
 robot_base: [-1.4, 2.0, 0.32, 0.0]

@@ -49,6 +49,7 @@ from robosandbox.types import (
 from robosandbox.values import frozen
 from robosandbox.world.abilities import Obstruction
 from robosandbox.world.alternatives import Alternative, FailedCall
+from robosandbox.world.contracts import first_refuted, lost
 from robosandbox.world.effects import put, taken
 from robosandbox.world.episode_cache import cached_for_episode
 from robosandbox.world.facts import TABLE, fact
@@ -61,6 +62,7 @@ from robosandbox.world.placement_sampling import (
     placements_on,
     resting_pose,
 )
+from robosandbox.world.predicate import View
 from robosandbox.world.relations import MeasuredRelation, centre, contents
 from robosandbox.world.rings import placements_around
 
@@ -142,6 +144,7 @@ def place(
         lower: Brings it down from the end of the way there; straight to its goal where it is left out.
 
     Raises:
+        NotHoldingError: It slipped out of the hand on its way.
         PlacementError: It ended elsewhere or was not let go.
         UnreachableError: No spot can be reached.
         CollisionError: All that can be reached touch something.
@@ -152,6 +155,7 @@ def place(
     held = arm.find(held.id, scene)
     way = plan_place(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
+    _check_held(arm, held.id)
     _lower(arm, held.id, way, lower)
     _release(arm, held.id, way)
     after = arm.settle(held.id)
@@ -524,6 +528,15 @@ class _PlaceSearch:
             except UnreachableError:
                 continue
         return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
+
+
+def _check_held(arm: Manipulator, object_id: str) -> None:
+    """Raise what tells that an object has slipped out of the hand; what only shakes in it is seen again when it is still."""
+    if arm.look(object_id).held == object_id:
+        return
+    view = View.of(arm.settle(object_id))
+    if slip := first_refuted([fact("holding", object_id)], view):
+        raise lost(*slip, view, by="place")
 
 
 def _lower(arm: Manipulator, object_id: str, way: PlacePlan, lower: Callable[[PlacePlan], None] | None) -> None:

@@ -184,10 +184,7 @@ def main() -> None:
 
 
 def _spread(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], jobs: int) -> Iterator[T]:
-    """Yield what a function answers to each tuple of arguments, in order, from so many processes; one is this one."""
-    if jobs == 1:
-        yield from (function(*one) for one in arguments)
-        return
+    """Yield what a function answers to each tuple of arguments, in order, from so many processes."""
     # What an episode leaves of its scene in memory, 0.2 GB, goes with the processes; a pool that begins them anew by itself hangs
     # in Python 3.11 (cpython issue 115634).
     context, batch = multiprocessing.get_context("spawn"), EPISODES * jobs
