@@ -361,3 +361,23 @@ def test_what_slips_out_while_it_is_carried_is_not_put_down(cell: EmbeddedWorkce
         cell.do("place_at", x=0.25, y=-0.3)
     # The hand has not gone on down to where it would have let go.
     assert tcp(cell)[0][2] > 0.05
+
+
+def test_what_slides_in_the_hand_while_it_is_carried_is_put_down_as_it_sits(cell: EmbeddedWorkcell) -> None:
+    cell.pick("red_cube")
+    sim, began = cell.mujoco, cell.driver.time
+    height = int(sim.model.jnt_qposadr[sim.model.body_jntadr[sim.world.object_bodies["red_cube"]]]) + 2
+    slid: list[float] = []
+    pressed: list[float] = []
+
+    def slide() -> None:
+        if not slid and cell.driver.time > began + 0.3:
+            sim._live.qpos[height] -= 0.006
+            slid.append(cell.driver.time)
+        pressed.append(float(np.linalg.norm(sim.force_on("red_cube"))))
+
+    cell.driver.subscribe(slide)
+    cell.do("place_at", x=0.25, y=-0.3)
+    assert slid
+    # As it sat before it would be pressed into the table by 6 mm: 40 N.
+    assert max(pressed) < 10.0

@@ -323,5 +323,4 @@ class Mover(Manipulator):
 
 def _apart(one: Pose, other: Pose) -> tuple[float, float]:
     """Return how far two poses are apart, metres and rad."""
-    cosine = (np.trace(other.rotation.T @ one.rotation) - 1.0) / 2.0
-    return float(np.linalg.norm(one.position - other.position)), float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return float(np.linalg.norm(one.position - other.position)), one.angle_to(other)

@@ -43,6 +43,7 @@ from robosandbox.types import (
     ObservedScene,
     Pose,
     SkillResult,
+    Speed,
     Timing,
     Trajectory,
 )
@@ -68,6 +69,8 @@ from robosandbox.world.rings import placements_around
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
 _STAND_OFF = 0.004
+# Metres by which a thing may slide in the hand on its way and still come down as it was planned; chosen as half of the stand-off.
+_SLID = 0.002
 # How far each finger opens to let go, metres, in steps that no wall fits between; chosen as a size's error ten times
 # over where there is room (halved or doubled, 1 % of an episode's time).
 _OPENINGS = (0.0, 0.003, 0.006, 0.009, 0.012)
@@ -110,12 +113,16 @@ Barred = dict[tuple[Placement, float], SkillError]
 class PlacePlan:
     """Pose at which an object is put down, the ways there, and how far the fingers open to let go, metres.
 
+    `points` are those of the TCP on the descent, which has the timing `lower`, for an object that is in the hand's frame at `in_hand`.
     Where it comes in from the side, `back` is by how much (3,) the hand goes to be out again, metres.
     """
 
     goal: Pose
     transfer: Trajectory
     descent: Trajectory
+    points: tuple[Pose, ...]
+    lower: Speed
+    in_hand: Pose
     opening: float
     back: Array | None = None
 
@@ -155,7 +162,7 @@ def place(
     held = arm.find(held.id, scene)
     way = plan_place(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
-    _check_held(arm, held.id)
+    way = _as_it_sits(arm, held.id, way, allowed)
     _lower(arm, held.id, way, lower)
     _release(arm, held.id, way)
     after = arm.settle(held.id)
@@ -454,7 +461,16 @@ class _PlaceSearch:
             self._fail(error)
             self._met[coming] += spot.way_out is not None and self._is_hand_on_fixture(error)
             return None
-        return PlacePlan(goal, way, descent, opening, leave)
+        return PlacePlan(
+            goal=goal,
+            transfer=way,
+            descent=descent,
+            points=tuple(through),
+            lower=self._lower,
+            in_hand=self._tcp_in_object.inverse(),
+            opening=opening,
+            back=leave,
+        )
 
     def _fail(self, error: SkillError) -> None:
         self._failures.append(error)
@@ -530,13 +546,31 @@ class _PlaceSearch:
         return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
 
 
-def _check_held(arm: Manipulator, object_id: str) -> None:
-    """Raise what tells that an object has slipped out of the hand; what only shakes in it is seen again when it is still."""
-    if arm.look(object_id).held == object_id:
-        return
-    view = View.of(arm.settle(object_id))
-    if slip := first_refuted([fact("holding", object_id)], view):
-        raise lost(*slip, view, by="place")
+def _as_it_sits(arm: Manipulator, object_id: str, way: PlacePlan, allowed: tuple[str, ...]) -> PlacePlan:
+    """Return the plan with a way down that fits how the object sits in the hand by now, where it has slid on its way.
+
+    Raises:
+        NotHoldingError: It has slipped out.
+    """
+    scene = arm.look(object_id)
+    if scene.held != object_id:
+        # What only shakes in the hand is seen in it when it is still.
+        scene = arm.settle(object_id)
+        if slip := first_refuted([fact("holding", object_id)], view := View.of(scene)):
+            raise lost(*slip, view, by="place")
+    held = arm.find(object_id, scene)
+    in_hand = arm.state.tcp_pose.inverse() @ held.pose
+    if np.linalg.norm(in_hand.position - way.in_hand.position) < _SLID and in_hand.angle_to(way.in_hand) < _ASKEW:
+        return way
+    slid = way.in_hand @ in_hand.inverse()
+    points = tuple(point @ slid for point in way.points)
+    arm.use(scene, held=object_id)
+    arm.motion.allow(*carried_along(held, scene), *allowed)
+    try:
+        descent = arm.motion.plan_through(arm.q, points, speed=way.lower)
+    except (UnreachableError, CollisionError):
+        return way
+    return replace(way, descent=descent, points=points, in_hand=in_hand)
 
 
 def _lower(arm: Manipulator, object_id: str, way: PlacePlan, lower: Callable[[PlacePlan], None] | None) -> None:

@@ -37,7 +37,7 @@ class Stillness:
         """Take another look; tell whether all objects are seen in it, where they were at the look before."""
         pairs = {name: (self._before.find(name), now.find(name)) for name in self._names}
         poses = {name: (a.pose, b.pose) for name, (a, b) in pairs.items() if a and b}
-        turns = {name: _turn(*pair) for name, pair in poses.items()}
+        turns = {name: a.angle_to(b) for name, (a, b) in poses.items()}
         still = not any(_runs(a, b) for a, b in pairs.values() if a and b) and all(
             _stays(*pair) and (turns[name] < _UNTURNED or turns[name] <= min(self._turns.get(name, 0.0), _TURN_NOISE))
             for name, pair in poses.items()
@@ -55,8 +55,3 @@ def _runs(before: DetectedObject, after: DetectedObject) -> bool:
     if after.geometry is None or after.geometry.joint is None:
         return False
     return abs(part_value(after) - part_value(before)) * lever(after) >= _STILL
-
-
-def _turn(before: Pose, after: Pose) -> float:
-    """Return the angle between two attitudes, radians."""
-    return 2.0 * math.acos(min(1.0, abs(float(np.dot(before.quat_xyzw, after.quat_xyzw)))))

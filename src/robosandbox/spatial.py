@@ -120,6 +120,10 @@ class Pose(StrictModel):
         rotation = self.rotation
         return Pose.from_matrix(self.position + rotation @ other.position, rotation @ other.rotation)
 
+    def angle_to(self, other: Pose) -> float:
+        """Return the angle between two attitudes, radians."""
+        return 2.0 * float(np.arccos(min(1.0, abs(float(np.dot(self.quat_xyzw, other.quat_xyzw))))))
+
     def inverse(self) -> Pose:
         """Return the inverse transform."""
         rotation = self.rotation.T
