@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.draft import Draft, Step
@@ -110,17 +111,18 @@ def _keeps(call: SkillCall, term: str) -> bool:
     return call.skill in _SKILLS_OF[term]
 
 
-def _standing(draft: Draft, skills: Sequence[str]) -> Draft:
-    """Return a draft in which things are gripped where they stand in place of picked up."""
+def _gripped(draft: Draft, skills: Sequence[str], *, lifted: bool) -> Draft:
+    """Return a draft in which what is gripped with a force is so from the start: where it stands, before it is picked up or in place of that."""
+    if "squeeze" not in skills:
+        return draft
     steps: list[Step] = []
-    for step in draft.steps:
+    for step, then in zip_longest(draft.steps, draft.steps[1:]):
         call, last = step.call, steps[-1].call if steps else None
-        if call.skill == "pick" and "squeeze" in skills:
-            steps.append(Step(SkillCall(skill="squeeze", arguments={**call.arguments, "keep": True})))
-        elif call.skill == "close_gripper" and last is not None and last.skill == "squeeze":
-            told = {name: value for name, value in call.arguments.items() if name != "held"}
-            steps[-1] = Step(SkillCall(skill="squeeze", arguments={**last.arguments, **told}))
-        else:
+        grips = then is not None and then.call.skill == "close_gripper" and "held" in then.call.arguments
+        force = {"force": then.call.arguments["force"]} if grips and "force" in then.call.arguments else {}
+        if call.skill == "pick" and (force or not lifted):
+            steps.append(Step(SkillCall(skill="squeeze", arguments={**call.arguments, **force, "keep": True})))
+        if lifted or not (call.skill == "pick" or (call.skill == "close_gripper" and last and last.skill == "squeeze")):
             steps.append(step)
     return replace(draft, steps=tuple(steps))
 
@@ -140,8 +142,7 @@ def done_as_told(reading: Sentence, draft: Draft, skills: Sequence[str]) -> Draf
     # Clockwise is seen from above.
     tempo, told = _tempo_of([words for words in manners if not (turned and words == "from above")], skills)
     terms = [term for term in reading.terms if term in _TERMS]
-    if "unlifted" in terms:
-        draft = _standing(draft, skills)
+    draft = _gripped(draft, skills, lifted="unlifted" not in terms)
     _check_terms(terms, draft)
     if (
         "fingers_closed" in terms
