@@ -118,8 +118,8 @@ def _gripped(draft: Draft, skills: Sequence[str], *, lifted: bool) -> Draft:
     steps: list[Step] = []
     for step, then in zip_longest(draft.steps, draft.steps[1:]):
         call, last = step.call, steps[-1].call if steps else None
-        grips = then is not None and then.call.skill == "close_gripper" and "held" in then.call.arguments
-        force = {"force": then.call.arguments["force"]} if grips and "force" in then.call.arguments else {}
+        told = then.call.arguments if then is not None and then.call.skill == "close_gripper" else {}
+        force = {"force": told["force"]} if "held" in told and "force" in told else {}
         if call.skill == "pick" and (force or not lifted):
             steps.append(Step(SkillCall(skill="squeeze", arguments={**call.arguments, **force, "keep": True})))
         if lifted or not (call.skill == "pick" or (call.skill == "close_gripper" and last and last.skill == "squeeze")):
