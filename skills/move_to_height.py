@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
+from robosandbox.skills.primitives.hand_move import GOES_ON, HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import Pose, SkillResult
@@ -90,6 +90,13 @@ class MoveToHeight(HandMove):
             verbs=tuple(f"{verb} {{}}" for verb in ("lower", "raise", "lift")),
             body="hand",
             slots=(_TO, _SECONDS),
+            required=("height",),
+        ),
+        # "go down to 8 cm, carry on down to 4"
+        Words(
+            verbs=tuple(f"{goes} {way}" for goes in (*HAND_GOES, *GOES_ON) for way in ("down", "up")),
+            body="hand",
+            slots=(Slot(argument="height", kind="length", prepositions=("to", "to about"), endings=_OVER), _SECONDS),
             required=("height",),
         ),
         # "hold it 6 cm above the table", but "lift it 6 cm off the table" is by so much.

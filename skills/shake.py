@@ -10,7 +10,7 @@ from pydantic import Field
 from robosandbox.errors import Phase, UnsupportedError
 from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import ROUNDS, Slot, Words
 from robosandbox.types import Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -21,8 +21,7 @@ _TIMES = Slot(
     endings=tuple((said, 1.0) for said in ("times", "swings", "waves", "wiggles", "goes", "strokes")),
     bare=False,
     phrases=(
-        ("once", 1.0),
-        ("twice", 2.0),
+        *ROUNDS,
         ("a couple of times", 2.0),
         ("a few times", 3.0),
         ("several times", 3.0),

@@ -12,7 +12,7 @@ from robosandbox.errors import Phase, PlacementError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.skills.primitives.hand_move import HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import ROUNDS, Slot, Words
 from robosandbox.types import Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -43,7 +43,7 @@ class Stir(HandMove):
                 prepositions=("", "for"),
                 endings=(("times", 1.0), ("rounds", 1.0), ("turns", 1.0)),
                 bare=False,
-                phrases=(("once", 1.0), ("twice", 2.0)),
+                phrases=ROUNDS,
             ),
         ),
         required=("held",),

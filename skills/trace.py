@@ -10,7 +10,7 @@ from pydantic import Field
 from robosandbox.skills.move_to_height import AT_A_HEIGHT, OF_THE_HAND
 from robosandbox.skills.primitives.hand_move import HAND_GOES, HandMove, Mover
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import ROUNDS, Slot, Words
 from robosandbox.types import Array, Pose, SkillResult
 
 ShapeName = Literal["circle", "square", "triangle", "pentagon", "hexagon", "eight"]
@@ -172,7 +172,7 @@ class Trace(HandMove):
             ),
             OF_THE_HAND,
             AT_A_HEIGHT,
-            Slot(argument="times", kind="number", endings=(("times", 1.0),), bare=False, phrases=(("twice", 2.0),)),
+            Slot(argument="times", kind="number", endings=(("times", 1.0),), bare=False, phrases=ROUNDS),
         ),
         required=("shape",),
     )

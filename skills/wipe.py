@@ -17,7 +17,7 @@ from robosandbox.skills.primitives.guarded import follow_until
 from robosandbox.skills.primitives.hand_move import LIGHT, HandMove, Mover
 from robosandbox.skills.primitives.pressing import StraightPath
 from robosandbox.skills.protocols import SkillContext
-from robosandbox.skills.words import Slot, Words
+from robosandbox.skills.words import ROUNDS, Slot, Words
 from robosandbox.types import DetectedObject, Pose, SkillResult, Trajectory
 from robosandbox.world.relations import bounds, top
 
@@ -60,7 +60,7 @@ _SLOTS = (
         prepositions=("", "back and forth", "to and fro"),
         endings=(("times", 1.0),),
         bare=False,
-        phrases=(("twice", 2.0), ("once", 1.0)),
+        phrases=ROUNDS,
     ),
 )
 

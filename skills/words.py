@@ -96,6 +96,12 @@ class Words:
         return self
 
 
+ROUNDS = tuple(
+    (f"{times} {round_}".rstrip(), count)
+    for times, count in (("once", 1.0), ("twice", 2.0), ("thrice", 3.0))
+    for round_ in ("", "round", "around", "over")
+)
+"""Counts of a stroke that are said in a word, as in "twice round"."""
 # What somebody means who says "a little", metres and rad. Chosen: seen across a table, and short of what is beside.
 A_LITTLE, A_LITTLE_TURN = 0.02, math.radians(10.0)
 TURNS = (

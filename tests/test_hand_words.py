@@ -75,6 +75,11 @@ def written(cell: EmbeddedWorkcell, calls: str) -> tuple[object, ...]:
     [
         ("raise your hand", RefusalCode.AMBIGUOUS, "how far"),
         ("move over", RefusalCode.AMBIGUOUS, "where to"),
+        (
+            "go from (0.4, 0, 0.3), from (0.4, 0.1, 0.3) to (0.5, 0.1, 0.3)",
+            RefusalCode.AMBIGUOUS,
+            "two things for from",
+        ),
         # What would not be as it was told, and words that say more than was understood.
         ("go up 5 cm at constant height", RefusalCode.IMPOSSIBLE, "at one height"),
         ("go left 5 cm, straight up", RefusalCode.IMPOSSIBLE, "straight up"),
@@ -147,7 +152,12 @@ def test_what_is_picked_up_to_be_turned_is_turned_where_it_stands(still: Embedde
 
 
 def test_a_pace_counts_from_the_first_word_on(still: EmbeddedWorkcell) -> None:
-    for said, tempo in (("Slowly move up 5 cm.", "careful"), ("Go slowly up 5 cm", "careful"), ("move up 5 cm", "")):
+    for said, tempo in (
+        ("Slowly move up 5 cm.", "careful"),
+        ("Go slowly up 5 cm", "careful"),
+        ("As fast as you safely can, move up 5 cm", "fast"),
+        ("move up 5 cm", ""),
+    ):
         answer = still.agent.plan(said)
         assert isinstance(answer, Plan)
         assert (answer.tempo, [step.skill for step in answer.steps]) == (tempo, ["move_by"])

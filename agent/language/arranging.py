@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import get_args
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import AlreadySoError, RefusedError, listed
+from robosandbox.agent.language.draft import Step
 from robosandbox.agent.language.intent import (
     At,
     Command,
@@ -20,7 +22,7 @@ from robosandbox.agent.language.intent import (
 )
 from robosandbox.agent.language.scene_words import id_parts
 from robosandbox.agent.language.stacking import Stacking
-from robosandbox.types import RefusalCode, Side
+from robosandbox.types import RefusalCode, Side, SkillCall
 
 
 class Arranging(Stacking):
@@ -146,6 +148,7 @@ class Arranging(Stacking):
         )
 
     def _release(self, command: Command) -> None:
+        self._wait_in_the_air()
         held = self.world.held
         if not held and self.steps and self.steps[-1].call.skill in ("squeeze", "press_down", "press", "tap"):
             # "squeeze it and let it go again", "press on it for 3 seconds, then release"
@@ -174,6 +177,19 @@ class Arranging(Stacking):
         if names != (held,):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {held}, not {listed(names)}.", (held,))
         self._put_free(held, self.world.at[held])
+
+    def _wait_in_the_air(self) -> None:
+        """Have what was carried some way and is put down after waiting held while the hand waits, and put down then."""
+        waits = [*itertools.takewhile(lambda step: step.call.skill == "wait", reversed(self.steps))]
+        k = len(self.steps) - len(waits) - 1
+        taken = [step.call.arguments["object"] for step in self.steps[: max(k, 0)] if step.call.skill == "pick"]
+        if not waits or not taken or self.steps[k].call.skill != "place_at" or "move_by" not in self.skills:
+            return
+        place, (x, y) = self.steps[k], self.discourse.origins[str(taken[-1])][0]
+        to = place.call.arguments
+        way = {"dx": round(float(to["x"]) - x, 4), "dy": round(float(to["y"]) - y, 4)}
+        over = Step(SkillCall(skill="move_by", arguments={axis: far for axis, far in way.items() if far}))
+        self.steps[k:] = [over, *waits, place]
 
     def _aside(self, command: Command) -> None:
         names, _ = self._objects(command)

@@ -35,7 +35,7 @@ from robosandbox.agent.language.intent import (
 from robosandbox.agent.language.logic import If, While, commands_of
 from robosandbox.agent.language.orders import Fits
 from robosandbox.agent.language.readings import check_sides, fused, is_tower, swapped
-from robosandbox.agent.language.skill_words import resolved, ways_of, words_of
+from robosandbox.agent.language.skill_words import points_of, resolved, ways_of, words_of
 from robosandbox.agent.language.terms import ONE_MOTION, UNTOUCHED
 from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
@@ -435,6 +435,11 @@ class _Builder(Deciding):
                 for ref in with_nouns(value):
                     self._worded(replace(command, slots=((argument, ref), *kept)))
                 return
+        if len(points := points_of(words, command.slots)) > 1:
+            # "go to (a), (b) and (c)"
+            for kept in points:
+                self._worded(replace(command, slots=kept))
+            return
         hand_alone = self.steps and self.steps[-1].call.skill in UNTOUCHED and not self.world.held
         if command.skill == "wait" and hand_alone and [ref.determiner for ref in command.objects] == ["it"]:
             # "tilt your hand and hold it for two seconds"
@@ -479,6 +484,7 @@ class _Builder(Deciding):
             self._take(others["held"])
         elif words.hand == "holding":
             self._take(name)
+            self.taken_for_this.update({name} if took else ())
         elif words.hand == "any" and words.holds:
             # "grab the cube, lift it 12 cm": it is lifted by so much from where it stands.
             self._leave_standing(name)

@@ -1261,7 +1261,7 @@ def _turns(values: dict[str, Any], text: str) -> Any:
 
 FORMS: dict[str, Callable[[dict[str, Any], str], Any]] = {
     "any": lambda values, text: values["is"],
-    "list": _list,
+    "list": _list, "numbers": lambda values, text: tuple(values["of"]),
     "Commas": _commas, "slot": lambda values, text: tuple((name.replace("__", " "), value) for name, value in values.items()),
     "triple": lambda values, text: tuple(map(float, values["of"])),
     "product": _product, "vague": lambda values, text: Vague(_product(values, text)), "sum": lambda values, text: sum(values["of"]), "Aside": lambda values, text: text, "Pair": lambda values, text: with_nouns(tuple(values["of"])), "Name": lambda values, text: "_".join(str(part) for part in values["of"]), "Rate": lambda values, text: f"{_product(values, text):g} m/s", "Paced": lambda values, text: f"{100.0 * _product(values, text):.0f} %", "Lasting": lambda values, text: f"{_product(values, text):g} s", "Length": _length, "Ref": _thing, "Spread": _spread, "Measure": _measure, "Command": _command, "Sentence": _sentence,

@@ -49,6 +49,8 @@ class Hands:
         self.moved: set[str] = set()
         # What a skill has picked up and put down itself, though it was to be picked up before.
         self.left_standing: set[str] = set()
+        # What was picked up for a skill alone, without being told so.
+        self.taken_for_this: set[str] = set()
         self.came_from = dict(discourse.origins)
 
     def _add(self, skill: str, others: Sequence[dict[str, Any]] = (), **arguments: Any) -> None:
@@ -67,8 +69,9 @@ class Hands:
     def _need_empty(self, what: str, name: str | None = None) -> None:
         held = self.world.held
         if held and held != name:
-            if held in self.poured and held in self.discourse.origins and self.discourse.origins[held][1] is None:
-                # "pour the rice in the pan, then the beans": what is poured out goes back where it stood.
+            done_with = held in self.poured or held in self.taken_for_this
+            if done_with and held in self.discourse.origins and self.discourse.origins[held][1] is None:
+                # "pour the rice in the pan, then the beans", "weigh both cubes": what is done with goes back where it stood.
                 x, y = self.discourse.origins[held][0]
                 self._add("place_at", x=round(x, 4), y=round(y, 4))
                 self.world.put(held, (x, y))

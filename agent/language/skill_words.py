@@ -128,12 +128,31 @@ def resolved(words: Words, filled: Filled, one: Any) -> dict[str, Any]:
         if isinstance(value, Ref):
             arguments[argument] = one(value)
         elif isinstance(value, tuple):
-            values = (one(each) if isinstance(each, Ref) else _rounded(each) for each in value)
-            arguments.update(zip(argument.split(), values, strict=True))
+            names = argument.split()
+            values = [one(each) if isinstance(each, Ref) else _rounded(each) for each in value]
+            if len(values) != len(names) or any(arguments.get(*at) != at[1] for at in zip(names, values, strict=True)):
+                raise RefusedError(RefusalCode.AMBIGUOUS, f"You said two things for {', '.join(names)}; which?")
+            arguments.update(zip(names, values, strict=True))
         else:
             arguments[argument] = _rounded(value)
             vague = vague | {argument} if isinstance(value, Vague) else vague - {argument}
     return arguments
+
+
+def points_of(words: Words, filled: Filled) -> list[Filled]:
+    """Return the phrases for each of the points that a verb needs and that are told one after the other: "to (a), (b) and (c)".
+
+    Where it begins goes with the first of them.
+    """
+    points = [slot.argument for slot in words.slots if slot.kind == "point"]
+    for to in points:
+        if to in (*words.required, *words.needed):
+            numbers = [number for argument, value in filled if argument == to for number in value]
+            places = zip(*(numbers[k :: len(to.split())] for k in range(len(to.split()))), strict=True)
+            others = tuple(phrase for phrase in filled if phrase[0] != to)
+            along = tuple(phrase for phrase in others if phrase[0] not in points)
+            return [((to, place), *(along if k else others)) for k, place in enumerate(places)]
+    return []
 
 
 def _asked(slot: Slot) -> str:
@@ -174,7 +193,7 @@ def _way(skill: str, k: int, words: Words) -> Iterator[str]:
     verbs = tuple(_verbs(own, words))
     yield from (line for lines, _ in verbs for line in lines)
     for j, slot in enumerate(words.slots):
-        yield from _slot(f"{own}_{j}", slot, words.nouns)
+        yield from _slot(f"{own}_{j}", slot, words)
     free = [j for j, slot in enumerate(words.slots) if slot.kind in _FREE and "" in slot.prepositions]
     if words.slots and len(free) < len(words.slots):
         yield f"gap_with_{own}"
@@ -305,8 +324,8 @@ def _said_without_verbs(phrases: _Phrases, words: Words, act: str) -> Iterator[s
         )
 
 
-def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
-    """Yield the rule of what fills an argument, and the classes that it is made of; `nouns` of the act may stand in it."""
+def _slot(own: str, slot: Slot, words: Words) -> Iterator[str]:
+    """Yield the rule of what fills an argument, and the classes that it is made of; nouns of the act may stand in it."""
     plain = [(phrase, value) for phrase, value in slot.phrases if "," not in phrase]
     begins = [(phrase, value) for phrase, value in slot.beginnings if phrase and "," not in phrase]
     yield from _class(f"PH_{own}", plain)
@@ -334,8 +353,12 @@ def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
                         f"{both}E_{own}", f"{both}E_{own}".upper()
                     )
                 )
-        quoted = " | ".join(f'"{noun}"' for noun in nouns)
-        told += [f"{measure} ({quoted}) {_of(f'EN_{own}')}"] if slot.endings and nouns and slot.kind == "length" else []
+        quoted = " | ".join(f'"{noun}"' for noun in words.nouns)
+        told += (
+            [f"{measure} ({quoted}) {_of(f'EN_{own}')}"]
+            if slot.endings and words.nouns and slot.kind == "length"
+            else []
+        )
         # "a bit narrower", where "a bit" is no way of its own.
         unsigned = all(isinstance(value, float) and value > 0.0 for _, value in plain)
         vague = [_of(f"PH_{own}")]
@@ -366,12 +389,14 @@ def _slot(own: str, slot: Slot, nouns: Sequence[str] = ()) -> Iterator[str]:
         "speed": "rate",
     }.get(slot.kind) or (f"value_{own}" if numeric else "")
     for preposition in slot.prepositions if filler else ():
-        words = "".join(f'"{word}" ' for word in preposition.split())
-        yield f"  = {'RIGHTLY? ' if words else ''}{words}{field}:{filler}"
+        before = "".join(f'"{word}" ' for word in preposition.split())
+        yield f"  = {'RIGHTLY? ' if before else ''}{before}{field}:{filler}"
         if slot.kind == "object":
             # "over the red, the green and the blue cube"
-            yield f"  = {words}{field}:one_by_one"
+            yield f"  = {before}{field}:one_by_one"
             yield from [f"  = {field}:from_one_to_another"] * (preposition == "over")
+        if slot.kind == "point" and slot.argument in (*words.required, *words.needed):
+            yield f"  = {before}{field}:points_in_order"
 
 
 def _of(name: str) -> str:

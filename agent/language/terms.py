@@ -197,7 +197,7 @@ def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
         words: tempo
         for words in manners
         for tempo in reversed(tempos)
-        if not {*tempos[tempo]}.isdisjoint(words.lower().split())
+        if not {*tempos[tempo]}.isdisjoint(_told_by(words.lower().split()))
     }
     others = [words for words in manners if words not in asked]
     if "set_tempo" not in names or len({*asked.values()}) != 1:
@@ -212,6 +212,11 @@ def _tempo_of(manners: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
         usual = "" if asked else ": I go at my usual speed"
         notes.append(f"No skill takes {listed([f'“{words}”' for words in others])}{usual}.")
     return next(iter(asked.values()), ""), " ".join(notes)
+
+
+def _told_by(words: Sequence[str]) -> Sequence[str]:
+    """Return which of some words of speed and care tell the tempo: "as fast as you safely can" is fast."""
+    return words[1:2] if words[:1] == ["as"] and "as" in words[2:] else words
 
 
 def _timed(tempos: Sequence[str], draft: Draft, skills: Sequence[str]) -> tuple[str, str]:

@@ -51,6 +51,8 @@ _BRINGS = (
     *("bring", "take", "put", "place", "push", "pull", "nudge", "displace", "offset", "lead", "guide", "send", "set"),
     *("ease", "carry", "reposition", "get"),
 )
+# How somebody says it who has said it before: "carry on down".
+GOES_ON = ("carry on", "go on", "continue", "keep going", "keep moving", "go further", "move on")
 HAND_GOES = (*_GOES, *(f"{verb} {{}}" for verb in _BRINGS))
 # m/s of a hand that feels its way: two fingertips of the bundled arm that meet the table at once knock on it with 25 N, and with
 # twice that at twice the speed.

@@ -69,8 +69,8 @@ from robosandbox.world.rings import placements_around
 
 # Metres above the support from which the last of the way is for it alone; chosen as four times the planner's clearance.
 _STAND_OFF = 0.004
-# Metres by which a thing may slide in the hand on its way and still come down as it was planned; chosen as half of the stand-off.
-_SLID = 0.002
+# Metres by which a thing may slide in the hand on its way and still come down as it was planned, short of what it stands off.
+_SLID = _STAND_OFF / 2.0
 # How far each finger opens to let go, metres, in steps that no wall fits between; chosen as a size's error ten times
 # over where there is room (halved or doubled, 1 % of an episode's time).
 _OPENINGS = (0.0, 0.003, 0.006, 0.009, 0.012)
@@ -162,7 +162,7 @@ def place(
     held = arm.find(held.id, scene)
     way = plan_place(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
-    way = _as_it_sits(arm, held.id, way, allowed)
+    way = _as_it_sits(arm, held.id, way, allowed, skill)
     _lower(arm, held.id, way, lower)
     _release(arm, held.id, way)
     after = arm.settle(held.id)
@@ -175,20 +175,25 @@ def place(
         placed = arm.find(held.id, after)
         relation = check(placed, after)
     if after.held == held.id or not relation.holds:
-        reason: Literal["stuck", "toppled", "missed"] = (
-            "stuck" if after.held == held.id else "toppled" if _toppled(way.goal, placed.pose) else "missed"
-        )
-        figures = ", ".join(f"{name} {value:.1f}" for name, value in relation.detail.items())
-        raise PlacementError(
-            f"{held.id} is not where it was placed ({target}): {reason}, {figures}; look again and place it anew",
-            phase=Phase.VERIFY,
-            evidence=PlacementEvidence(
-                object=held.id, target=target, reason=reason, expected=way.goal, actual=placed.pose
-            ),
-        )
+        raise _elsewhere(placed, way.goal, target, relation, stuck=after.held == held.id)
     return SkillResult(
         skill=skill,
         detail={"object": held.id, "target": target, **relation.detail},
+    )
+
+
+def _elsewhere(
+    placed: DetectedObject, goal: Pose, target: str, relation: MeasuredRelation, *, stuck: bool
+) -> PlacementError:
+    """Return the failure of what does not stand where it was put, or is still in the hand."""
+    reason: Literal["stuck", "toppled", "missed"] = (
+        "stuck" if stuck else "toppled" if _toppled(goal, placed.pose) else "missed"
+    )
+    figures = ", ".join(f"{name} {value:.1f}" for name, value in relation.detail.items())
+    return PlacementError(
+        f"{placed.id} is not where it was placed ({target}): {reason}, {figures}; look again and place it anew",
+        phase=Phase.VERIFY,
+        evidence=PlacementEvidence(object=placed.id, target=target, reason=reason, expected=goal, actual=placed.pose),
     )
 
 
@@ -546,8 +551,10 @@ class _PlaceSearch:
         return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
 
 
-def _as_it_sits(arm: Manipulator, object_id: str, way: PlacePlan, allowed: tuple[str, ...]) -> PlacePlan:
+def _as_it_sits(arm: Manipulator, object_id: str, way: PlacePlan, allowed: tuple[str, ...], skill: str) -> PlacePlan:
     """Return the plan with a way down that fits how the object sits in the hand by now, where it has slid on its way.
+
+    The way down stays as it was where that one is blocked.
 
     Raises:
         NotHoldingError: It has slipped out.
@@ -557,7 +564,7 @@ def _as_it_sits(arm: Manipulator, object_id: str, way: PlacePlan, allowed: tuple
         # What only shakes in the hand is seen in it when it is still.
         scene = arm.settle(object_id)
         if slip := first_refuted([fact("holding", object_id)], view := View.of(scene)):
-            raise lost(*slip, view, by="place")
+            raise lost(*slip, view, by=skill)
     held = arm.find(object_id, scene)
     in_hand = arm.state.tcp_pose.inverse() @ held.pose
     if np.linalg.norm(in_hand.position - way.in_hand.position) < _SLID and in_hand.angle_to(way.in_hand) < _ASKEW:

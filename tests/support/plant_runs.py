@@ -6,25 +6,30 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import Any
 
 from support.hidden_plant import Plant
 
-from robosandbox.errors import RoboSandboxError
+from robosandbox.errors import InputError, RoboSandboxError
+from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.evaluate import evaluate
-from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.layouts import Layouts
+from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.workcell.session import EmbeddedWorkcell
 
 # Slower than this the arm stands, rad/s: what an encoder's single count makes of a joint that holds.
 STANDS = 0.05
 # Seconds for which it has to.
 STANDS_FOR = 0.3
+# Layouts that are looked through for each in which the arm has room.
+_LAYOUTS = 3
 
 
 def run_tasks(
     cell_of: Callable[[str, int], AbstractContextManager[tuple[Plant, EmbeddedWorkcell]]],
     names: Sequence[str],
-    seeds: range,
+    seeds: Sequence[int],
 ) -> list[dict[str, Any]]:
     """Run tasks in cells that are opened by task and seed; print and return a row an episode."""
     rows = []
@@ -45,6 +50,23 @@ def run_tasks(
             rows.append(row)
             print(json.dumps(row), flush=True)
     return rows
+
+
+def roomy_seeds(task: str, robot: Path, count: int) -> list[int]:
+    """Return the first seeds of a task in whose layouts an arm has room; most of the suite is laid out for a larger one."""
+    found = find_task(task)
+    layouts = Layouts(found.model_copy(update={"scene": with_robot(found.scene, robot)}))
+    seeds: list[int] = []
+    for seed in range(_LAYOUTS * count):
+        if len(seeds) == count:
+            break
+        try:
+            layouts.lay_out(seed, lambda scene, q: open_mujoco(scene, start_q=q)).close()
+        except InputError as error:
+            print(json.dumps({"task": task, "seed": seed, "unfit": str(error)[:120]}), flush=True)
+        else:
+            seeds.append(seed)
+    return seeds
 
 
 def stood_after(plant: Plant, since: float) -> float | None:

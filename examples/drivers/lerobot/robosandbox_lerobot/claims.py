@@ -26,7 +26,7 @@ import yaml
 from lerobot.robots.so_follower import SO101Follower, SO101FollowerConfig
 from lerobot_robot_robosandbox import Robosandbox, RobosandboxConfig
 from support.models import wheel_files
-from support.plant_runs import run_tasks, stood_after
+from support.plant_runs import roomy_seeds, run_tasks, stood_after
 from support.servo_bus import Plant, emulated
 from support.servo_fuzz import fuzz
 
@@ -36,7 +36,6 @@ from robosandbox.drivers.feetech.calibration import ServoCalibration, read_calib
 from robosandbox.errors import FaultError, InputError
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
-from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.types import Trajectory
 from robosandbox.workcell.session import EmbeddedWorkcell, open_session
@@ -48,8 +47,6 @@ JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_ro
 FPS = 30
 ENV = ("--env.type=robosandbox", f"--env.task={TASK}", f"--env.fps={FPS}")
 ROBOT = ("--robot.type=robosandbox", f"--robot.task={TASK}", f"--robot.fps={FPS}")
-# Layouts of a task that are looked through for one in which the arm has room.
-_SEEDS = 6
 
 
 def claim(tried: Callable[[], str]) -> Callable[[], str]:
@@ -96,28 +93,6 @@ def calibrate(folder: Path) -> None:
 def standard_tasks() -> list[str]:
     """Return the thirteen tasks."""
     return [entry.name for entry in task_entries() if entry.suite == STANDARD_SUITE]
-
-
-def tried(task: str, layouts: int) -> list[dict[str, Any]]:
-    """Run a task in its first layouts in which the arm has room; most of the suite is laid out for a larger one."""
-    rows: list[dict[str, Any]] = []
-    for seed in range(_SEEDS):
-        if len(rows) == layouts:
-            break
-        try:
-            fits(task, seed)
-        except InputError as error:
-            print(json.dumps({"task": task, "seed": seed, "unfit": str(error)[:120]}), flush=True)
-        else:
-            rows += run_tasks(cell_of, [task], range(seed, seed + 1))
-    return rows
-
-
-def fits(task: str, seed: int) -> None:
-    """Raise InputError where the task's layout has no place for the arm."""
-    found = find_task(task)
-    found = found.model_copy(update={"scene": with_robot(found.scene, so101())})
-    Layouts(found).lay_out(seed, lambda scene, q: open_mujoco(scene, start_q=q)).close()
 
 
 @contextmanager
@@ -450,7 +425,10 @@ def main() -> None:
     for name in given.what:
         began = time.monotonic()
         if name == "tasks":
-            rows = [row for task in given.tasks or standard_tasks() for row in tried(task, given.seeds)]
+            names = given.tasks or standard_tasks()
+            rows = [
+                row for name in names for row in run_tasks(cell_of, [name], roomy_seeds(name, so101(), given.seeds))
+            ]
             said = f"{sum(row['judged'] for row in rows)} of {len(rows)}; claimed and not so: "
             said += str(sum(row["claimed"] and not row["judged"] for row in rows))
         elif name == "fuzz":
