@@ -12,40 +12,52 @@ from robosandbox.skills.protocols import SkillContext
 from robosandbox.skills.words import Slot, Words
 from robosandbox.types import SkillResult
 
+_TO = Slot(
+    argument="x y z",
+    kind="point",
+    prepositions=(
+        *("", "to", "to position", "to the position", "to point", "to the point", "through"),
+        *(
+            f"{to} {these} points {so}".rstrip()
+            for to in ("through", "to", "along")
+            for these in ("these", "the", "the following")
+            for so in ("", ":", "one after the other", "one after the other :", "in turn :", "in order :")
+        ),
+    ),
+)
+_FROM = Slot(
+    argument="from_x from_y from_z",
+    kind="point",
+    prepositions=("from", "starting at", "starting from", "from the point", "from point"),
+)
+_LINES = tuple(
+    f"{verb} a {straight}line"
+    for verb in ("draw", "trace", "follow", "go along", "move along", "run along")
+    for straight in ("", "straight ")
+)
+
 
 class MoveTo(HandMove):
     """Move the hand to a pose."""
 
     name = "move_to"
-    words = Words(
-        verbs=(*HAND_GOES, "visit", "go through"),
-        body="hand",
-        slots=(
-            Slot(
-                argument="x y z",
-                kind="point",
-                prepositions=(
-                    *("", "to", "to position", "to the position", "to point", "to the point", "through"),
-                    *(
-                        f"{to} {these} points {so}".rstrip()
-                        for to in ("through", "to", "along")
-                        for these in ("these", "the", "the following")
-                        for so in ("", ":", "one after the other", "one after the other :", "in turn :", "in order :")
-                    ),
+    words = (
+        Words(
+            verbs=(*HAND_GOES, "visit", "go through"),
+            body="hand",
+            slots=(
+                _TO,
+                _FROM,
+                Slot(
+                    argument="straight",
+                    kind="phrase",
+                    phrases=(("in a straight line", True), ("straight", True), ("linearly", True)),
                 ),
             ),
-            Slot(
-                argument="from_x from_y from_z",
-                kind="point",
-                prepositions=("from", "starting at", "starting from", "from the point", "from point"),
-            ),
-            Slot(
-                argument="straight",
-                kind="phrase",
-                phrases=(("in a straight line", True), ("straight", True), ("linearly", True)),
-            ),
+            required=("x y z",),
         ),
-        required=("x y z",),
+        # "follow a straight line from (a) to (b)"
+        Words(verbs=_LINES, body="hand", slots=(_TO, _FROM), required=("x y z",), means=(("straight", True),)),
     )
 
     def run(

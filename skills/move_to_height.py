@@ -32,7 +32,7 @@ AT_A_HEIGHT = Slot(
     argument="height",
     kind="length",
     prepositions=(
-        *("to a height of", "at a height of", "to height", "to a level of", "at an altitude of"),
+        *("to a height of", "at a height of", "to height", "to a level of", "at an altitude of", "at z", "at z ="),
         *(
             f"{kept} {steady}"
             for kept in ("at", "keeping", "keeping at", "maintaining", "staying at", "holding")

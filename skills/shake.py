@@ -81,6 +81,8 @@ def _to_and_fro(ways: tuple[str, ...]) -> tuple[str, ...]:
     goes = (
         "move",
         "go",
+        "swing",
+        "sway",
         *(f"{verb} {{}}" for verb in ("move", "swing", "shake", "wave", "bring")),
     )
     return tuple(f"{verb} {way}" for verb in goes for way in ways)

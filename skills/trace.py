@@ -154,6 +154,7 @@ class Trace(HandMove):
     words = Words(
         verbs=("draw", "trace", "make", "do", "sketch", "draw me", "trace me", "sketch me", *HAND_GOES),
         body="hand",
+        alone=True,
         slots=(
             Slot(argument="shape", kind="phrase", phrases=_SHAPES),
             Slot(

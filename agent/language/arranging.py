@@ -174,7 +174,7 @@ class Arranging(Stacking):
             names, _ = self._objects(command, fits=lambda name: name == held)
         except RefusedError:
             names, _ = self._objects(command)
-        if names != (held,):
+        if names and names != (held,):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {held}, not {listed(names)}.", (held,))
         self._put_free(held, self.world.at[held])
 

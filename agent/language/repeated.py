@@ -10,7 +10,7 @@ from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.types import Refusal, RefusalCode, SkillCall
 
 _COUNTED = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-TIMES = {"once": 1, "one time": 1, "twice": 2, "thrice": 3, "a couple of times": 2, "a few times": 3}
+TIMES = {"once": 1, "just once": 1, "one time": 1, "twice": 2, "thrice": 3, "a couple of times": 2, "a few times": 3}
 TIMES |= {f"{word} times": number for number, word in enumerate(_COUNTED, 1) if number > 1}
 TIMES |= {f"{phrase} each": count for phrase, count in TIMES.items()}
 # How often something may be done over.
@@ -21,6 +21,7 @@ _OFTEN = "|".join(
     sorted(
         (
             *(words for words, times in TIMES.items() if times > 1),
+            r"(?:just )?once(?= ?[.!]?$)",
             r"\d+ times?",
             r"\d+ ?x(?= ?:)",
             r"x ?\d+(?= ?[.!]?$)",
@@ -61,7 +62,7 @@ _ENDLESSLY = re.compile(
 )
 # What says behind an order that it is done over.
 _TAIL = re.compile(
-    r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the whole thing|everything|all of that|(?:that|this|the)(?: whole)? (?:round|tour|trip|sequence|cycle|lot))(?P<more> again)?$|[ ,.;]*(?:and )?(?:then )?repeat$",
+    r"[ ,.;]*(?:and )?(?:then )?(?:do|repeat) (?:that|this|it|the same(?: thing)?|the whole thing|everything|all of that|(?:that|this|the)(?: whole)? (?:round|tour|trip|sequence|cycle|lot))(?P<more> again)?$|[ ,.;]*(?:and )?(?:then )?repeat$",
     re.IGNORECASE,
 )
 # What asks whether that is understood, or for what is told anyway.
