@@ -17,6 +17,8 @@ from robosandbox.values import frozen
 
 # Integral action: share of the error that is taken up a tick, chosen so that half of it is taken up in 8 ticks.
 _TRIM_SHARE = 0.08
+# Share of what a servo can give from where on it gives all.
+_SPENT = 0.98
 # The most that integral action shifts a command, rad or m: chosen so that an arm that was blocked does not leap when it is free.
 _LARGEST_TRIM = 0.3
 
@@ -65,10 +67,16 @@ class ControlledSimulation(Simulation):
         """Let one control tick pass with an arm's commands shifted against what keeps it off `goal` (n,).
 
         That is integral action: a servo of finite stiffness sags under a load and stops short of a joint's friction.
-        What it takes is kept for the motions that follow.
+        What it takes is kept for the motions that follow. A servo that gives all that it can already is not sent farther: it would
+        only be wound up, and leap when it is free.
         """
-        robot, data = self.robots[arm], self._live
+        robot, data, motors = self.robots[arm], self._live, self.robots[arm].actuator_ids
         off = goal - data.qpos[robot.qpos_indices]
+        ranges, force = self.model.actuator_forcerange[motors], data.actuator_force[motors]
+        spent = self.model.actuator_forcelimited[motors].astype(bool) & np.where(
+            off > 0.0, force >= _SPENT * ranges[:, 1], force <= _SPENT * ranges[:, 0]
+        )
+        off[spent] = 0.0
         trim = self._trims[arm] = np.clip(self._trims[arm] + _TRIM_SHARE * off, -_LARGEST_TRIM, _LARGEST_TRIM)
         data.ctrl[robot.actuator_ids] = robot.control(goal + trim)
         self._tick(guards)

@@ -57,6 +57,7 @@ class PushEvidence(Evidence):
         reason: It went elsewhere ("missed"), or did not give way to as much force as is allowed ("resisted").
         force: The most that the hand pressed on it with in the last stroke, N; None where the driver does not tell.
         blocking: What it stands against on the side that it was to go to.
+        spent: Joint whose servo gave all that it can, and the object did not give way to that.
     """
 
     object: str
@@ -66,6 +67,7 @@ class PushEvidence(Evidence):
     reason: Literal["missed", "resisted"] = "missed"
     force: float | None = None
     blocking: tuple[str, ...] = ()
+    spent: str | None = None
 
     def met(self) -> tuple[str, ...]:
         """Return what the object stands against."""
@@ -114,7 +116,12 @@ class Push(Skill):
         if failed.had_begun and left > _PROGRESS:
             rest = SkillCall(skill=self.name, arguments={"object": object, "direction": direction, "distance": left})
             yield Alternative(why="what is left of the way", call=rest)
-        if isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and not evidence.blocking:
+        if (
+            isinstance(evidence, PushEvidence)
+            and evidence.reason == "resisted"
+            and not evidence.blocking
+            and not evidence.spent
+        ):
             # Nothing holds it but its weight: what does not slide under the force that is allowed is not lifted with it either.
             return
         x, y = centre(now)[:2] + left * np.array(DIRECTION_AXES[direction])
@@ -169,6 +176,7 @@ class Push(Skill):
                 reason="resisted" if pressed is not None and not pressed.arrived else "missed",
                 force=None if pressed is None or pressed.force is None else round(pressed.force, 2),
                 blocking=_ahead(scene, after, axis),
+                spent=None if pressed is None else pressed.spent,
             )
             raise PushError(_why(evidence, direction, ctx.max_force_n), phase=Phase.VERIFY, evidence=evidence)
         force = {} if pressed is None or pressed.force is None else {"force_n": pressed.force}
@@ -208,7 +216,12 @@ class PushTo(Skill):
         if failed.had_begun and _missing(before, x, y) - _missing(now, x, y) > _PROGRESS:
             yield Alternative(why="what is left of the way", call=failed.call)
         evidence = failed.error.evidence
-        if isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and not evidence.blocking:
+        if (
+            isinstance(evidence, PushEvidence)
+            and evidence.reason == "resisted"
+            and not evidence.blocking
+            and not evidence.spent
+        ):
             return
         yield Alternative(why="carried there in place of pushed", first=(fact("at", object, x, y),))
 
@@ -258,6 +271,7 @@ class PushTo(Skill):
                 reason="resisted" if pressed is not None and not pressed.arrived else "missed",
                 force=None if pressed is None or pressed.force is None else round(pressed.force, 2),
                 blocking=_ahead(scene, after, axis),
+                spent=None if pressed is None else pressed.spent,
             )
             raise PushError(
                 _why(evidence, f"towards ({x:.3f}, {y:.3f})", ctx.max_force_n), phase=Phase.VERIFY, evidence=evidence
@@ -325,6 +339,8 @@ def _why(evidence: PushEvidence, way: str, most: float) -> str:
     )
     if evidence.reason == "missed":
         return f"{said}; look again and push the rest"
+    if evidence.spent:
+        return f"{said}: it resists {evidence.force:.0f} N, and the servo of {evidence.spent} gives no more; carry it, or clear its way"
     held = (
         f"{', '.join(evidence.blocking)} is in its way"
         if evidence.blocking

@@ -17,6 +17,7 @@ from robosandbox.perception.sensed import SensedDriver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.skills.events import PhaseEntered
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.pressing import StraightPath, _Push
 from robosandbox.skills.primitives.sliding import slides_under
@@ -218,6 +219,32 @@ def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
             "not until the time of the whole way, 300 s for each metre, has passed"
         )
         session.agent.perform(SkillCall(skill="home", arguments={}))
+
+
+def test_servos_that_give_all_are_not_wound_up_by_a_push() -> None:
+    with open_session(scene(3.0), what_if=False) as session:
+        plant = session.mujoco
+        motors = plant.robot.actuator_ids
+
+        def weaken(event: object) -> None:
+            if isinstance(event, PhaseEntered) and event.phase == Phase.PUSH:
+                plant.model.actuator_forcelimited[motors], plant.model.actuator_forcerange[motors] = 1, (-5.0, 5.0)
+
+        session.ctx.events.subscribe(weaken)
+        before, ahead = session.truth().objects["cube"].pose.position, [0.0]
+
+        def look() -> None:
+            sent, joints = plant._live.ctrl[motors], plant._live.qpos[plant.robot.qpos_indices]
+            ahead.append(float(np.abs(sent - joints).max()))
+
+        session.driver.subscribe(look)
+        with pytest.raises(PushError, match=r"the servo of \S+ gives no more; carry it") as caught:
+            push(session, "forward")
+        evidence = caught.value.evidence
+        assert isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and evidence.spent
+        # Integral action alone may shift a command by 0.3 rad, and what the hand trails by comes on top of that.
+        assert max(ahead) < 0.25
+        assert np.linalg.norm(session.truth().objects["cube"].pose.position - before) < 0.01
 
 
 def test_a_robots_own_limit_is_kept_in_a_push() -> None:

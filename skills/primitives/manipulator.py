@@ -192,6 +192,16 @@ class Manipulator(Fingers):
             else:
                 self._arm.trim(goal, guards)
 
+    def spent(self) -> str | None:
+        """Return the joint whose servo gives all that it can now; None where none does, or where the driver does not tell."""
+        if not self.driver.capabilities.joint_torque:
+            return None
+        for joint, name in enumerate(self.spec.joints):
+            force, limit = self._arm.servo_force(joint)
+            if force >= _SPENT * limit:
+                return name
+        return None
+
     def _off_goal(self, goal: Array, joint: int, phase: str) -> TrackingError:
         """Return the error of a joint that did not get to its goal, with what its servo gave for it."""
         robot, error = self.spec, float((goal - self.q)[joint])
