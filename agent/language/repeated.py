@@ -117,9 +117,15 @@ def several_times(prompt: str, ids: Collection[str], read: Callable[[str], Draft
         ids: Of the things in the scene.
         read: Reads a sentence.
     """
-    often = _TIMES.search(prompt)
+    rhythm = _EVERY.search(prompt)
+    # "wave twice every two seconds, three times": what is done is "wave twice".
+    often = (rhythm and _TIMES.search(prompt, rhythm.end())) or _TIMES.search(prompt)
     if often is None:
         return _paused_at_each(prompt, read)
+    counted = read(prompt[: often.end("often")] + prompt[often.end() :]) if often.end("often") < often.end() else None
+    if isinstance(counted, Draft) and any("times" in call.arguments for call in counted.calls):
+        # "nod five times in all": a stroke that counts itself.
+        return counted
     order, pause = prompt[: often.start()] + prompt[often.end() :], tuple[Step, ...]()
     times = _number(often["often"].lower())
     every = _EVERY.search(order)
