@@ -4,7 +4,8 @@
     uv run benchmarks/servos.py faults --times 20 [--only cable frozen]
     uv run benchmarks/servos.py fuzz --commands 10000
 
-`tasks` runs the standard suite from pixels of the plant's cameras. `faults` spoils something at a random moment of a pick, and tells
+`tasks` runs the standard suite from pixels of the plant's cameras, in layouts where the arm has room, and beside it in plain
+simulation by the truth: what is out of an arm's reach there is beyond it. `faults` spoils something at a random moment of a pick, and tells
 what was said, how long the arm took to stand, whether anything was sent to it afterwards, and what the plant says of the cube; then
 the cause is taken away, a person calls `recover` and says the sentence again. `fuzz` sends jumps, numbers that are none, ways past
 every limit, and reads the log of the bus. Everything goes by the wall's clock: run it with nothing beside it. Ends with 1 where
@@ -29,7 +30,7 @@ from pathlib import Path
 from typing import Any
 
 from support.models import wheel_files
-from support.plant_runs import roomy_seeds, run_tasks, stood_after
+from support.plant_runs import done_in_simulation, roomy_seeds, run_tasks, stood_after
 from support.servo_bus import Plant, emulated
 from support.servo_fuzz import fuzz
 
@@ -200,6 +201,12 @@ def _tasks(given: argparse.Namespace) -> int:
     rows = []
     for name in names:
         rows += run_tasks(partial(cell_of, given.arm), [name], roomy_seeds(name, model, given.seeds))
+    for row in rows:
+        row["simulated"] = done_in_simulation(row["task"], model, row["seed"])
+    can = [row for row in rows if row["simulated"]]
+    lost = [f"{row['task']} {row['seed']}: {row['said']}" for row in can if not row["judged"]]
+    print("not done over the bus:", *lost, sep="\n  ")
+    print(f"in plain simulation, seeing the truth: {len(can)}, of these over the bus: {len(can) - len(lost)}")
     false = sum(row["claimed"] and not row["judged"] for row in rows)
     print(f"{given.arm}: judged {sum(row['judged'] for row in rows)} of {len(rows)}, false claims {false}")
     return 1 if false else 0

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from support.behind import backend
 from support.listening import on_phases
 
 from robosandbox.apps.bench.contact_monitor import ContactMonitor
-from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError
+from robosandbox.errors import CollisionError, GraspError, Phase, PlacementError, UnreachableError
 from robosandbox.evidence import GraspEvidence, PlacementEvidence, TrackingEvidence
 from robosandbox.sim.intervention import Intervention
 from robosandbox.skills.primitives.gripping import needed_force
@@ -175,6 +176,22 @@ def test_what_slides_in_the_eased_grip_at_rest_is_held_as_hard_as_can_be() -> No
             return session.driver.hands["hand"].grip_on("cube")
 
     assert grip(0.004) > 2.0 * grip(0.0)
+
+
+def test_a_hand_that_cannot_rise_from_what_it_put_down_leaves_as_it_came(monkeypatch: pytest.MonkeyPatch) -> None:
+    rise = Manipulator.rise
+
+    def short(self: Manipulator, height: float, phase: str, **others: Any) -> float:
+        if phase == Phase.RETREAT:
+            raise UnreachableError("straight up is out of reach")
+        return rise(self, height, phase, **others)
+
+    with world(CUBE) as (session, _):
+        pick(session)
+        monkeypatch.setattr(Manipulator, "rise", short)
+        session.agent.perform(SkillCall(skill="place_at", arguments={"x": 0.2, "y": 0.1}))
+        over = session.state().tcp_pose.xyz[2] - session.truth().objects["cube"].pose.xyz[2]
+        assert over > 0.03 and not session.driver.senses.forces()
 
 
 def test_what_a_load_has_shown_is_said_where_no_other_grasp_is_left() -> None:

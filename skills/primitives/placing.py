@@ -613,6 +613,11 @@ def _release(arm: Manipulator, object_id: str, way: PlacePlan) -> None:
     except CollisionError:
         # The fingers opened against a neighbour; straight up is still the way that disturbs it least.
         arm.rise_out(HOVER_HEIGHT, Phase.RETREAT, speed=CAREFUL.lower)
+    except UnreachableError:
+        # At the end of its reach the arm goes back up as it came down.
+        back = [*reversed(way.points[:-1]), arm.motion.forward(way.descent.q[0])]
+        out = arm.motion.plan_through(arm.q, back, speed=arm.tempo.leave)
+        arm.follow(out, Phase.RETREAT)
 
 
 def _from_aside(arm: Manipulator, object_id: str) -> ObservedScene:

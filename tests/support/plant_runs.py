@@ -16,7 +16,7 @@ from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, with_robot
-from robosandbox.workcell.session import EmbeddedWorkcell
+from robosandbox.workcell.session import EmbeddedWorkcell, open_session
 
 # Slower than this the arm stands, rad/s: what an encoder's single count makes of a joint that holds.
 STANDS = 0.05
@@ -67,6 +67,17 @@ def roomy_seeds(task: str, robot: Path, count: int) -> list[int]:
         else:
             seeds.append(seed)
     return seeds
+
+
+def done_in_simulation(task: str, robot: Path, seed: int) -> bool:
+    """Tell whether an arm does a task's layout in plain simulation, seeing the truth: what it can do at all."""
+    found = find_task(task)
+    found = found.model_copy(update={"scene": with_robot(found.scene, robot)})
+    laid_out = Layouts(found).lay_out(seed, lambda scene, q: found.model_copy(update={"scene": scene}))
+    with open_session(laid_out) as cell:
+        start = cell.truth()
+        cell.run()
+        return evaluate(found.success, start, cell.truth, cell.driver.wait).success
 
 
 def stood_after(plant: Plant, since: float) -> float | None:
