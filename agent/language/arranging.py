@@ -188,8 +188,9 @@ class Arranging(Stacking):
         place, (x, y) = self.steps[k], self.discourse.origins[str(taken[-1])][0]
         to = place.call.arguments
         way = {"dx": round(float(to["x"]) - x, 4), "dy": round(float(to["y"]) - y, 4)}
-        over = Step(SkillCall(skill="move_by", arguments={axis: far for axis, far in way.items() if far}))
-        self.steps[k:] = [over, *waits, place]
+        if any(way.values()):
+            over = Step(SkillCall(skill="move_by", arguments={axis: far for axis, far in way.items() if far}))
+            self.steps[k:] = [over, *waits, place]
 
     def _aside(self, command: Command) -> None:
         names, _ = self._objects(command)

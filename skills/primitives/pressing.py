@@ -47,7 +47,7 @@ _TRIES, _STUCK = 8, 0.002
 # m/s of the hand upwards for each newton that it presses down beyond `_LIGHT` newtons; chosen so that 30 N are relieved
 # at the speed of the push (at a third of it, things of 3 kg jam; at three times, they are lifted).
 _GIVE, _LIGHT = 0.001, 2.0
-# Metres by which the hand may trail its command, and control ticks in which integral action brings it nearer or not at all: stiff
+# Metres by which the hand may trail its command, and control ticks in a row in which integral action brings it nearer or not at all: stiff
 # servos trail by 4 mm at 80 N (measured on the bundled arm), those of small arms by 7 where they push at all.
 _TRAILS, _TRAILED = 0.01, 12
 # Seconds for each metre of the way until it is given up; chosen as that of the slowest push, twice.
@@ -193,14 +193,14 @@ class _Push:
         while self._place < self.way.length:
             grown = self._feel()
             touched = touched or self._felt > 0.0
+            trailed = trailed + 1 if self._trails() > _TRAILS else 0
             if self._stopped or self._felt + max(0.0, grown) > _YIELD * self.most:
                 if self._is_stuck():
                     return False
                 self._place, self._speed = min(self._place, self._here() - _STEP_BACK), 0.0
-            elif self._trails() > _TRAILS:
-                trailed += 1
-                if trailed > _TRAILED:
-                    return False
+            elif trailed > _TRAILED:
+                return False
+            elif trailed:
                 self._speed = 0.0
             elif self._lift > self.rise:
                 return True
@@ -220,7 +220,6 @@ class _Push:
                 slowed = max(_SLOWEST, 1.0 - self._felt / (_SLOW_FROM * self.most))
                 self._speed = min(self._speed + _ACCELERATION * driver.control_timestep, slowed * share * _PUSH_SPEED)
             else:
-                trailed = 0
                 near = self._place > before - _NEAR
                 self._speed = share * (_TOUCH_SPEED if near else _FREE_SPEED)
             self._advance(self._speed)
