@@ -33,8 +33,9 @@ class StepAside(HandMove):
     )
 
     def run(self, ctx: SkillContext) -> SkillResult:
-        """Turn the arm, else at home, about its first joint to where the cameras that stand still see past it; another way where a
-        thing is still half hidden.
+        """Turn the arm, else at home, about its first joint to where fixed cameras see past it.
+
+        Where a thing is half hidden there as well, it goes on to another turn, up to four.
 
         Raises:
             CollisionError: There is no free way to any such posture.
