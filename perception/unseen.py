@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import cv2
 import numpy as np
 
-from robosandbox.perception.frame import Mask, TablePrior
+from robosandbox.perception.frame import Image, Mask, TablePrior
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.silhouette import CUT_OFF
 from robosandbox.types import Array, Posture, RgbdFrame
@@ -42,7 +42,7 @@ class Unseen:
         self._covered = np.zeros_like(self._reached)
         self.half_hidden: list[Array] = []
 
-    def look(self, views: Iterable[tuple[RgbdFrame, Array]]) -> None:
+    def look(self, views: Iterable[tuple[RgbdFrame, Image]]) -> None:
         """Take a look.
 
         Args:
@@ -57,7 +57,8 @@ class Unseen:
     def places(self) -> Mask:
         """Where the robot has been in the way at each look, as a map of the table, with room for a thing at each place."""
         never = (self._covered & ~self._shown & self._reached).view(np.uint8)
-        return cv2.morphologyEx(never, cv2.MORPH_OPEN, np.ones((_PATCH, _PATCH), np.uint8)).view(np.bool_)
+        opened = cv2.morphologyEx(never, cv2.MORPH_OPEN, np.ones((_PATCH, _PATCH), np.uint8))
+        return np.asarray(opened, dtype=np.bool_)
 
     @property
     def share(self) -> float:
@@ -71,7 +72,7 @@ class Unseen:
         clear = np.zeros(len(self.half_hidden))
         for rgbd in views:
             # What stands close beside the robot in a picture is taken to be cut off by it.
-            near = cv2.erode(robot.masks(rgbd)[1], _BESIDE)
+            near = np.asarray(cv2.erode(robot.masks(rgbd)[1], _BESIDE), dtype=np.float32)
             shown |= _seen(self._points, rgbd, near)[0].reshape(shown.shape)
             clear += [_seen(each, rgbd, near)[0].mean() for each in self.half_hidden]
         places, areas = self.places, self._areas
@@ -85,7 +86,7 @@ class Unseen:
         return np.array([np.ptp(each[:, :2], axis=0).prod() / _PITCH**2 for each in self.half_hidden])
 
 
-def _seen(points: Array, rgbd: RgbdFrame, near: Array) -> tuple[Mask, Mask]:
+def _seen(points: Array, rgbd: RgbdFrame, near: Image) -> tuple[Mask, Mask]:
     """Return which points (n, 3) a picture shows, and before which of those in it the robot stands."""
     lens, pose = rgbd.intrinsics, rgbd.pose_camera_in_world
     local = (points - pose.position) @ pose.rotation

@@ -11,6 +11,7 @@ from support.models import wheel_files
 from robosandbox.apps.conformance.robot_check import check_robot
 from robosandbox.apps.conformance.robot_trial import cube_task, work_point
 from robosandbox.errors import InputError
+from robosandbox.evidence import CollisionEvidence
 from robosandbox.robots.gripper import opposition
 from robosandbox.robots.gripper.calibrate import is_in_step
 from robosandbox.robots.gripper.hand import settle_hand, why_no_gripper
@@ -19,6 +20,9 @@ from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.tasks.layouts import Layouts
+from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.types import Randomize
 from robosandbox.workcell.session import open_session
 
@@ -204,3 +208,23 @@ def test_fingers_kept_in_step_have_the_rotors_of_their_servos(trident):
     model = trident.spec.compile()
     assert is_in_step(model)
     assert all(model.dof_armature[model.joint(name).dofadr[0]] == pytest.approx(0.002) for name in joints)
+
+
+def test_a_jaw_that_swings_over_a_wall_unseen_is_not_let_swing() -> None:
+    # Between 43 mm and all that its gap grows to, the jaw of a Koch turns by 50 degrees.
+    model = wheel_files("mani-skill==3.0.1") / "mani_skill/assets/robots/koch/follower_arm_v1.1.urdf"
+    task = find_task("put_in_bin")
+    task = task.model_copy(update={"scene": with_robot(task.scene, model)})
+    laid_out = Layouts(task).lay_out(1, lambda scene, q: task.model_copy(update={"scene": scene}))
+    with open_session(laid_out) as cell:
+        arm = Manipulator(cell.ctx)
+        arm.use(arm.look())
+        arm.motion.allow("red_cube")
+        inside = np.radians([-147.03, 41.67, 33.25, 95.05, -80.51])
+        apart = (0.043, arm.geometry.max_aperture)
+        for aperture in apart:
+            arm.motion.open_to(aperture)
+            assert arm.motion.touch(inside) is None
+        met = arm.motion.touch_between(inside, *apart)
+        assert met is not None and isinstance(met.evidence, CollisionEvidence)
+        assert met.evidence.other.startswith("grey_bin")
