@@ -72,7 +72,7 @@ class PushEvidence(Evidence):
     @property
     def is_too_heavy(self) -> bool:
         """Tell whether nothing holds it but its weight: what does not slide under the force that is allowed is not lifted with it."""
-        return self.reason == "resisted" and not self.blocking and not self.spent
+        return self.reason == "resisted" and self.force is not None and not self.blocking and not self.spent
 
     def met(self) -> tuple[str, ...]:
         """Return what the object stands against."""
@@ -340,6 +340,8 @@ def _why(evidence: PushEvidence, way: str, most: float) -> str:
         if evidence.blocking
         else "it is too heavy or too rough to slide, or something that is not seen holds it"
     )
+    if evidence.force is None:
+        return f"{said}: the hand does not get on, and this arm feels no force: {held}; clear its way, or carry it"
     return (
         f"{said}: it resists {evidence.force:.0f} N, and limits.max_force_n allows {most:g}; {held}: clear its way, carry it, "
         "or allow more"
