@@ -65,6 +65,9 @@ def _moved(before: ObjectTruth, after: ObjectTruth, far: float, turn: float) -> 
         > far
     ):
         return True
+    if before.kind == "sphere":
+        # A ball that turns on the spot, as between two flat pads, takes no other place; one that rolls does.
+        return False
     # Of a rotation by an angle, the matrix differs from one by 2 sqrt(2) sin(angle / 2): exact also for tiny ones.
     off = float(np.linalg.norm(after.pose.rotation - before.pose.rotation))
     return off > 2.0 * math.sqrt(2.0) * math.sin(turn / 2.0)
