@@ -19,7 +19,7 @@ from robosandbox.agent.language.text import MAX_CHARACTERS
 from robosandbox.agent.language.viewer import Frame, turned_attempts, turned_calls, turned_scene
 from robosandbox.agent.protocols import Attempt
 from robosandbox.errors import InputError
-from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode
+from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall
 from robosandbox.world.operators import Operator
 
 _SENTENCES = re.compile(r"(?<=[?.!])\s+")
@@ -28,6 +28,9 @@ _IN_BASE = re.compile(
     r"\b(?:base|robot)(?:'s)? (?:frame|coordinates)\b|\b(?:relative to|wrt) (?:the )?base\b|(?<![\w.])[-+]?[xy](?= axis| direction|\b(?!['.\w]))",
     re.IGNORECASE,
 )
+
+
+_STEP_ASIDE = SkillCall(skill="step_aside", arguments={})
 
 
 class StubPlanner:
@@ -61,6 +64,8 @@ class StubPlanner:
         learn_words(known)
         self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None
+        # A sentence that is read again once the arm has stepped aside.
+        self._aside = ""
         self._past = NOTHING_YET
 
     def remember(self, episode: Episode) -> None:
@@ -128,9 +133,24 @@ class StubPlanner:
         else:
             draft = interpret(prompt, scene, self._skills)
         if isinstance(draft, Refusal):
-            return draft
+            return draft if history else self._looked_for(prompt, draft, scene)
         self._last = (prompt, draft)
         return _plan_of(draft)
+
+    def _looked_for(self, prompt: str, refusal: Refusal, scene: ObservedScene) -> Plan | Refusal:
+        """Return a plan to look past the arm where it may hide what was not found; once for a prompt."""
+        if refusal.code is not RefusalCode.OBJECT_NOT_FOUND or not scene.unseen:
+            return refusal
+        hidden = (
+            f"the arm has hidden {max(100.0 * scene.unseen, 1.0):.0f} % of the table that it reaches from the cameras"
+        )
+        again, self._aside = self._aside, ""
+        if again or _STEP_ASIDE.skill not in self._skills:
+            return refusal.model_copy(update={"message": f"{refusal.message.rstrip('.')}; {hidden}."})
+        self._aside = prompt
+        return Plan(
+            steps=(_STEP_ASIDE,), then=prompt, note=f"{refusal.message.rstrip('.')}; {hidden}, so I look past it."
+        )
 
     def _answered_beside(self, prompt: str, scene: ObservedScene, discourse: Discourse) -> str:
         """Return the answer to a question beside which something is remarked; "" where there is none, or an order beside it.
@@ -156,6 +176,10 @@ class StubPlanner:
 
     def go_on(self, scene: ObservedScene) -> Plan | Refusal:
         """Return what is done now that the last plan's steps are, by what is seen now."""
+        if self._aside:
+            answer = self.plan(self._aside, scene)
+            self._aside = ""
+            return answer
         prompt, draft = self._last or ("", Draft(()))
         turns = self._turns(prompt)
         if draft.question:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from robosandbox.driver import Driver
     from robosandbox.motion.planning_scene import PlanningScene
-    from robosandbox.types import ObservedScene
+    from robosandbox.types import Array, ObservedScene
 
 
 @runtime_checkable
@@ -47,4 +47,18 @@ class Glancing(Perception, Protocol):
 
     def doubt(self) -> None:
         """Look at everything anew next time: something went otherwise than it was believed to."""
+        ...
+
+
+@runtime_checkable
+class Uncovering(Perception, Protocol):
+    """A perception that knows what the robots hide from its cameras."""
+
+    @property
+    def half_hidden(self) -> Sequence[Array]:
+        """Surface points, (n, 3) each, of what the last look showed too unclearly to act on, cut off by a robot."""
+        ...
+
+    def uncovered(self, driver: Driver, arms: Mapping[str, Array]) -> float:
+        """Return the share of what robots have hidden so far that fixed cameras would show with arms in configurations (n,), by name."""
         ...

@@ -82,7 +82,7 @@ class RgbPerception(RgbdPerception):
         table = TablePrior(self._setup.scene.table_height)
         robot, carried = self._robot(), self._carried
         by_camera: dict[str, SegmentedFrame] = {}
-        notes = []
+        notes, views = [], []
         for rgbd in captures:
             problem = check_frame(rgbd, depth=False)
             if problem is not None:
@@ -103,8 +103,11 @@ class RgbPerception(RgbdPerception):
                 )
             straight = replace(straight, pose_camera_in_world=found.pose)
             frame = plane_frame(straight, table)
-            by_camera[rgbd.camera] = outlined(frame, table, *robot.masks(straight, carried))
+            mask, near = robot.masks(straight, carried)
+            by_camera[rgbd.camera] = outlined(frame, table, mask, near)
+            views.append((straight, near))
         self.notes = tuple(notes)
+        self._take(views)
         # Beside a camera whose place is known one that is centimetres off would move things, and add nothing.
         placed = {camera: one for camera, one in by_camera.items() if self.poses[camera].points}
         return FrameSet(placed or by_camera, table)

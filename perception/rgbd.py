@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,13 +28,16 @@ from robosandbox.perception.known_scene import KnownScenePerception
 from robosandbox.perception.occlusion import lies_in
 from robosandbox.perception.recognize import recognize
 from robosandbox.perception.robot_mask import RobotMask
+from robosandbox.perception.segments import Segment
 from robosandbox.perception.sensed import SensedDriver
+from robosandbox.perception.silhouette import CUT_OFF
 from robosandbox.perception.tag_removal import tags_removed
 from robosandbox.perception.tags import Tag, find_tags, labelled, merged
 from robosandbox.perception.thing import Thing
 from robosandbox.perception.tolerances import TOLERANCES
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
+from robosandbox.perception.unseen import Unseen
 from robosandbox.perception.visualize import draw
 from robosandbox.types import Array, ObservedScene, RgbdFrame
 
@@ -80,6 +85,8 @@ class RgbdPerception:
         self._hands: dict[str, HoldTracker] = {}
         self._attention = Attention(TablePrior(setup.scene.table_height))
         self._watch = CameraWatch()
+        self._unseen: Unseen | None = None
+        self._views: list[RgbdFrame] = []
         self._stale = True
         self._complete = True
         self._episode = -1
@@ -147,6 +154,26 @@ class RgbdPerception:
         """Look at everything anew next time: something went otherwise than it was believed to."""
         self._stale, self._complete = True, False
 
+    def uncovered(self, driver: Driver, arms: Mapping[str, Array]) -> float:
+        """Return the share of what robots have hidden so far that fixed cameras would show with arms in configurations (n,), by name."""
+        if self._unseen is None or not self._unseen.share:
+            return 0.0
+        fixed = [rgbd for rgbd in self._views if driver.capabilities.cameras[rgbd.camera].arm is None]
+        now = self._views[0].arms
+        stand = {name: replace(posture, q=arms.get(name, posture.q)) for name, posture in now.items()}
+        return self._unseen.uncovered(fixed, self._robot(), stand)
+
+    @property
+    def half_hidden(self) -> list[Array]:
+        """Surface points, (n, 3) each, of what is too unclear to be acted on and is cut off by a robot."""
+        robots = {camera: segmented.robot for camera, segmented in self.frames.by_camera.items()}
+        return [
+            thing.group.points
+            for thing in self.things
+            if thing.confidence < TOLERANCES.acted_on
+            and any(_is_cut(segment, robots[segment.frame.camera]) for segment in thing.group.segments)
+        ]
+
     def _stands(self, driver: Driver, names: Sequence[str] | None) -> bool:
         """Tell whether what is believed need not be looked at all over; arguments as those of `_is_unchanged`."""
         return not self._stale and self._is_unchanged(driver, names)
@@ -160,6 +187,7 @@ class RgbdPerception:
             self._hands[name] = HoldTracker(hand.spec.geometry, float(hand.spec.force_limits.sum()))
         self._attention = Attention(TablePrior(self._setup.scene.table_height))
         self._watch = CameraWatch()
+        self._unseen = Unseen(TablePrior(self._setup.scene.table_height), next(iter(driver.arms.values())).spec)
         self._episode, self._stale = driver.episode, True
         return True
 
@@ -183,6 +211,8 @@ class RgbdPerception:
         cameras = self._cameras or self._usual_cameras(specs)
         before = {track.id: track.thing.fit for track in self.tracks}
         self.look([driver.senses.capture(camera) for camera in cameras])
+        if self._unseen is not None:
+            self._unseen.half_hidden = self.half_hidden
         self._update(driver)
         after = {track.id: track.thing.fit for track in self.tracks}
         left = [
@@ -269,7 +299,14 @@ class RgbdPerception:
             sound = tags_removed(sound, self.tags, found, table)
         by_camera = {camera: segment_frame(frame, table, *masks[camera]) for camera, frame in sound.items()}
         self.notes = tuple(notes)
+        self._take([(frame.rgbd, masks[camera][1]) for camera, frame in sound.items()])
         return FrameSet(by_camera, table)
+
+    def _take(self, views: Sequence[tuple[RgbdFrame, Image]]) -> None:
+        """Take note of what robots hide in these frames, each with the depths from which on they do."""
+        self._views = [rgbd for rgbd, _ in views]
+        if self._unseen is not None:
+            self._unseen.look(views)
 
     def _feel(self, driver: Driver) -> None:
         """Find out from the grippers' readings what they hold, and move that along with them."""
@@ -320,6 +357,7 @@ class RgbdPerception:
             reach=robot.reach,
             grips=robot.gripper is not None,
             notes=(*self.notes, *unclear),
+            unseen=self._unseen.share if self._unseen else 0.0,
         )
 
     @property
@@ -372,6 +410,12 @@ def make_rgbd(
     """
     kind = RgbdPerception if setup.scene.world is None else KnownScenePerception
     return kind(setup=setup, cameras=cameras, calibration=calibration)
+
+
+def _is_cut(segment: Segment, robot: Mask) -> bool:
+    """Tell whether a piece ends where a robot begins."""
+    beside = cv2.dilate(robot.view(np.uint8), np.ones((2 * CUT_OFF + 1,) * 2, np.uint8)).view(np.bool_)
+    return bool((segment.mask & beside[segment.crop]).any())
 
 
 def _unclear(track: Track) -> str:

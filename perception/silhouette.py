@@ -17,6 +17,8 @@ from robosandbox.values import frozen
 
 _DIRECTIONS = 32  # Number of directions in which an outline's tangents are taken. Chosen.
 _OUTSIDE = np.array([2.0, 3.0, 5.0, 7.0])  # Pixels beyond a tangent point at which is looked what lies there. Chosen.
+CUT_OFF = int(_OUTSIDE[-1])
+"""Pixels beyond an outline up to which something nearer is taken to cut it off."""
 _OCCLUDES = 4.0 * TOLERANCES.depth  # Metres nearer or farther from which something hides or is behind.
 _BESIDE = 3.0  # Pixels within which something lies beside an outline. Chosen: `edge_dropout` of sim/sensors.py and one.
 _ASIDE = 0.6  # Cosine from which a direction points at what an outline is cut by. Chosen.

@@ -28,6 +28,7 @@ from robosandbox.skills.press_down import PressDown
 from robosandbox.skills.set_tempo import SetTempo
 from robosandbox.skills.shake import Shake
 from robosandbox.skills.squeeze import Squeeze
+from robosandbox.skills.step_aside import StepAside
 from robosandbox.skills.stir import Stir
 from robosandbox.skills.trace import Trace
 from robosandbox.skills.turn_hand import TurnHand
@@ -67,5 +68,6 @@ MANUAL: tuple[Skill, ...] = (
     Wipe(),
     Flip(),
     Stir(),
+    StepAside(),
 )
 """All of them, for `Agent`."""

@@ -170,7 +170,7 @@ def take_hold(arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> Obse
         if met.other != target.id or arm.planning.finger_side(met.body) != 0:
             raise
     arm.ctx.enter(Phase.GRASP)
-    before = arm.gripper.width
+    before = arm.gripper
     arm.close_on(grasp.width)
     check_closed(arm, grasp, before)
     check_sealed(arm, grasp)

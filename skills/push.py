@@ -69,6 +69,11 @@ class PushEvidence(Evidence):
     blocking: tuple[str, ...] = ()
     spent: str | None = None
 
+    @property
+    def is_too_heavy(self) -> bool:
+        """Tell whether nothing holds it but its weight: what does not slide under the force that is allowed is not lifted with it."""
+        return self.reason == "resisted" and self.force is not None and not self.blocking and not self.spent
+
     def met(self) -> tuple[str, ...]:
         """Return what the object stands against."""
         return self.blocking
@@ -116,13 +121,7 @@ class Push(Skill):
         if failed.had_begun and left > _PROGRESS:
             rest = SkillCall(skill=self.name, arguments={"object": object, "direction": direction, "distance": left})
             yield Alternative(why="what is left of the way", call=rest)
-        if (
-            isinstance(evidence, PushEvidence)
-            and evidence.reason == "resisted"
-            and not evidence.blocking
-            and not evidence.spent
-        ):
-            # Nothing holds it but its weight: what does not slide under the force that is allowed is not lifted with it either.
+        if isinstance(evidence, PushEvidence) and evidence.is_too_heavy:
             return
         x, y = centre(now)[:2] + left * np.array(DIRECTION_AXES[direction])
         there = fact("at", object, round(float(x), 4), round(float(y), 4))
@@ -216,12 +215,7 @@ class PushTo(Skill):
         if failed.had_begun and _missing(before, x, y) - _missing(now, x, y) > _PROGRESS:
             yield Alternative(why="what is left of the way", call=failed.call)
         evidence = failed.error.evidence
-        if (
-            isinstance(evidence, PushEvidence)
-            and evidence.reason == "resisted"
-            and not evidence.blocking
-            and not evidence.spent
-        ):
+        if isinstance(evidence, PushEvidence) and evidence.is_too_heavy:
             return
         yield Alternative(why="carried there in place of pushed", first=(fact("at", object, x, y),))
 
@@ -346,6 +340,8 @@ def _why(evidence: PushEvidence, way: str, most: float) -> str:
         if evidence.blocking
         else "it is too heavy or too rough to slide, or something that is not seen holds it"
     )
+    if evidence.force is None:
+        return f"{said}: the hand does not get on, and this arm feels no force: {held}; clear its way, or carry it"
     return (
         f"{said}: it resists {evidence.force:.0f} N, and limits.max_force_n allows {most:g}; {held}: clear its way, carry it, "
         "or allow more"

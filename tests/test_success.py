@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 from robosandbox.errors import InputError
 from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.judge.checks import Check
-from robosandbox.tasks.judge.rest import rests_for_good
+from robosandbox.tasks.judge.rest import any_moved, rests_for_good
 from robosandbox.tasks.success import Criterion
 from robosandbox.types import ArmTruth, ObjectKind, ObjectTruth, Pose, SceneObject, Touch, Truth, Verdict, frozen_array
 from robosandbox.types.solids import solids_as_written
@@ -520,6 +520,17 @@ def test_what_the_robot_holds_is_watched_for_a_while() -> None:
     for seconds, crept, rests in ((0.2, 0.0, False), (0.3, 0.0, True), (0.3, 0.0002, False)):
         later = standing(other="robot", pose=Pose(xyz=(0.0, 0.0, 0.06 - crept)))
         assert rests_for_good(held, alone(later, time=seconds)) is rests
+
+
+def test_a_ball_that_turns_on_the_spot_has_not_moved() -> None:
+    turned = Pose(xyz=(0.0, 0.0, 0.06), quat_xyzw=(0.0, 0.1, 0.0, math.sqrt(1.0 - 0.1**2)))
+    for kind, pose, moved in (
+        ("box", turned, True),
+        ("sphere", turned, False),
+        ("sphere", Pose(xyz=(0.003, 0.0, 0.06)), True),
+    ):
+        before = alone(standing(kind=kind, pose=Pose(xyz=(0.0, 0.0, 0.06))))
+        assert any_moved(before, alone(standing(kind=kind, pose=pose)), ["a"]) is moved
 
 
 @pytest.mark.parametrize(("share", "holds"), [(0.7, True), (0.3, False)])

@@ -15,7 +15,6 @@ from robosandbox.grasp.analytic import narrowest
 from robosandbox.grasp.hand import FINGER_CLEARANCE, THINNEST
 from robosandbox.grasp.solid import ROUND_DIRECTIONS
 from robosandbox.grasp.suction import least_face, widest_face
-from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.skills.primitives.drawing_out import carried_out
 from robosandbox.skills.primitives.manipulator import (
     HOVER_HEIGHT,
@@ -60,9 +59,6 @@ _MOST_BLOCKED = 5
 # Sampled starts for a configuration; chosen as half of the planner's 60: another grasp is worth more than a harder
 # search.
 _RESTARTS = 30
-# Metres that each finger closes between two checks of what it meets on its way; chosen as the wall of a container, below the
-# thickness of a finger.
-_CLOSING_STEP = CONTAINER_WALL
 # Metres between two grasps that are tried as one; chosen below a fingertip's width.
 _SAME_PLACE = 0.008
 # Cosine between the axes of two such grasps; chosen as 14 degrees.
@@ -290,12 +286,9 @@ class _GraspSearch:
         """
         motion = self._arm.motion
         motion.allow("table", grasp.object, *allowed)
-        steps = max(2, math.ceil((aperture - grasp.width) / (2.0 * _CLOSING_STEP)) + 1)
-        for gap in np.linspace(grasp.width, aperture, steps)[:-1]:
-            motion.open_to(float(gap))
-            met = motion.touch(q_grasp)
-            if met is not None:
-                raise met
+        met = motion.touch_between(q_grasp, aperture, grasp.width)
+        if met is not None:
+            raise met
         motion.open_to(aperture)
         motion.allow(*allowed)
 

@@ -57,6 +57,7 @@ _RISES = (
     (1.0, 0.7),
     (0.5, 0.7),
     (0.5, 1.05),
+    (0.35, 0.0),
     (0.25, 0.0),
 )
 # Angles of an arm's first joint from which other postures are looked for, a number, and the farthest either way, radians.

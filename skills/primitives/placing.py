@@ -71,7 +71,7 @@ from robosandbox.world.rings import placements_around
 _STAND_OFF = 0.004
 # Metres by which a thing may slide in the hand on its way and still come down as it was planned, short of what it stands off.
 _SLID = _STAND_OFF / 2.0
-# How far each finger opens to let go, metres, in steps that no wall fits between; chosen as a size's error ten times
+# How far each finger opens to let go, metres; chosen as a size's error ten times
 # over where there is room (halved or doubled, 1 % of an episode's time).
 _OPENINGS = (0.0, 0.003, 0.006, 0.009, 0.012)
 # Metres that each finger has to open to let go; chosen above a pad's give.
@@ -506,10 +506,10 @@ class _PlaceSearch:
         self._arm.use(self._scene)
         motion.allow(self._held.id, *self._load)
         free = None
-        # In steps, so that a finger does not pass to the other side of a wall unseen.
+        apart = self._width
         for room in _OPENINGS:
-            motion.open_to(self._width + 2.0 * room)
-            found = motion.touch(q)
+            before, apart = apart, self._width + 2.0 * room
+            found = motion.touch_between(q, before, apart)
             if found is not None:
                 if free is None or free < _LEAST_OPENING:
                     raise found

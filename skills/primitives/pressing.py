@@ -9,10 +9,12 @@ holds the height that a loaded arm would lose, and rises where it feels that it 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from robosandbox.driver import Guard
 from robosandbox.driver.clamps import TOLERANCES
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
@@ -47,9 +49,12 @@ _TRIES, _STUCK = 8, 0.002
 # m/s of the hand upwards for each newton that it presses down beyond `_LIGHT` newtons; chosen so that 30 N are relieved
 # at the speed of the push (at a third of it, things of 3 kg jam; at three times, they are lifted).
 _GIVE, _LIGHT = 0.001, 2.0
-# Metres by which the hand may trail its command, and control ticks in a row in which integral action brings it nearer or not at all: stiff
+# Metres by which the hand may trail its command, and seconds in a row in which integral action brings it nearer or not at all: stiff
 # servos trail by 4 mm at 80 N (measured on the bundled arm), those of small arms by 7 where they push at all.
-_TRAILS, _TRAILED = 0.01, 12
+_TRAILS, _TRAILED = 0.01, 0.12
+# Seconds by which servos that are sent at a speed lag behind at the most, as the drivers of real arms reckon with; of summed ticks; share of
+# the speed of its way from which a hand gets on.
+_LAGS, _ROUNDING, _STANDS = 0.2, 1e-9, 0.2
 # Seconds for each metre of the way until it is given up; chosen as that of the slowest push, twice.
 _SECONDS_PER_METRE = 300.0
 # m/s and metres by which the hand comes off what it pushed, and control ticks in which it has to feel nothing; chosen so
@@ -92,16 +97,45 @@ def press_along(
     Raises:
         LimitError: The robot pressed too hard on something else.
     """
+    path = StraightPath.of(arm, way)
     if not arm.driver.capabilities.wrist_wrench:
-        arm.follow(way, Phase.PUSH, yielding=True)
+        try:
+            arm.follow(way, Phase.PUSH, yielding=True, guards=(_trailing(arm, way, path),))
+        except _Trails:
+            return Pressed(force=None, arrived=False)
         return Pressed(force=None, arrived=True)
     arm.ctx.enter(Phase.PUSH)
     arm.ctx.announce(way)
-    push = _Push(arm, StraightPath.of(arm, way), target, most, rise)
+    push = _Push(arm, path, target, most, rise)
     arrived = push.go(before)
     spent = None if arrived else arm.spent()
     push.come_off()
     return Pressed(force=push.force, arrived=arrived, spent=spent)
+
+
+class _Trails(Exception):
+    """The hand does not get on; the driver holds the arm."""
+
+
+def _trailing(arm: Manipulator, way: Trajectory, path: StraightPath) -> Guard:
+    """Return the guard that stops a hand which feels nothing where it stays behind on a straight way and gets on no more.
+
+    What follows it more slowly than it was timed, as a controller at a quarter of its speed, still gets on.
+    """
+    driver, begun = arm.driver, arm.driver.time
+    share = driver.capabilities.speed
+    places = deque[float](maxlen=math.ceil(_TRAILED / driver.control_timestep))
+    least = _STANDS * share * path.length / max(way.duration, way.dt) * _TRAILED
+
+    def trails() -> Exception | None:
+        here = path.place(arm.state.tcp_pose.position)
+        row = int((driver.time - begun - _LAGS) * share / way.dt)
+        behind = path.along[min(max(row, 0), len(path.along) - 1)] - here
+        stands = len(places) == places.maxlen and here - places[0] < least
+        places.append(here)
+        return _Trails() if stands and behind > _TRAILS else None
+
+    return trails
 
 
 @frozen
@@ -189,16 +223,16 @@ class _Push:
         """Go to the end of the way, `before` metres of it freely, or until it would pass over; return False where the thing resists."""
         driver, share = self.arm.driver, min(1.0, self.most / MAX_FORCE_N)
         deadline = driver.time + _SECONDS_PER_METRE * self.way.length / share
-        touched, trailed = False, 0
+        touched, trailed = False, 0.0
         while self._place < self.way.length:
             grown = self._feel()
             touched = touched or self._felt > 0.0
-            trailed = trailed + 1 if self._trails() > _TRAILS else 0
+            trailed = trailed + driver.control_timestep if self._trails() > _TRAILS else 0.0
             if self._stopped or self._felt + max(0.0, grown) > _YIELD * self.most:
                 if self._is_stuck():
                     return False
                 self._place, self._speed = min(self._place, self._here() - _STEP_BACK), 0.0
-            elif trailed > _TRAILED:
+            elif trailed > _TRAILED + _ROUNDING:
                 return False
             elif trailed:
                 self._speed = 0.0

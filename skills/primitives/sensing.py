@@ -5,7 +5,7 @@ from __future__ import annotations
 from robosandbox.errors import GraspError, Phase
 from robosandbox.evidence import GraspEvidence
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.types import DetectedObject, Grasp, ObservedScene
+from robosandbox.types import DetectedObject, Grasp, GripperState, ObservedScene
 from robosandbox.world.nearness import nearer
 from robosandbox.world.relations import moved
 
@@ -18,6 +18,8 @@ _FREED_WITHIN = 8.0
 # Metres on each side of an object that open fingers need, and by which closing ones have moved; chosen as the error of
 # a size in pixels (0.8 mm, docs/measured.md) twice over.
 _NEEDED_CLEARANCE = 0.002
+# Share of its range by which the joint of fingers has moved that do not stick: on a hand that opens by 8 cm, those 2 mm.
+_MOVED = 0.025
 # Metres by which a thing has to have moved to be planned for anew; chosen above perception's 2.2 mm (p95,
 # docs/measured.md).
 _CHANGED = 0.003
@@ -60,23 +62,30 @@ def check_open(arm: Manipulator, grasp: Grasp, aperture: float) -> None:
         arm.open(aperture)
 
 
-def check_closed(arm: Manipulator, grasp: Grasp, before: float) -> None:
+def check_closed(arm: Manipulator, grasp: Grasp, before: GripperState) -> None:
     """Check that fingers that were commanded to close have moved; give them time if they stick.
+
+    The gap of a jaw that swung far open does not tell: it grows no more there, so that the joint is asked.
 
     Args:
         arm: Whose fingers.
         grasp: What is to be held.
-        before: The gap before, metres.
+        before: The gripper before.
 
     Raises:
         GraspError: They stick.
     """
     deadline = arm.driver.time + _FREED_WITHIN
-    while abs(arm.gripper.width - before) < _NEEDED_CLEARANCE and before > grasp.width + 2.0 * _NEEDED_CLEARANCE:
+    while _stands(arm.gripper, before) and before.width > grasp.width + 2.0 * _NEEDED_CLEARANCE:
         if arm.driver.time >= deadline:
             raise _stuck(arm, grasp, arm.geometry.min_aperture)
-        arm.open(before)
+        arm.open(before.width)
         arm.close()
+
+
+def _stands(now: GripperState, before: GripperState) -> bool:
+    """Tell whether fingers are where they were before, by their gap and by their joint."""
+    return abs(now.width - before.width) < _NEEDED_CLEARANCE and abs(now.closed - before.closed) < _MOVED
 
 
 def check_sealed(arm: Manipulator, grasp: Grasp) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from robosandbox.shapes import shape_of
 from robosandbox.tasks.judge.polygons import depth, outline
 from robosandbox.tasks.judge.support import ROBOT
 from robosandbox.types import Array, ObjectTruth, Truth
@@ -65,6 +66,9 @@ def _moved(before: ObjectTruth, after: ObjectTruth, far: float, turn: float) -> 
         > far
     ):
         return True
+    if shape_of(before.kind).turns_on_the_spot:
+        # A ball that turns on the spot, as between two flat pads, takes no other place; one that rolls does.
+        return False
     # Of a rotation by an angle, the matrix differs from one by 2 sqrt(2) sin(angle / 2): exact also for tiny ones.
     off = float(np.linalg.norm(after.pose.rotation - before.pose.rotation))
     return off > 2.0 * math.sqrt(2.0) * math.sin(turn / 2.0)

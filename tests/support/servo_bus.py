@@ -4,7 +4,8 @@
 
 FOLDER gets `bus` (the port), `calibration.json` (LeRobot's form), `goals.csv` (each goal that reached a servo: seconds, servo,
 counts, and whether its torque was on) and `control` (a socket that tests speak over, see `Plant`). Its servos are those of the
-robot's model: position control with a stiffness and a largest torque, friction and damping; they sag under gravity as real ones.
+robot's model: position control with a stiffness and a largest torque, friction and damping; they sag under gravity as real ones, and go
+no faster than they do without a load.
 """
 
 from __future__ import annotations
@@ -219,6 +220,9 @@ class Servo:
         model = plant.sim.model
         self.gain, self.bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator].copy()
         self.torque = float(model.actuator_forcerange[actuator, 1])
+        dof = model.jnt_dofadr[model.actuator_trnid[actuator, 0]]
+        # At its no-load speed a motor's own voltage leaves it no torque, so that what slips from a jaw does not let it snap shut.
+        model.dof_damping[dof] = max(model.dof_damping[dof], self.torque / (self.family.quickest * COUNT))
         # Where its horn was put on: what the encoder reads at the joint's 0.
         self.zero = MIDDLE - self.family.offset_sign * offset - middle / COUNT
         self.table = bytearray(256)

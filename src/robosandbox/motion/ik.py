@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -16,6 +17,7 @@ from robosandbox.motion.time_optimal import optimal_trajectory
 from robosandbox.motion.timing import bounded_spline, join, time_path
 from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.robot import Robot
+from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import ArmState, Array, DetectedObject, Pose, Speed, Timing, Trajectory
 
 # Turn of the farthest-moving joint from one waypoint of a joint path to the next, rad; chosen as 5 cm at an arm's length.
@@ -38,6 +40,8 @@ _STRETCHES = 3
 _ROOM = 0.008
 # Metres from one sample to the next at which the TCP counts as standing; chosen as rounding.
 _STANDING = 1e-9
+# Steps in which fingers' whole range is checked at the least: of a jaw of 8 cm that swings by 90 degrees less than it is thick.
+_SWINGS = 16
 # What things stand on: one who may touch the table may touch the floor beside it, where things fall to.
 _GROUND = frozenset({"table", "floor"})
 
@@ -118,6 +122,28 @@ class DLSMotionPlanner:
         gripper = self._robot.gripper
         if gripper:
             self._collisions.set_gripper(gripper.geometry.joint_for_aperture(aperture))
+
+    def touch_between(self, q: Array, start: float, end: float) -> CollisionError | None:
+        """Return the error that fingers would be which go at `q` (n,) from `start` metres apart to `end`, that included; None for none.
+
+        In steps that no wall fits between: the gap of a jaw that swings far open grows no more, while its tip goes on.
+        """
+        gripper = self._robot.gripper
+        if not gripper:
+            return self.touch(q)
+        geometry = gripper.geometry
+        first, last = geometry.joint_for_aperture(start), geometry.joint_for_aperture(end)
+        steps = max(
+            1,
+            math.ceil(abs(end - start) / (2.0 * CONTAINER_WALL)),
+            round(abs(last - first) / np.ptp(geometry.joint_samples) * _SWINGS),
+        )
+        for joint in np.linspace(first, last, steps + 1)[1:]:
+            self._collisions.set_gripper(float(joint))
+            met = self.touch(q)
+            if met is not None:
+                return met
+        return None
 
     def forward(self, q: Array) -> Pose:
         """Return the TCP pose in the world at `q` (n,)."""

@@ -35,6 +35,13 @@ class MotionPlanner(Protocol):
         """Check the paths that follow with the fingers `aperture` metres apart."""
         ...
 
+    def touch_between(self, q: Array, start: float, end: float) -> CollisionError | None:
+        """Return the error that fingers would be which go at `q` (n,) from `start` metres apart to `end`, that included; None for none.
+
+        What follows is checked with them `end` apart.
+        """
+        ...
+
     def ik(self, tcp_pose: Pose, seed: Array | None = None, *, restarts: int = 60) -> Array:
         """Return a configuration (n,) with the TCP at `tcp_pose`; raises UnreachableError.
 

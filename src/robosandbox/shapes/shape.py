@@ -119,6 +119,7 @@ class Shape(ABC):
         stays_put: Whether it is left where it is unless somebody names it: things go into it, it goes nowhere.
         is_granular: Whether it is many small things.
         rolls: Whether it can roll.
+        turns_on_the_spot: Whether it fills the same space however it is turned about its pose.
         looks_like: Other kinds that a camera may take it for, or it for them.
     """
 
@@ -135,6 +136,7 @@ class Shape(ABC):
     stays_put: ClassVar[bool] = False
     is_granular: ClassVar[bool] = False
     rolls: ClassVar[bool] = False
+    turns_on_the_spot: ClassVar[bool] = False
     looks_like: ClassVar[frozenset[str]] = frozenset()
 
     # Size.

@@ -14,6 +14,7 @@ class Sphere(Primitive):
     nouns = ("ball", "sphere")
     flat_top = False
     rolls = True
+    turns_on_the_spot = True
     looks_like = frozenset({"capsule", "mesh"})
 
     def hull(self, size: Size) -> SphereHull:

@@ -276,6 +276,7 @@ class ObservedScene:
         is_turned: Whether it is told in the frame of a person who faces the robot, turned by half a turn about its base.
         poses: Names of the poses to which that arm can be sent, beside its home.
         tempo: Name of the tempo at which calls are made; "" where that is not told.
+        unseen: Share of the table within that arm's reach that the robot has hidden from all cameras at each look so far.
     """
 
     time: float
@@ -292,6 +293,7 @@ class ObservedScene:
     is_turned: bool = False
     poses: tuple[str, ...] = field(default=(), compare=False)
     tempo: str = field(default="", compare=False)
+    unseen: float = field(default=0.0, compare=False)
 
     def __hash__(self) -> int:
         """Return a hash of the look and of what was seen: what is worked out of a scene is kept by it."""

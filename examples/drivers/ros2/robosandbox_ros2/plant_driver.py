@@ -67,12 +67,17 @@ class PlantProcess:
         command = [sys.executable, "-m", "robosandbox_ros2.plant", str(self.folder), *self._options]
         self._process = subprocess.Popen(command)
         end = monotonic() + 60.0
-        while not (self.folder / "referee").exists():
-            if self._process.poll() is not None or monotonic() > end:
-                self.kill()
-                raise RuntimeError(f"the plant ended with {self._process.returncode}")
-            sleep(0.05)
-        self.referee = Referee(self.folder)
+        while True:
+            try:
+                self.referee = Referee(self.folder)
+                return
+            # Its socket has a name before it listens.
+            except (FileNotFoundError, ConnectionRefusedError):
+                if self._process.poll() is not None or monotonic() > end:
+                    # One that is left to itself would go on telling of its own arm.
+                    self.kill()
+                    raise RuntimeError(f"the plant ended with {self._process.returncode}") from None
+                sleep(0.05)
 
     def kill(self) -> None:
         """End it as a power cut does."""
