@@ -114,6 +114,18 @@ def test_what_is_out_of_reach_is_pushed_nearer() -> None:
     assert ["push(object=cube, direction=back, distance=0.06)", "pick(object=cube)"] in ways
 
 
+def test_a_bin_out_of_reach_is_pushed_nearer_only_where_it_is_to_be_moved() -> None:
+    bin_ = replace(box("bin", 0.45, 0.0, size=(0.1, 0.1, 0.05, 0.01)), kind="bin")
+    far = scene(bin_, box("cube", 0.1, 0.0, z=0.3), held="cube")
+    into = SkillCall(skill="place_in", arguments={"container": "bin"})
+    assert not any(
+        "push(object=bin" in step for way in found(failed(into, UnreachableError("far"), far)) for step in way
+    )
+    pick = SkillCall(skill="pick", arguments={"object": "bin"})
+    ways = found(failed(pick, UnreachableError("far"), replace(far, hands={"hand": None})))
+    assert ["push(object=bin, direction=back, distance=0.06)", "pick(object=bin)"] in ways
+
+
 def test_what_lies_in_the_thing_itself_has_no_repairs() -> None:
     evidence = GraspEvidence(object="cube", reason="immovable", aperture=0.04, max_aperture=0.08, pull=50.0)
     error = GraspError("bolted", phase=Phase.LIFT, evidence=evidence)

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import signal
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -254,12 +255,14 @@ class Plant(hidden_plant.Plant):
         self.host, self._process = host, process
 
     @contextlib.contextmanager
-    def frozen(self) -> Iterator[None]:
-        """Stop the whole plant, world and controller, as long as this lasts."""
-        self._process.send_signal(signal.SIGSTOP)
+    def frozen(self, after: float = 0.0) -> Iterator[None]:
+        """Stop the whole plant, world and controller, from so many seconds on as long as this lasts."""
+        stop = threading.Timer(after, self._process.send_signal, [signal.SIGSTOP])
+        stop.start()
         try:
             yield
         finally:
+            stop.join()
             self._process.send_signal(signal.SIGCONT)
 
 

@@ -88,8 +88,7 @@ class _Workarounds:
 
     def cost(self, way: Alternative) -> tuple[int, int]:
         """Return how many others a way sets out to move, and about how many calls it takes."""
-        known, ours = predicates(), {item.id for item in self._about}
-        moved = {name for one in way.first for name in known[one.relation].objects(one.arguments)[:1]} | {*way.cleared}
+        ours, moved = {item.id for item in self._about}, _changed(way.first) | {*way.cleared}
         others = [item for name in moved - ours if (item := self._failed.scene.find(name)) is not None]
         # Things that stay where they are unless somebody names them are moved only where nothing else helps.
         weight = sum(1 + _LEFT_ALONE * item.shape.stays_put for item in others)
@@ -119,12 +118,13 @@ class _Workarounds:
         elif not failed.met and not failed.promises_a_change:
             yield Alternative(why="another try from where things are now", call=call)
         yield from self._declared
+        changed = _changed(failed.contract.gives)
         if self._may_be_of_the_way():
             yield Alternative(why="from another start", first=(fact("at_home"),), call=call)
         for item in self._about:
             if tilt(item) >= TIPPED:
                 yield Alternative(why=f"{item.id} is set upright first", first=(fact("upright", item.id),), call=call)
-            if failed.error.code == ErrorCode.UNREACHABLE:
+            if failed.error.code == ErrorCode.UNREACHABLE and (item.id in changed or not item.shape.stays_put):
                 yield from self._nearer(item)
         yield from self._cleared()
 
@@ -213,6 +213,12 @@ class _Workarounds:
 
 # Errors that a hand ends in that finds no room beside what it is to handle.
 _OF_THE_HAND = frozenset({ErrorCode.COLLISION, ErrorCode.GRASP, ErrorCode.TRACKING, ErrorCode.TAP})
+
+
+def _changed(facts: Iterable[Fact]) -> set[str]:
+    """Return the ids of what facts are brought about on, not of what that goes to."""
+    known = predicates()
+    return {name for one in facts for name in known[one.relation].objects(one.arguments)[:1]}
 
 
 def _lies_in(item: DetectedObject, other: DetectedObject) -> bool:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
+import socket
+import stat
 import threading
 import time
 import xml.etree.ElementTree as ET
@@ -22,6 +26,8 @@ T = TypeVar("T")
 _ERRORS = tuple(name for name in dir(franky.Errors) if not name.startswith("_"))
 # libfranka's kMaxCutoffFrequency, with which commands are not filtered, Hz.
 _NO_FILTER = 1000.0
+# libfranka's research_interface::robot::kCommandPort, to which it connects by TCP.
+_COMMANDS = 1337
 # libfranka's words where a mode does not allow a command.
 _REFUSED_IN = re.compile(r'not possible in the current mode \("([\w ]+)"\)')
 # What franky raises: its own, and, of a call after the one that failed, a plain RuntimeError.
@@ -141,6 +147,20 @@ def _within(seconds: float, what: str, function: Callable[[], T]) -> T:
         raise LinkError(f"{what}: {_said(error)}") from None
 
 
+def _cut(host: str) -> None:
+    """End this program's connections to a controller, so that what libfranka waits for there fails: it has no call for that."""
+    with contextlib.suppress(OSError):
+        address = socket.gethostbyname(host)
+        for number in os.listdir("/proc/self/fd"):
+            # What is gone by now, or listens, has no other end.
+            with contextlib.suppress(OSError):
+                if not stat.S_ISSOCK(os.stat(int(number)).st_mode):
+                    continue
+                with socket.socket(fileno=os.dup(int(number))) as end:
+                    if end.type == socket.SOCK_STREAM and end.getpeername()[:2] == (address, _COMMANDS):
+                        end.shutdown(socket.SHUT_RDWR)
+
+
 class FrankaLink:
     """A connection to an arm and, where it has one, its hand. A link that failed is done with: make another.
 
@@ -164,13 +184,15 @@ class FrankaLink:
     """
 
     def __init__(self, host: str, *, enforce_realtime: bool, hand: bool, period: float, deadline: float) -> None:
-        self._deadline, self._period = deadline, period
+        self._host, self._deadline, self._period = host, deadline, period
         realtime = franky.RealtimeConfig.Enforce if enforce_realtime else franky.RealtimeConfig.Ignore
         try:
             self._robot: franky.Robot | None = _within(
                 deadline, host, lambda: franky.Robot(host, realtime_config=realtime)
             )
         except LinkError as error:
+            # One that is answered later would hold the controller, which takes one client.
+            _cut(host)
             # franky sets thresholds as soon as it connects, so that it can recover nothing that a program before it has left.
             mode = _REFUSED_IN.search(str(error))
             if mode is None:
@@ -216,6 +238,9 @@ class FrankaLink:
         for states in (self._arm_states, self._hand_states):
             if states is not None:
                 states.close(self._deadline)
+        if self.error or self.is_stopping:
+            # What still waits in libfranka for a controller that was gone would wait for good, and keep the connection.
+            _cut(self._host)
         # The controller takes another client when these are gone.
         self._robot = self._gripper = None
         self._is_moving = False
