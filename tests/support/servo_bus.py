@@ -483,8 +483,9 @@ class Plant(hidden_plant.Plant):
     def at_rest(self) -> dict[int, tuple[float, float]]:
         """Wait until the arm has stood for half a second; return its joints."""
         end = time.monotonic() + 10.0
+        time.sleep(0.5)
         while time.monotonic() < end:
-            time.sleep(0.5)
+            time.sleep(0.1)
             if max(speed for _, speed in self.speeds(time.monotonic() - 0.5)) < STANDING:
                 return self.joints()
         raise AssertionError("the arm does not come to rest")
