@@ -23,6 +23,7 @@ from robosandbox.robots.descent import bounded_step, turn_of_axis
 from robosandbox.robots.limits import commandable
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array
+from robosandbox.types.robot import FULL_POSE
 from robosandbox.values import frozen
 
 # Metres of position error that count as much as one radian of turn; chosen near the length of a forearm, which makes that
@@ -33,8 +34,8 @@ POSITION_TOLERANCE, _STRICT = 1e-4, 1e-3
 # Radians within which an arm that has too few joints for every orientation has reached one; chosen: with it the arms of five
 # joints in docs/arms.md pick.
 _LOOSE = 0.12
-# Joints that it takes for any pose, and for any position and approach direction.
-_FULL_POSE, _APPROACH = 6, 5
+# Joints that it takes for any position and approach direction.
+_APPROACH = 5
 # Share of an orientation's usual weight while position alone decides; chosen as one order of magnitude.
 _ORIENTATION_SHARE = 0.1
 # Damping per squared error, and the least of it, numbers for errors in metres; tried: benchmarks/ik.py solves every pose.
@@ -124,7 +125,7 @@ class Kinematics:
         self.upper: Array
         self.lower, self.upper = commandable(model, joints) if limits is None else limits
         self.position_tolerance: float = position_tolerance
-        few = len(self.joints) < _FULL_POSE
+        few = len(self.joints) < FULL_POSE
         self.orientation_tolerance: float = orientation_tolerance or (_LOOSE if few else _STRICT)
         self.reach: float = length_bound(model, joints, tool)
         mujoco.mj_kinematics(model, self.data)
@@ -318,7 +319,7 @@ class Kinematics:
     def _weights(self, free_turn: bool) -> tuple[float, float]:
         """Return how many metres a radian counts as, and how many where the orientation is near enough."""
         # What cannot have any orientation, or need not, gives orientation up for position.
-        few = self.n < (_APPROACH if free_turn else _FULL_POSE)
+        few = self.n < (_APPROACH if free_turn else FULL_POSE)
         usual = _METRES_PER_RADIAN * (_ORIENTATION_SHARE if few else 1.0)
         return usual, usual * (_ORIENTATION_SHARE if few or free_turn else 1.0)
 

@@ -38,8 +38,9 @@ class Stack(Skill):
         Raises:
             SkillError: As pick and place_on raise them.
         """
-        # On a thing there is room all around; on a shelf or a rack some grips leave none for the hand.
-        onto = target if Manipulator(ctx).find(target).is_fixed else ""
+        # On a thing there is room all around; on a shelf or a rack some grips leave none for the hand, and with some lean of it an
+        # arm of few joints gets there alone.
+        onto = target if Manipulator(ctx).find(target).is_fixed or not ctx.arm.spec.turns_freely else ""
         Pick().run(ctx, object=object, to=onto, on=True)
         placed: SkillResult = PlaceOn().run(ctx, target=target)
         return placed.model_copy(update={"skill": self.name})

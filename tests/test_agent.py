@@ -357,6 +357,21 @@ def test_what_a_way_around_a_failure_took_out_again_is_owed_at_the_end(is_detour
     assert monitor.undone(lambda: outside, at_the_end=True) is None
 
 
+def test_with_what_is_owed_comes_what_was_put_on_it_meanwhile() -> None:
+    """A way around a failure pushed the lower cube off its base, and the upper one went onto it there: both have to be done anew."""
+    lower, upper = (SkillCall(skill="stack", arguments={"object": a, "target": b}) for a, b in (("g", "b"), ("r", "g")))
+    aside = SkillCall(skill="push", arguments={"object": "g", "direction": "left"})
+    with open_session("stack_three") as session:
+        apart = session.observe()
+    monitor = Monitor()
+    monitor.begin(apart)
+    monitor.add(lower, Contract(gives=(fact("on", "green_cube", "blue_cube"),)))
+    monitor.add(aside, Contract(gives=(fact("displaced", "green_cube", "left", 0.06),)), is_detour=True)
+    monitor.add(upper, Contract(gives=(fact("on", "red_cube", "green_cube"),)))
+    undone = monitor.undone(lambda: apart, at_the_end=True)
+    assert undone is not None and undone.failed == lower and undone.remaining == (upper,)
+
+
 def test_what_was_asked_for_and_taken_out_again_to_make_room_is_not_claimed() -> None:
     """The call that takes it out is one that the order has as well: it was claimed that both are in."""
     where = Pose(xyz=(0.15, 0.2, 0.07)), Pose(xyz=(0.1, -0.15, 0.0805)), Pose(xyz=(0.2, -0.05, 0.0805))

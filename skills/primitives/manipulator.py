@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -305,6 +306,44 @@ class Manipulator(Fingers):
         except UnreachableError:
             raise failure from None
 
+    def line_down(self, target: Pose, *, speed: Speed) -> Trajectory:
+        """Return a way down to a pose: straight from HOVER_HEIGHT over it, else from as high as can be reached, leaning where it must.
+
+        Raises:
+            UnreachableError: Not even from a quarter of that.
+            CollisionError: Something is in the way.
+        """
+        try:
+            return self.line_to(target, raised(target, HOVER_HEIGHT), speed=speed)
+        except UnreachableError as error:
+            failure = error
+        q = self.motion.ik(target, self.q)
+        for over, _ in self.over(target, HOVER_HEIGHT):
+            with suppress(UnreachableError):
+                return self.motion.plan_line(self.motion.ik(over, q, restarts=0), target, speed=speed)
+        raise failure
+
+    def line_up(self, q: Array, height: float, *, speed: Speed) -> tuple[Trajectory, float]:
+        """Return a way of the TCP straight up from `q` (n,) by `height`, or by as much of it as can be reached, and how far that is.
+
+        Raises:
+            UnreachableError: Not even a quarter of it can be reached.
+            CollisionError: Something is above.
+        """
+        failure: UnreachableError | None = None
+        for over, risen in self.over(self.motion.forward(q), height):
+            try:
+                return self.motion.plan_line(q, over, speed=speed), risen
+            except UnreachableError as error:
+                failure = failure or error
+        assert failure is not None
+        raise failure
+
+    def over(self, pose: Pose, height: float) -> Iterator[tuple[Pose, float]]:
+        """Yield poses over a pose and how far each is, metres: at `height`, then lower, and leaning outwards, as short arms must."""
+        for share, angle in _RISES:
+            yield leaning(raised(pose, share * height), self.spec.base_position, angle), share * height
+
     def rise(self, height: float, phase: str, *, speed: Speed | None = None, guards: Sequence[Guard] = ()) -> float:
         """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far; guards as in `follow`.
 
@@ -314,20 +353,12 @@ class Manipulator(Fingers):
             UnreachableError: Not even a quarter of it can be reached.
             CollisionError: Something is above.
         """
-        observation = self.state
-        speed = self.tempo.free if speed is None else speed
-        failure: UnreachableError | None = None
-        for share, angle in _RISES:
-            target = leaning(raised(observation.tcp_pose, share * height), self.spec.base_position, angle)
-            try:
-                trajectory = self.motion.plan_line(observation.q, target, speed=speed)
-            except UnreachableError as error:
-                failure = failure or error
-                continue
-            self.follow(trajectory, phase, guards=guards)
-            return share * height
-        assert failure is not None
-        raise failure.with_(phase=phase) from None
+        try:
+            way, risen = self.line_up(self.state.q, height, speed=self.tempo.free if speed is None else speed)
+        except UnreachableError as error:
+            raise error.with_(phase=phase) from None
+        self.follow(way, phase, guards=guards)
+        return risen
 
     def allow_touched(self) -> None:
         """Let the arm touch the table, what stands freely, and of what is fixed what it touches now, no deeper than now."""

@@ -62,6 +62,7 @@ from robosandbox.world.placement_sampling import (
     placements_in,
     placements_on,
     resting_pose,
+    turns,
 )
 from robosandbox.world.predicate import View
 from robosandbox.world.relations import MeasuredRelation, centre, contents
@@ -88,6 +89,8 @@ _RELEASE_SECONDS = 0.1
 _HIGHER_HOVERS = (HOVER_HEIGHT, 0.05)
 # Metres over the goal; chosen as the least from which a hand still comes down straight.
 _LOWEST_HOVER = 0.03
+# Cosine between the hand over its goal and there above which it comes straight down: half of the least that it leans by.
+_STRAIGHT = math.cos(0.17)
 # Sampled starts for a configuration; chosen as half of the planner's 60: another spot is worth more than a harder
 # search.
 _RESTARTS = 30
@@ -413,10 +416,18 @@ class _PlaceSearch:
     def headings(self, spot: Placement) -> Sequence[float]:
         """Return the headings for a spot, those first with which the hand comes from the side to which it is open."""
         if spot.way_out is None:
-            return spot.yaws
+            return (*spot.yaws, *self._carried_around(spot))
         out = np.array([*spot.way_out, 0.0])
         hands = {yaw: spot.rotation(self._level, yaw) @ self._tcp_in_object.rotation[:, 2] @ out for yaw in spot.yaws}
         return sorted(spot.yaws, key=lambda yaw: round(float(hands[yaw]), 2))
+
+    def _carried_around(self, spot: Placement) -> tuple[float, ...]:
+        """Return the heading that an arm of few joints gives an object by turning about its base alone, where any will do."""
+        if self._arm.spec.turns_freely or len(spot.yaws) < len(turns(0.0)):
+            return ()
+        base = self._arm.spec.base_position
+        (x, y), (x0, y0) = np.array(spot.xy) - base[:2], centre(self._held)[:2] - base[:2]
+        return (math.atan2(y, x) - math.atan2(y0, x0),)
 
     def attempt(self, spot: Placement, yaw: float) -> PlacePlan | None:
         """Return the way to a spot, or None."""
@@ -452,7 +463,9 @@ class _PlaceSearch:
                 else motion.ik(moved(above, back), q_above)
             )
             motion.plan_line(hover, above, speed=self._lower)
-            through = [tcp_goal] if back is None else [above, tcp_goal]
+            straight = motion.forward(hover).rotation[:, 2] @ motion.forward(q_above).rotation[:, 2] > _STRAIGHT
+            # From a hover that leans it has the turn that it is to have there before it comes down on anything.
+            through = [tcp_goal] if back is None and straight else [above, tcp_goal]
             motion.allow(*self._load, *self._allowed)
             descent = motion.plan_through(hover, through, speed=self._lower)
             motion.allow(*self._load)
@@ -538,7 +551,7 @@ class _PlaceSearch:
         return along
 
     def _hover(self, tcp_goal: Pose, q_above: Array) -> Array:
-        """Return a configuration over the goal: high if it can be reached, else lower.
+        """Return a configuration over the goal: high if it can be reached, else lower, else leaning.
 
         Raises:
             UnreachableError: Not even just above it.
@@ -548,7 +561,15 @@ class _PlaceSearch:
                 return self._arm.motion.ik(raised(tcp_goal, height), q_above, restarts=_RESTARTS)
             except UnreachableError:
                 continue
-        return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
+        try:
+            return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
+        except UnreachableError as error:
+            failure = error
+        for over, height in self._arm.over(tcp_goal, HOVER_HEIGHT):
+            if height >= _LOWEST_HOVER:
+                with suppress(UnreachableError):
+                    return self._arm.motion.ik(over, q_above, restarts=0)
+        raise failure
 
 
 def _as_it_sits(arm: Manipulator, object_id: str, way: PlacePlan, allowed: tuple[str, ...], skill: str) -> PlacePlan:

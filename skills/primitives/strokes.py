@@ -10,7 +10,7 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence
-from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator, raised
+from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
 from robosandbox.types.robot import RobotSpec
 from robosandbox.values import frozen
@@ -99,11 +99,11 @@ def plan_stroke(
         try:
             arm.motion.open_to(aperture)
             arm.motion.allow()
-            descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=arm.tempo.near)
+            descent = arm.line_down(start, speed=arm.tempo.near)
             approach = arm.motion.plan_joints(arm.q, descent.q[0], speed=arm.tempo.free)
             arm.motion.allow(target.id)
             push = arm.motion.plan_line(descent.q[-1], end, speed=_PUSH_SPEED)
-            arm.motion.plan_line(push.q[-1], raised(end, HOVER_HEIGHT))
+            arm.line_up(push.q[-1], HOVER_HEIGHT, speed=arm.tempo.free)
             x, y = map(float, (centre(target) + distance * axis)[:2])
             return Stroke(approach, descent, push, (x, y), distance, aperture)
         except (UnreachableError, CollisionError) as error:

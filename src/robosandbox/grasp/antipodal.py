@@ -95,7 +95,7 @@ class Antipodal:
             askew = float(np.arccos(np.clip(abs(closing @ flat), 0.0, 1.0)))
             if askew > np.arctan(FRICTION):
                 continue
-            found += self._both_ways(closing, turn @ _down(flat), width, point, how="angled", cost=0.02 + 0.2 * askew)
+            found += self._both_ways(closing, turn @ _down(flat), width, point, how="leaning", cost=0.02 + 0.2 * askew)
         return found
 
     def _both_ways(

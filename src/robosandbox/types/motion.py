@@ -37,7 +37,7 @@ class Grasp:
         tcp_pose: The TCP in the world at closure.
         width: Extent of the object between the fingers, metres.
         quality: Higher is better; for ranking only.
-        how: Its kind, in a word: "top-down", "shallow", "angled", "side", "rim", "upright".
+        how: Its kind, in a word: "top-down", "shallow", "angled", "leaning", "side", "rim", "upright".
     """
 
     object: str

@@ -12,6 +12,8 @@ from robosandbox.types.outline import Outline
 from robosandbox.types.scene import TABLE_HEIGHT
 from robosandbox.values import frozen
 
+# Joints that an arm takes for any pose of its hand.
+FULL_POSE = 6
 # Names of the only arm and of the only hand of a cell.
 ARM, HAND = "arm", "hand"
 
@@ -163,3 +165,8 @@ class RobotSpec:
     def n(self) -> int:
         """The number of arm joints."""
         return len(self.joints)
+
+    @property
+    def turns_freely(self) -> bool:
+        """Whether the arm has enough joints for every orientation of its hand."""
+        return self.n >= FULL_POSE

@@ -114,10 +114,10 @@ class Monitor:
         self._standing = [effect for effect in self._standing if not moved & {*effect.objects}]
 
     def _resting_on(self, effect: Effect) -> list[Effect]:
+        """Return the effects that go when an effect's object is moved again: of the later ones, and of what is owed of all."""
         moving, found = {effect.objects[0]}, []
-        if effect not in self._standing:
-            return []
-        for later in self._standing[self._standing.index(effect) + 1 :]:
+        first = self._standing.index(effect) + 1 if effect in self._standing else 0
+        for later in self._standing[first:]:
             if {*later.objects[1:]} & moving:
                 moving.add(later.objects[0])
                 found.append(later)

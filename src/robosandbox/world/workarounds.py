@@ -16,7 +16,7 @@ from robosandbox.world.means_ends import MeansEndsPlan
 from robosandbox.world.nearness import nearer
 from robosandbox.world.operators import Operator
 from robosandbox.world.predicate import View, predicates
-from robosandbox.world.relations import bottom, centre, gap, lies_in, support, top
+from robosandbox.world.relations import bottom, centre, gap, lies_in, on_top, support, top
 from robosandbox.world.search import NoWayError
 from robosandbox.world.standing import TIPPED, standing_on, tilt
 
@@ -143,7 +143,9 @@ class _Workarounds:
         return self._failed.error.code in (ErrorCode.COLLISION, ErrorCode.TRACKING)
 
     def _nearer(self, item: DetectedObject) -> Iterator[Alternative]:
-        """Yield pushes of something that is out of reach towards the robot, and of far too near things away from it."""
+        """Yield pushes of something that is out of reach towards the robot, and of far too near things away from it; not out of a tower."""
+        if any(on_top(item, other).holds for other in self._view.others(item.id) if not other.is_fixed):
+            return
         offset = np.array(self._failed.scene.base_xy) - centre(item)[:2]
         wanted = offset if float(np.hypot(*offset)) > _FAR else -offset
         for distance in _NEARER:
