@@ -43,7 +43,7 @@ OBJECTS = (
     ),
     SceneObject(id="block", kind="box", size=(0.03, 0.03, 0.02), pose=Pose(xyz=(0.2, 0.05, 0.062)), mass=0.3),
     SceneObject(id="bin", kind="bin", size=(0.06, 0.06, 0.05), pose=Pose(xyz=(0.1, 0.25, 0.042)), mass=0.4),
-    SceneObject(id="far", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.48, 0.48, 0.06))),
+    SceneObject(id="far", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.5, 0.5, 0.06))),
     SceneObject(id="wide", kind="box", size=(0.06, 0.06, 0.02), pose=Pose(xyz=(0.3, -0.2, 0.062)), mass=0.2),
 )
 
