@@ -36,7 +36,7 @@ from support.servo_fuzz import fuzz
 
 from robosandbox.driver import load_driver
 from robosandbox.drivers.feetech.calibration import read_calibration
-from robosandbox.errors import FaultError, RoboSandboxError
+from robosandbox.errors import FaultError, RoboSandboxError, SensorError
 from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
 from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.workcell.session import EmbeddedWorkcell, open_session
@@ -125,18 +125,23 @@ def _spoiled(plant: Plant, cell: EmbeddedWorkcell, name: str, moment: float) -> 
 
     timer = threading.Timer(moment, spoil)
     timer.start()
-    result = cell.run("pick up the red cube")
+    claimed = False
+    try:
+        result = cell.run("pick up the red cube")
+        claimed, said = result.success, result.final_detail
+    except SensorError as error:
+        said = str(error)
     ended = time.monotonic()
     timer.cancel()
     timer.join()
     if not hit:
-        return {"claimed": result.success, "judged_mm": cube(), "said": "over before anything was spoiled"}
+        return {"claimed": claimed, "judged_mm": cube(), "said": "over before anything was spoiled"}
     fault = cell.driver.fault
     time.sleep(1.0)
     row: dict[str, Any] = {
-        "claimed": result.success,
+        "claimed": claimed,
         "judged_mm": cube(),
-        "said": (fault or result.final_detail)[:160],
+        "said": (fault or said)[:160],
         "stood_after_s": stood_after(plant, hit[0]),
         "ended_after_s": round(ended - hit[0], 2),
         "sent_after": int((plant.goals()[:, 0] > ended + 0.1).sum()) if fault else 0,

@@ -48,7 +48,7 @@ from robosandbox.drivers.feetech.calibration import (
 from robosandbox.drivers.feetech.leader import Leader
 from robosandbox.drivers.feetech.protocol import DynamixelCodec, FeetechCodec, Reply
 from robosandbox.drivers.feetech.servos import STS, Register
-from robosandbox.errors import FaultError, InputError, LimitError
+from robosandbox.errors import FaultError, InputError, LimitError, SensorError
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import SENSORS
@@ -653,6 +653,18 @@ def test_an_arm_that_lost_its_power_between_two_commands_is_not_commanded_on(pla
         assert hand.state().commanded == pytest.approx(hand.state().closed, abs=0.02), "what it held it has dropped"
         driver.recover()
         sweep(driver, 0.1, 1.0)
+
+
+@pytest.mark.gl
+@by_the_clock
+def test_a_camera_of_somebodys_own_that_goes_is_told_as_one(plant: Plant, so101: Path) -> None:
+    eyes = ",cameras=support.servo_bus:PlantCameras"
+    with open_session("pick_cube_franka", robot=so101, driver=option(plant, eyes), perception="rgbd") as cell:
+        plant.inject("blind", 0, 1)
+        with pytest.raises(SensorError, match="camera 'scene': OSError: the camera scene is gone"):
+            cell.run("pick up the red cube")
+        plant.inject("blind", 0, 0)
+        assert cell.observe().find("red_cube") is not None
 
 
 @pytest.mark.gl

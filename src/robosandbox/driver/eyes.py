@@ -7,12 +7,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from robosandbox.driver.passing import PassingSenses
 from robosandbox.driver.protocols import Senses
-from robosandbox.errors import InputError
+from robosandbox.errors import InputError, RoboSandboxError, SensorError
 
 if TYPE_CHECKING:
     from robosandbox.driver.capabilities import CameraSpec
     from robosandbox.driver.wall_clock import WallClockDriver
+    from robosandbox.types import PictureWindow, RgbdFrame
 
 
 class Eyes(Senses, Protocol):
@@ -42,4 +44,25 @@ def open_eyes(named: str, driver: WallClockDriver) -> Eyes:
         raise InputError(
             f"cameras={named}: {error}; give a file of webcams, or module:function, which Python can import here"
         ) from None
-    return eyes
+    return _OwnEyes(eyes)
+
+
+class _OwnEyes(PassingSenses):
+    """Senses of somebody's own: what goes wrong in them is a camera's fault, not one of a skill."""
+
+    def __init__(self, eyes: Eyes) -> None:
+        super().__init__(eyes)
+        self.cameras: Mapping[str, CameraSpec] = eyes.cameras
+
+    def capture(self, camera: str, window: PictureWindow | None = None) -> RgbdFrame:
+        """Return what a camera's sensor delivers.
+
+        Raises:
+            SensorError: It raised something, which is told.
+        """
+        try:
+            return super().capture(camera, window)
+        except RoboSandboxError:
+            raise
+        except Exception as fault:
+            raise SensorError(f"camera {camera!r}: {type(fault).__name__}: {fault}") from fault
