@@ -115,10 +115,18 @@ def test_what_is_out_of_reach_is_pushed_nearer() -> None:
 
 
 def test_nothing_is_pushed_out_of_a_tower_into_reach() -> None:
-    tower = scene(box("low", 0.45, 0.0), box("high", 0.45, 0.0, z=0.1), box("cube", 0.1, 0.0, z=0.3), held="cube")
-    onto = SkillCall(skill="place_on", arguments={"target": "high"})
+    tower = scene(box("low", 0.45, 0.0), box("high", 0.45, 0.0, z=0.1))
+    pick = SkillCall(skill="pick", arguments={"object": "high"})
     assert not any(
-        "push(object=high" in step for way in found(failed(onto, UnreachableError("far"), tower)) for step in way
+        "push(object=high" in step for way in found(failed(pick, UnreachableError("far"), tower)) for step in way
+    )
+
+
+def test_a_base_out_of_reach_stays_where_it_is() -> None:
+    far = scene(box("base", 0.45, 0.0), box("cube", 0.1, 0.0, z=0.3), held="cube")
+    onto = SkillCall(skill="place_on", arguments={"target": "base"})
+    assert not any(
+        "push(object=base" in step for way in found(failed(onto, UnreachableError("far"), far)) for step in way
     )
 
 

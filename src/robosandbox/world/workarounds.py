@@ -124,7 +124,7 @@ class _Workarounds:
         for item in self._about:
             if tilt(item) >= TIPPED:
                 yield Alternative(why=f"{item.id} is set upright first", first=(fact("upright", item.id),), call=call)
-            if failed.error.code == ErrorCode.UNREACHABLE and (item.id in changed or not item.shape.stays_put):
+            if failed.error.code == ErrorCode.UNREACHABLE and item.id in changed:
                 yield from self._nearer(item)
         yield from self._cleared()
 
