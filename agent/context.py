@@ -288,8 +288,8 @@ class AgentContext(GoalContext):
         self.close()
 
     def repairs_for(self, failed: FailedCall) -> tuple[Repair, ...]:
-        """Return what would do in place of a failed call, tried on the twin; nothing with `what_if` off."""
-        if not self.what_if:
+        """Return what would do in place of a failed call, tried on the twin; nothing with `what_if` off, or where nothing may move."""
+        if not self.what_if or self.driver.fault:
             return ()
         # Repairs call skills, which are called with this context.
         from robosandbox.agent.repairs import find_repairs

@@ -655,6 +655,19 @@ def test_an_arm_that_lost_its_power_between_two_commands_is_not_commanded_on(pla
         sweep(driver, 0.1, 1.0)
 
 
+@by_the_clock
+def test_where_a_silent_arm_stands_is_told_at_once(plant: Plant, so101: Path) -> None:
+    with opened(plant, so101) as driver:
+        plant.inject("silent", 3, 1)
+        while not driver.fault:
+            driver.arms["arm"].state()
+        began = time.monotonic()
+        for _ in range(10):
+            driver.arms["arm"].state()
+        # A reply is waited for by 0.03 s, in each once or twice, not for each joint, its speed and the gripper (4 s in all).
+        assert time.monotonic() - began < 1.5
+
+
 @pytest.mark.gl
 @by_the_clock
 def test_a_camera_of_somebodys_own_that_goes_is_told_as_one(plant: Plant, so101: Path) -> None:

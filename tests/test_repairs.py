@@ -74,6 +74,17 @@ def test_looking_for_repairs_leaves_the_world_as_it_is() -> None:
         assert np.array_equal(session.simulation.snapshot(), before)
 
 
+def test_nothing_is_tried_where_nothing_may_move() -> None:
+    around = tuple(block(f"blue_{k}", 0.15 + dx, dy, BLUE) for k, (dx, dy) in enumerate(SIDES[:3]))
+    with open_session(Scene(objects=(block("red_cube", 0.15, 0.0, RED), *around))) as session:
+        pick = session.agent.skills["pick"]
+        for fault in ("a servo is silent", ""):
+            session.ctx.driver.safety.fault = fault
+            with pytest.raises(CollisionError) as caught:
+                perform(session.ctx, pick, {"object": "red_cube"})
+            assert bool(caught.value.repairs) == (not fault)
+
+
 def test_search_ends_with_its_budget_of_simulated_seconds(caplog: pytest.LogCaptureFixture) -> None:
     with open_session(ENCLOSED) as session:
         session.ctx.what_if_seconds = 0.2

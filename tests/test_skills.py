@@ -68,6 +68,18 @@ def test_lift_raises_cube_by_over_50_mm(ctx):
     assert result.detail["dz_mm"] == pytest.approx(1000 * (truth(ctx, "red_cube").pose.xyz[2] - before), abs=1.0)
 
 
+def test_what_no_hand_that_points_down_reaches_is_picked_leaning():
+    cube = SceneObject(id="cube", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.48, 0.48, 0.06)))
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(objects=(cube,)))
+        ctx = AgentContext(
+            sim=sim, perception=GroundTruthPerception(), grasp=AnalyticTopDown(), motion=DLSMotionPlanner()
+        )
+        perform(ctx, SKILLS["pick"], {"object": "cube"})
+        assert truth(ctx, "cube").pose.xyz[2] > 0.055 + 0.05
+        assert ctx.arm.state().tcp_pose.rotation[2, 2] > -0.97
+
+
 @pytest.mark.parametrize(
     "skill, arguments, holds",
     [

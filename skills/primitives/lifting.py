@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Sequence
-
-import numpy as np
 
 from robosandbox.driver import Guard
 from robosandbox.errors import CollisionError, GraspError, Phase, UnreachableError
 from robosandbox.evidence import GraspEvidence
-from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator, moved, raised
+from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator, raised
 from robosandbox.skills.primitives.sensing import around
-from robosandbox.types import CAREFUL, DetectedObject, ObservedScene, Speed
+from robosandbox.types import CAREFUL, DetectedObject, ObservedScene
 from robosandbox.world.relations import contents, on_top
 
 # N on what is lifted from which it is lifted slowly; chosen as the weight of 1.5 kg, above what any lighter thing's inertia
@@ -27,10 +23,6 @@ _TRIAL, _TRIAL_SPEED = 0.005, 0.02
 _RUBS, _RUBBING = 1.0, 10
 # How often it is looked; chosen so that a finger that rubs along a wall all the way up does not stop at each step.
 _LOOKS = 4
-# Metres by which what is lifted is clear of what it stood on, as the tasks judge it.
-_CLEAR = 0.05
-# Metres by which the hand comes nearer to the base to rise farther; chosen as up to the reach that pointing down costs (docs/arms.md).
-_INWARDS = (0.05, 0.1, 0.15)
 # Metres that a thing has to have risen to have come along; chosen above perception's error.
 _ALONG = 0.004
 
@@ -98,22 +90,7 @@ def rise_with(
                 guards.remove(rubs)
             alone(arm, held, scene, width, arm.state.tcp_pose.xyz[2] - begin)
         gone = arm.state.tcp_pose.xyz[2] - begin
-    return gone if gone >= _CLEAR else gone + _drawn_up(arm, LIFT_HEIGHT - gone, speed, guards)
-
-
-def _drawn_up(arm: Manipulator, height: float, speed: Speed, guards: Sequence[Guard]) -> float:
-    """Rise by up to `height` while the hand comes nearer to the base, as an arm has to at the end of its reach; return how far, metres."""
-    pose = arm.state.tcp_pose
-    level = (arm.spec.base_position - pose.position) * [1.0, 1.0, 0.0]
-    for share, distance in itertools.product((1.0, 0.5), _INWARDS):
-        nearer = moved(raised(pose, share * height), distance * level / float(np.linalg.norm(level)))
-        try:
-            way = arm.motion.plan_line(arm.q, nearer, speed=speed)
-        except (UnreachableError, CollisionError):
-            continue
-        arm.follow(way, Phase.LIFT, guards=guards)
-        return share * height
-    return 0.0
+    return gone
 
 
 def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: float, risen: float) -> ObservedScene:

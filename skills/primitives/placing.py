@@ -62,7 +62,6 @@ from robosandbox.world.placement_sampling import (
     placements_in,
     placements_on,
     resting_pose,
-    turns,
 )
 from robosandbox.world.predicate import View
 from robosandbox.world.relations import MeasuredRelation, centre, contents
@@ -89,8 +88,6 @@ _RELEASE_SECONDS = 0.1
 _HIGHER_HOVERS = (HOVER_HEIGHT, 0.05)
 # Metres over the goal; chosen as the least from which a hand still comes down straight.
 _LOWEST_HOVER = 0.03
-# Cosine between the hand over its goal and there above which it comes straight down: half of the least that it leans by.
-_STRAIGHT = math.cos(0.17)
 # Sampled starts for a configuration; chosen as half of the planner's 60: another spot is worth more than a harder
 # search.
 _RESTARTS = 30
@@ -423,7 +420,7 @@ class _PlaceSearch:
 
     def _carried_around(self, spot: Placement) -> tuple[float, ...]:
         """Return the heading that an arm of few joints gives an object by turning about its base alone, where any will do."""
-        if self._arm.spec.turns_freely or len(spot.yaws) < len(turns(0.0)):
+        if self._arm.spec.turns_freely or not spot.is_turnable:
             return ()
         base = self._arm.spec.base_position
         (x, y), (x0, y0) = np.array(spot.xy) - base[:2], centre(self._held)[:2] - base[:2]
@@ -457,15 +454,14 @@ class _PlaceSearch:
             opening = self._opening(q_goal)
             leave = None if back is None else self._way_back(goal, q_goal, opening, back)
             self._hold()
-            hover = (
+            hover, leans = (
                 self._hover(raised(tcp_goal, spot.over), q_above)
                 if back is None
-                else motion.ik(moved(above, back), q_above)
+                else (motion.ik(moved(above, back), q_above), False)
             )
             motion.plan_line(hover, above, speed=self._lower)
-            straight = motion.forward(hover).rotation[:, 2] @ motion.forward(q_above).rotation[:, 2] > _STRAIGHT
             # From a hover that leans it has the turn that it is to have there before it comes down on anything.
-            through = [tcp_goal] if back is None and straight else [above, tcp_goal]
+            through = [tcp_goal] if back is None and not leans else [above, tcp_goal]
             motion.allow(*self._load, *self._allowed)
             descent = motion.plan_through(hover, through, speed=self._lower)
             motion.allow(*self._load)
@@ -550,25 +546,26 @@ class _PlaceSearch:
             return back
         return along
 
-    def _hover(self, tcp_goal: Pose, q_above: Array) -> Array:
-        """Return a configuration over the goal: high if it can be reached, else lower, else leaning.
+    def _hover(self, tcp_goal: Pose, q_above: Array) -> tuple[Array, bool]:
+        """Return a configuration over the goal, high if it can be reached, else lower, else leaning, and whether it leans.
 
         Raises:
             UnreachableError: Not even just above it.
         """
         for height in _HIGHER_HOVERS:
             try:
-                return self._arm.motion.ik(raised(tcp_goal, height), q_above, restarts=_RESTARTS)
+                return self._arm.motion.ik(raised(tcp_goal, height), q_above, restarts=_RESTARTS), False
             except UnreachableError:
                 continue
         try:
-            return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
+            return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above), False
         except UnreachableError as error:
             failure = error
         for over, height in self._arm.over(tcp_goal, HOVER_HEIGHT):
-            if height >= _LOWEST_HOVER:
+            # What lies in the object would be spilt.
+            if height >= _LOWEST_HOVER and not self._load:
                 with suppress(UnreachableError):
-                    return self._arm.motion.ik(over, q_above, restarts=0)
+                    return self._arm.motion.ik(over, q_above, restarts=0), True
         raise failure
 
 

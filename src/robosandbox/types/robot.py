@@ -168,5 +168,5 @@ class RobotSpec:
 
     @property
     def turns_freely(self) -> bool:
-        """Whether the arm has enough joints for every orientation of its hand."""
+        """True for an arm with enough joints for every orientation of its hand."""
         return self.n >= FULL_POSE

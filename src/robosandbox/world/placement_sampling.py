@@ -117,6 +117,11 @@ class Placement:
     lean: tuple[float, float] | None = None
     by_middle: bool = False
 
+    @property
+    def is_turnable(self) -> bool:
+        """True where any heading will do: the square ones and those between are all to be tried."""
+        return len(self.yaws) == len(turns(0.0))
+
     def rotation(self, level: Array, yaw: float) -> Array:
         """Return the rotation (3, 3) with which what is level as `level` (3, 3) stands here at one of the headings."""
         if self.lean is not None:

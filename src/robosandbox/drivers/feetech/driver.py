@@ -144,7 +144,7 @@ class SerialServos(WallClockDriver):
         self._limits_celsius: dict[int, int] = {}
         self._full_load: dict[int, int] = {}
         self._quickest: dict[int, float] = {}
-        self._watched_at = 0.0
+        self._watched_at = self._polled_at = 0.0
         self._slipped = ""
         # Whether it has put the torque on; and of which servos it was off before.
         self._holds = False
@@ -235,8 +235,8 @@ class SerialServos(WallClockDriver):
         return min((past[-1].time for past in self._past.values()), default=0.0)
 
     def past(self, joint: ServoJoint) -> deque[Reading]:
-        """Return what a servo has told of late, the last one last."""
-        if self.time - self.heard > self.control_timestep:
+        """Return what a servo has told of late, the last one last; of silent ones it is asked no more than once a tick."""
+        if self.time - max(self.heard, self._polled_at) > self.control_timestep:
             while not self.poll() and not self.fault:
                 pass
         return self._past[joint.id]
@@ -286,6 +286,8 @@ class SerialServos(WallClockDriver):
         except BusError as error:
             self.fail(f"{error}; the servos hold where they were sent last")
             return False
+        finally:
+            self._polled_at = self.time
         now = self.time
         for joint in self.joints:
             past = self._past.setdefault(joint.id, deque())
