@@ -236,7 +236,9 @@ class SerialServos(WallClockDriver):
 
     def past(self, joint: ServoJoint) -> deque[Reading]:
         """Return what a servo has told of late, the last one last; of silent ones it is asked no more than once a tick."""
-        if self.time - max(self.heard, self._polled_at) > self.control_timestep:
+        # What is too old for anybody to go by is not told: it is asked for until it comes or the servo is named as silent.
+        too_old = self.time - self.heard > self._link_timeout and not self.fault
+        if too_old or self.time - max(self.heard, self._polled_at) > self.control_timestep:
             while not self.poll() and not self.fault:
                 pass
         return self._past[joint.id]
