@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import struct
 import time
@@ -555,6 +556,24 @@ def test_where_time_waits_for_the_host_a_gap_is_none() -> None:
     driver, q = made_safe(inner), inner.q.copy()
     assert driver.safety.host_deadline is None
     driver.arms["arm"].follow(timed(driver.arms["arm"].spec, q, moved(driver.arms["arm"].spec, q, 0, 1.0)))
+
+
+@pytest.mark.parametrize("clock", ["wall", "simulated"])
+@pytest.mark.parametrize("falls_ill", [False, True])
+def test_cycles_are_collected_while_no_machine_moves(clock: str, falls_ill: bool) -> None:
+    inner = Arrays(clock=clock)
+    driver, q = made_safe(inner), inner.q.copy()
+    seen: list[bool] = []
+
+    def listen() -> None:
+        seen.append(gc.isenabled())
+        if falls_ill and len(seen) > 3:
+            raise FaultError("ill")
+
+    driver.subscribe(listen)
+    with pytest.raises(FaultError, match="ill") if falls_ill else contextlib.nullcontext():
+        driver.arms["arm"].follow(timed(driver.arms["arm"].spec, q, moved(driver.arms["arm"].spec, q, 0, 0.2)))
+    assert gc.isenabled() and set(seen) == {clock == "simulated"}
 
 
 def test_a_robot_that_is_heard_of_no_more_is_lost_and_found_again() -> None:

@@ -5,16 +5,22 @@ Tests speak with it over a socket of its own: what a `PlantServer` has as `do_na
 
 from __future__ import annotations
 
+import argparse
+import atexit
 import contextlib
+import importlib
 import itertools
+import json
 import os
 import select
+import signal
 import subprocess
 import sys
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from multiprocessing.connection import Client, Listener
 from pathlib import Path
 from typing import Any, Self
@@ -22,12 +28,16 @@ from typing import Any, Self
 import numpy as np
 
 from robosandbox.driver import BareSenses
+from robosandbox.robots.loader import robots_of
 from robosandbox.sim.opening import open_mujoco
+from robosandbox.sim.populated import populated
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, with_robot
 from robosandbox.types import Array, PictureWindow, Pose, RgbdFrame, Truth
 
 Address = str | tuple[str, int]
+# Seconds between two looks for a process.
+_LOOK_SECONDS = 0.02
 
 
 class PlantSim:
@@ -170,17 +180,104 @@ class PlantCameras(BareSenses):
         return replace(self._plant.capture(camera, window), time=self.driver.time, arms=arms)
 
 
-@contextlib.contextmanager
-def running(module: str, folder: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """Run a plant, which makes the file `ready` in a folder when it is."""
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
-    command = [sys.executable, "-m", module, str(folder), *arguments]
-    with subprocess.Popen(command, env=environment) as process:
+class Forked:
+    """A process that a nursery forked."""
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+
+    @property
+    def is_alive(self) -> bool:
         try:
-            while not (folder / "ready").exists():
-                if process.poll() is not None:
-                    raise RuntimeError(f"the plant ended with {process.returncode}")
-                time.sleep(0.05)
-            yield process
-        finally:
-            process.kill()
+            self.send_signal(0)
+        except ProcessLookupError:
+            return False
+        return True
+
+    def send_signal(self, number: int) -> None:
+        os.kill(self._pid, number)
+
+    def kill(self) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            self.send_signal(signal.SIGKILL)
+        while self.is_alive:
+            time.sleep(_LOOK_SECONDS)
+
+
+class Nursery:
+    """A process that has imported a module, and loads a robot once; each plant is a fork of it, and all end with it.
+
+    Args:
+        module: Whose `main()` a plant is.
+    """
+
+    def __init__(self, module: str) -> None:
+        command = [sys.executable, "-m", __name__, module]
+        environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+        pipe = subprocess.PIPE
+        # Where somebody interrupts the tests, these end it, and not the terminal.
+        self._process = subprocess.Popen(
+            command, env=environment, stdin=pipe, stdout=pipe, text=True, start_new_session=True
+        )
+        atexit.register(self.close)
+
+    @classmethod
+    @cache
+    def of(cls, module: str) -> Self:
+        """Return the one of a module."""
+        return cls(module)
+
+    def fork(self, *arguments: str) -> Forked:
+        """Begin a plant with the arguments of its command line."""
+        assert self._process.stdin is not None and self._process.stdout is not None
+        print(json.dumps(arguments), file=self._process.stdin, flush=True)
+        return Forked(int(self._process.stdout.readline()))
+
+    def close(self) -> None:
+        """End it, and with it its plants."""
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._process.stdin.close()
+        self._process.wait()
+        self._process.stdout.close()
+
+
+def _nurse(name: str) -> None:
+    """Fork a plant for each line of arguments that comes."""
+    module = importlib.import_module(name)
+    # What ends leaves nothing behind.
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    known = argparse.ArgumentParser(allow_abbrev=False)
+    known.add_argument("--robot", type=Path)
+    for line in sys.stdin:
+        arguments = json.loads(line)
+        robot = known.parse_known_args(arguments)[0].robot
+        if robot is not None:
+            # What is loaded is kept.
+            robots_of(populated(with_robot(find_task("pick_cube_franka").scene, robot)))
+        pid = os.fork()
+        if pid == 0:
+            # Its lines are no answers to who asked for it.
+            os.dup2(2, 1)
+            sys.argv[1:] = arguments
+            module.main()
+            return
+        print(pid, flush=True)
+    os.killpg(0, signal.SIGKILL)
+
+
+@contextlib.contextmanager
+def running(module: str, folder: Path, *arguments: str) -> Iterator[Forked]:
+    """Run a plant, which makes the file `ready` in a folder when it is."""
+    process = Nursery.of(module).fork(str(folder), *arguments)
+    try:
+        while not (folder / "ready").exists():
+            if not process.is_alive:
+                raise RuntimeError("the plant has ended; it says above why")
+            time.sleep(_LOOK_SECONDS)
+        yield process
+    finally:
+        process.kill()
+
+
+if __name__ == "__main__":
+    _nurse(sys.argv[1])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Self
 
 from robosandbox.driver.clamps import Clamps
+from robosandbox.driver.collector import put_off
 from robosandbox.driver.fault_log import FaultLog
 from robosandbox.driver.passing import PassingArm, PassingDriver, PassingHand
 from robosandbox.driver.protocols import Arm, Driver, Guard, Hand, Mode
@@ -79,15 +81,16 @@ class SafeArm(PassingArm):
 
     def _command(self, move: Callable[[], None]) -> None:
         safety = self._safety
-        safety.moving(self.name)
-        try:
-            move()
-        except BaseException as error:
-            # A driver stops when one of its guards says so; whether it does when something else fails is its own business.
-            self.halt()
-            safety.halted(self.name, waits=isinstance(error, Exception))
-            raise
-        safety.arrived()
+        with put_off() if self._driver.capabilities.clock == "wall" else nullcontext():
+            safety.moving(self.name)
+            try:
+                move()
+            except BaseException as error:
+                # A driver stops when one of its guards says so; whether it does when something else fails is its own business.
+                self.halt()
+                safety.halted(self.name, waits=isinstance(error, Exception))
+                raise
+            safety.arrived()
 
     def _measured(self) -> Array:
         return self._inner.state().q

@@ -305,7 +305,7 @@ class RosLink:
         if self._gripper is not None and not self._fingers_ready(self._gripper):
             return f"nobody serves the gripper's action {self._gripper}; {self._actions('control_msgs/action/')}"
         if self._wrench is not None and self.force() is None:
-            return f"no wrench comes on {self._wrench}" if self._force is None else self.astray(self._force[1])
+            return self.numb()
         for camera in self._cameras:
             if missing := self._not_seen(camera):
                 return missing
@@ -360,6 +360,10 @@ class RosLink:
         told, frame, force = self._force
         pose = self.frame(frame)
         return None if pose is None else (told, frozen_array(pose[0].rotation @ force))
+
+    def numb(self) -> str:
+        """Return why the force in the world is not known."""
+        return f"no wrench comes on {self._wrench}" if self._force is None else self.astray(self._force[1])
 
     def lens(self, camera: str) -> Intrinsics | None:
         """Return a camera's pinhole and lens; None before it was told."""
