@@ -52,12 +52,12 @@ class Hold:
     Attributes:
         id: What.
         object_in_tcp: Where it sits.
-        width: The aperture when it was taken, metres.
+        spread: How far the fingers were apart when it was taken, metres (`GripperGeometry.spread`).
     """
 
     id: str
     object_in_tcp: Pose
-    width: float
+    spread: float
 
 
 class HoldTracker:
@@ -93,7 +93,7 @@ class HoldTracker:
             held = _between_fingers(seen.tcp_pose, state.width, geometry, known.values())
             if held is not None:
                 pose = _centred(held, seen.tcp_pose, state.width, geometry)
-                self.hold = Hold(held.id, seen.tcp_pose.inverse() @ pose, state.width)
+                self.hold = Hold(held.id, seen.tcp_pose.inverse() @ pose, geometry.spread(state.joint))
         if self.hold is not None:
             track = known[self.hold.id]
             track.carry(seen.tcp_pose @ self.hold.object_in_tcp)
@@ -134,7 +134,8 @@ class HoldTracker:
         assert geometry is not None
         if geometry.cup is not None:
             return _sucks(state, geometry)
-        if state.width < geometry.min_aperture + _SOMETHING or state.width > geometry.max_aperture - 1e-4:
+        spread = geometry.spread(state.joint)
+        if not geometry.min_aperture + _SOMETHING <= spread <= geometry.spread(geometry.open_joint) - 1e-4:
             return False
         if state.force is None:
             # Without a reading of force, fingers that stopped short of where they were sent have something between them.
@@ -143,9 +144,10 @@ class HoldTracker:
 
     def _still_holds(self, state: GripperState) -> bool:
         """Tell whether the fingers are as far apart as when they closed; how hard they press is the skill's choice."""
-        assert self.hold is not None and self._geometry is not None
-        if self._geometry.cup is not None:
-            return _sucks(state, self._geometry)
+        hold, geometry = self.hold, self._geometry
+        assert hold is not None and geometry is not None
+        if geometry.cup is not None:
+            return _sucks(state, geometry)
         if (
             state.force is None
             and state.commanded is not None
@@ -153,10 +155,10 @@ class HoldTracker:
         ):
             # They are where they were sent, as after a loss of power: nothing presses, however near it is.
             return False
-        empty = max(self._geometry.min_aperture + _SOMETHING, _CLOSED * self.hold.width)
+        empty = max(geometry.min_aperture + _SOMETHING, _CLOSED * hold.spread)
         # A wide thing leaves the fingers little way to open.
-        spare = self._geometry.max_aperture - self.hold.width
-        return empty < state.width < self.hold.width + min(_OPENED, _SPARE * max(spare, 0.0))
+        spare = geometry.spread(geometry.open_joint) - hold.spread
+        return empty < geometry.spread(state.joint) < hold.spread + min(_OPENED, _SPARE * max(spare, 0.0))
 
 
 def _sucks(state: GripperState, geometry: GripperGeometry) -> bool:

@@ -120,6 +120,11 @@ class Fingers:
             if blocked:
                 self.wait_for_fingers()
 
+    @property
+    def spread(self) -> float:
+        """How far the fingers are apart, metres, past the widest gap as well; 0 without any."""
+        return 0.0 if self.spec.gripper is None else self.geometry.spread(self.gripper.joint)
+
     def close(self) -> float:
         """Close the fingers until they stop; return the gap between them, metres."""
         self.hand.set_gripper(1.0)

@@ -42,6 +42,8 @@ _OF_LIMIT = 0.9
 _LEAST_SPEED = 0.03
 # Times that the hand may be quicker with all joints than with one; chosen as measured: 4.6 kg carried by the bundled arm.
 _TOGETHER = 3.0
+# Metres past its widest gap from which a jaw has swung off: encoders' noise of the driver `hardware`, of a gap of 80 mm.
+_SWUNG_OFF = 0.0002
 # Share of the wanted force below which the easing has failed and the fingers close again; chosen for the error of a
 # servo's slope (doubled, it always fails, and episodes are 2 % longer).
 _SHORTFALL = 0.6
@@ -126,7 +128,8 @@ class Grip:
     """Grip force on what the fingers have closed on: as large as the felt load asks for, not as large as it can be.
 
     At first as hard as a thing of its size may weigh; while it is lifted, harder as soon as the load asks for it; at rest, what its
-    weight asks for. A driver that measures no force, or limits none, holds as hard as it can.
+    weight asks for. A driver that measures no force, or limits none, holds as hard as it can; so does a jaw that has swung off the line on
+    which it would meet the other one: it presses askew, and how much of that holds is not known.
 
     Args:
         arm: Whose hand.
@@ -139,6 +142,7 @@ class Grip:
         gripper = arm.spec.gripper
         strength = math.inf if gripper is None else float(gripper.force_limits.sum())
         now, motors = (arm.hand.grip_on(held.id), arm.gripper.force or 0.0) if arm.feels_grip else (0.0, 0.0)
+        firm = firm or arm.spread > arm.geometry.max_aperture + _SWUNG_OFF
         self._limits = not firm and now > 0.0 and motors > 0.0 and math.isfinite(strength)
         # What the motors give for each newton of a pad, as both are now.
         self._motors_per_pad = motors / now if self._limits else 0.0

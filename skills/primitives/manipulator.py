@@ -68,6 +68,9 @@ _SPENT = 0.95
 # Seconds for which what stands askew or near an edge is watched; chosen as fourteen times the 0.07 s in which a can of
 # 50 mm that leaves its balance is e times as far from it.
 _WATCH_SECONDS = 1.0
+# Metres that fingers which hold something may move between two looks: ten times what encoders are off by (the driver `hardware`), a
+# quarter of what the slowest jaw closes by that has lost it (an SO-101's, held back by its grip's limit).
+_FINGERS_STILL = 0.001
 
 
 class Manipulator(Fingers):
@@ -386,14 +389,15 @@ class Manipulator(Fingers):
             self.follow(way, phase)
 
     def settle(self, *names: str, seconds: float = 2.0) -> ObservedScene:
-        """Let time pass until these objects are seen to be still, and return that look."""
+        """Let time pass until these objects are seen to be still, and return that look; what is held is as long as the fingers are."""
         self.ctx.enter(Phase.SETTLE)
         deadline = self.driver.time + seconds
-        stillness = Stillness(self.look(*names), names)
+        stillness, apart = Stillness(self.look(*names), names), self.spread
         while True:
             self.driver.wait(LOOK_SECONDS)
-            now = self.look(*names)
-            if stillness.seen(now) or self.driver.time >= deadline:
+            now, before, apart = self.look(*names), apart, self.spread
+            still = now.held not in names or abs(apart - before) < _FINGERS_STILL
+            if (stillness.seen(now) and still) or self.driver.time >= deadline:
                 return now
 
     def watch(self, name: str) -> ObservedScene:

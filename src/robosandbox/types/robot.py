@@ -76,6 +76,17 @@ class GripperGeometry:
         """Return the gap between the pads at a primary joint value."""
         return float(np.interp(joint, self.joint_samples, self.aperture_samples))
 
+    def spread(self, joint: float) -> float:
+        """Return how far the fingers are apart at a primary joint value, metres: the gap, which past its widest grows on at its mean rate.
+
+        A jaw that swings leaves the closing line through the TCP, on which the gap is measured, long before it is open. What it holds
+        nearer to its hinge, or at its tip, is less wide than this.
+        """
+        widest = self.joint_samples[self.aperture_samples > self.max_aperture - 1e-6].tolist()
+        shut = max(map(self.closed_fraction, widest), default=0.0)
+        rate = (self.max_aperture - self.min_aperture) / max(1.0 - shut, 1e-6)
+        return self.aperture(joint) + rate * max(0.0, shut - self.closed_fraction(joint))
+
     def joint_for_aperture(self, aperture: float) -> float:
         """Return the primary joint value whose gap comes closest to `aperture`."""
         order = np.argsort(self.aperture_samples, kind="stable")
